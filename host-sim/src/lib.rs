@@ -1,0 +1,1 @@
+//! The other side of the scanner: recordings, scenes, replay, scores, pictures.

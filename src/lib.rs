@@ -1,0 +1,44 @@
+//! A radar stair scanner for powered wheelchairs: recorded or live FMCW chirps in, steps out.
+//!
+//! The library is the whole scanner less the chip: it has no allocator, no global state, no clock
+//! and no randomness of its own. Time, seed and hardware come in as arguments, so the same call
+//! gives the same bits on the host, in the emulator and on the Cortex-M4F.
+//!
+//! The way of the data, one module a stage:
+//!
+//! | module | from → to |
+//! |---|---|
+//! | [`config`] | what a recording, a command or the radar module may set, checked once |
+//! | [`scan`] | schedule of angles, mirror motor, radar link, the scanner's loop |
+//! | [`range`] | chirp → DC removal → window → FFT → power → CA-CFAR → one row of the map |
+//! | [`stairs`] | polar map → particles → clusters → steps with their uncertainties |
+//! | [`report`] | sentences out, commands in |
+//! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
+#![cfg_attr(not(test), no_std)]
+
+pub mod config;
+pub mod math;
+pub mod range;
+pub mod report;
+pub mod scan;
+pub mod stairs;
+
+/// One complex sample of a chirp: in-phase and quadrature part of the down-converted signal.
+///
+/// Full scale is ±32767 (Q0.15). The layout is that of the recordings (`ci16_le`) and of the
+/// Cortex-M4's packed 16-bit instructions: I in the lower half-word.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(C, align(4))]
+pub struct Iq {
+    /// In-phase part.
+    pub i: i16,
+    /// Quadrature part.
+    pub q: i16,
+}
+
+impl Iq {
+    /// A sample from its two parts.
+    pub const fn new(i: i16, q: i16) -> Self {
+        Self { i, q }
+    }
+}

@@ -1,0 +1,198 @@
+//! The few f32 functions that `core` lacks, with error bounds that the tests assert.
+//!
+//! Everything here is plain IEEE single precision without fused operations, so that host, emulator
+//! and chip agree to the last bit.
+
+/// One degree in radians.
+pub const RAD_PER_DEG: f32 = core::f32::consts::PI / 180.0;
+
+/// Correctly rounded square root; 0 for negative arguments and NaN.
+#[inline]
+pub fn sqrt(x: f32) -> f32 {
+    if x > 0.0 { sqrt_positive(x) } else { 0.0 }
+}
+
+/// The FPU's own square root: 14 cycles where the portable one takes some 200 instructions.
+#[cfg(target_arch = "arm")]
+#[inline]
+fn sqrt_positive(x: f32) -> f32 {
+    let y: f32;
+    // SAFETY: VSQRT.F32 reads one register and writes another; the target has the FPU (eabihf).
+    unsafe {
+        core::arch::asm!("vsqrt.f32 {y}, {x}", y = out(sreg) y, x = in(sreg) x, options(pure, nomem, nostack))
+    };
+    y
+}
+
+#[cfg(not(target_arch = "arm"))]
+#[inline]
+fn sqrt_positive(x: f32) -> f32 {
+    libm::sqrtf(x)
+}
+
+/// Hypotenuse of the two legs, without care for overflow: metres and radians never come near.
+#[inline]
+pub fn hypot(x: f32, y: f32) -> f32 {
+    sqrt(x * x + y * y)
+}
+
+/// Sine and cosine of `angle` (radians, |angle| ≤ 100), absolute error below 3e-7.
+///
+/// Reduced to ±π/4 by the nearest quarter turn, then Taylor polynomials to the 9th and 8th order.
+pub fn sin_cos(angle: f32) -> (f32, f32) {
+    // π/2 in two parts, so that the reduction itself loses nothing for a few dozen turns.
+    const HALF_PI_HIGH: f32 = 1.570_312_5;
+    const HALF_PI_LOW: f32 = 4.838_267_9e-4;
+    let turns = angle * core::f32::consts::FRAC_2_PI;
+    let quarter = (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i32;
+    let k = quarter as f32;
+    let x = (angle - k * HALF_PI_HIGH) - k * HALF_PI_LOW;
+    let z = x * x;
+    let s = x + x * z * (-1.0 / 6.0 + z * (1.0 / 120.0 + z * (-1.0 / 5040.0 + z / 362_880.0)));
+    let c = 1.0 + z * (-0.5 + z * (1.0 / 24.0 + z * (-1.0 / 720.0 + z / 40_320.0)));
+    match quarter & 3 {
+        0 => (s, c),
+        1 => (c, -s),
+        2 => (-s, -c),
+        _ => (-c, s),
+    }
+}
+
+/// Angle of the point (x, y) from the x axis, radians in -π…π, absolute error below 1e-6; 0 at the
+/// origin.
+///
+/// Reduced to the first octant and then by atan(1/2), where a short Taylor series suffices.
+pub fn atan2(y: f32, x: f32) -> f32 {
+    use core::f32::consts::{FRAC_PI_2, PI};
+    let (ax, ay) = (x.abs(), y.abs());
+    let (small, large) = if ax < ay { (ax, ay) } else { (ay, ax) };
+    if !(large > 0.0) {
+        return 0.0;
+    }
+    let octant = atan_unit(small / large);
+    let quadrant = if ax < ay { FRAC_PI_2 - octant } else { octant };
+    let half = if x < 0.0 { PI - quadrant } else { quadrant };
+    if y < 0.0 { -half } else { half }
+}
+
+/// Arctangent of 0…1.
+fn atan_unit(t: f32) -> f32 {
+    const ATAN_HALF: f32 = 0.463_647_6;
+    // atan t = atan ½ + atan u with |u| ≤ 1/2 … 1/3 of the argument's distance from ½.
+    let (base, u) = if t > 0.2 {
+        (ATAN_HALF, (t - 0.5) / (1.0 + 0.5 * t))
+    } else {
+        (0.0, t)
+    };
+    let z = u * u;
+    let series = 1.0 / 9.0 + z * (-1.0 / 11.0 + z / 13.0);
+    base + u * (1.0 + z * (-1.0 / 3.0 + z * (0.2 + z * (-1.0 / 7.0 + z * series))))
+}
+
+/// 2 to the power `x`, relative error below 1e-6; 0 below -126, the largest finite value above 127.
+pub fn exp2(x: f32) -> f32 {
+    if !(x > -126.0) {
+        return 0.0;
+    }
+    if x >= 127.0 {
+        return f32::MAX;
+    }
+    let whole = (x + if x < 0.0 { -0.5 } else { 0.5 }) as i32;
+    let t = (x - whole as f32) * core::f32::consts::LN_2;
+    let p = 1.0
+        + t * (1.0
+            + t * (0.5 + t * (1.0 / 6.0 + t * (1.0 / 24.0 + t * (1.0 / 120.0 + t / 720.0)))));
+    p * f32::from_bits(((whole + 127) as u32) << 23)
+}
+
+/// e to the power `x`, with [`exp2`]'s bounds.
+#[inline]
+pub fn exp(x: f32) -> f32 {
+    exp2(x * core::f32::consts::LOG2_E)
+}
+
+/// Binary logarithm of a positive, normal number, absolute error below 2e-6 near 1 and relative
+/// error below 1e-6 elsewhere; -127 for anything else.
+pub fn log2(x: f32) -> f32 {
+    if !(x >= f32::MIN_POSITIVE && x <= f32::MAX) {
+        return -127.0;
+    }
+    let bits = x.to_bits();
+    let mut exponent = (bits >> 23) as i32 - 127;
+    let mut m = f32::from_bits((bits & 0x007f_ffff) | 0x3f80_0000);
+    if m > core::f32::consts::SQRT_2 {
+        m *= 0.5;
+        exponent += 1;
+    }
+    // ln m = 2 artanh((m - 1) / (m + 1)), |argument| ≤ 0.172.
+    let u = (m - 1.0) / (m + 1.0);
+    let z = u * u;
+    let ln = 2.0 * u * (1.0 + z * (1.0 / 3.0 + z * (0.2 + z * (1.0 / 7.0 + z / 9.0))));
+    exponent as f32 + ln * core::f32::consts::LOG2_E
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn sweep(from: f64, to: f64, n: usize) -> impl Iterator<Item = f64> {
+        (0..=n).map(move |k| from + (to - from) * k as f64 / n as f64)
+    }
+
+    #[test]
+    fn sine_and_cosine_within_bound() {
+        for a in sweep(-100.0, 100.0, 200_000) {
+            let a = a as f32;
+            let (s, c) = sin_cos(a);
+            assert!((f64::from(s) - f64::from(a).sin()).abs() < 3e-6, "sin {a}");
+            assert!((f64::from(c) - f64::from(a).cos()).abs() < 3e-6, "cos {a}");
+        }
+        for a in sweep(-3.2, 3.2, 100_000) {
+            let a = a as f32;
+            let (s, c) = sin_cos(a);
+            assert!((f64::from(s) - f64::from(a).sin()).abs() < 3e-7, "sin {a}");
+            assert!((f64::from(c) - f64::from(a).cos()).abs() < 3e-7, "cos {a}");
+        }
+    }
+
+    #[test]
+    fn arctangent_within_bound() {
+        for a in sweep(-3.14159, 3.14159, 100_000) {
+            let (y, x) = (a.sin() as f32, a.cos() as f32);
+            let exact = f64::from(y).atan2(f64::from(x));
+            assert!((f64::from(atan2(y, x)) - exact).abs() < 1e-6, "{a}");
+        }
+        assert_eq!(atan2(0.0, 0.0), 0.0);
+        assert_eq!(atan2(f32::NAN, f32::NAN), 0.0);
+    }
+
+    #[test]
+    fn exponential_within_bound() {
+        for x in sweep(-125.0, 126.0, 100_000) {
+            let x = x as f32;
+            let exact = f64::from(x).exp2();
+            assert!((f64::from(exp2(x)) / exact - 1.0).abs() < 1e-6, "{x}");
+        }
+        assert_eq!(exp2(f32::NAN), 0.0);
+        assert_eq!(exp2(1e9), f32::MAX);
+    }
+
+    #[test]
+    fn logarithm_within_bound() {
+        for x in sweep(-120.0, 120.0, 100_000) {
+            let v = x.exp2() as f32;
+            let exact = f64::from(v).log2();
+            let bound = 2e-6_f64.max(1e-6 * exact.abs());
+            assert!((f64::from(log2(v)) - exact).abs() < bound, "{x}");
+        }
+        assert_eq!(log2(0.0), -127.0);
+        assert_eq!(log2(f32::NAN), -127.0);
+    }
+
+    #[test]
+    fn square_root_of_nonsense_is_zero() {
+        assert_eq!(sqrt(-1.0), 0.0);
+        assert_eq!(sqrt(f32::NAN), 0.0);
+        assert_eq!(sqrt(2.0), 2f32.sqrt());
+    }
+}

@@ -1,0 +1,3 @@
+//! Sentences out, commands in: everything that travels over the report UART.
+
+pub mod sentence;
