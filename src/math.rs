@@ -42,7 +42,7 @@ pub fn hypot(x: f32, y: f32) -> f32 {
 pub fn sin_cos(angle: f32) -> (f32, f32) {
     // π/2 in two parts, so that the reduction itself loses nothing for a few dozen turns.
     const HALF_PI_HIGH: f32 = 1.570_312_5;
-    const HALF_PI_LOW: f32 = 4.838_267_9e-4;
+    const HALF_PI_LOW: f32 = 4.838_268e-4;
     let turns = angle * core::f32::consts::FRAC_2_PI;
     let quarter = (turns + if turns < 0.0 { -0.5 } else { 0.5 }) as i32;
     let k = quarter as f32;
@@ -66,7 +66,7 @@ pub fn atan2(y: f32, x: f32) -> f32 {
     use core::f32::consts::{FRAC_PI_2, PI};
     let (ax, ay) = (x.abs(), y.abs());
     let (small, large) = if ax < ay { (ax, ay) } else { (ay, ax) };
-    if !(large > 0.0) {
+    if large.is_nan() || large <= 0.0 {
         return 0.0;
     }
     let octant = atan_unit(small / large);
@@ -91,7 +91,7 @@ fn atan_unit(t: f32) -> f32 {
 
 /// 2 to the power `x`, relative error below 1e-6; 0 below -126, the largest finite value above 127.
 pub fn exp2(x: f32) -> f32 {
-    if !(x > -126.0) {
+    if x.is_nan() || x <= -126.0 {
         return 0.0;
     }
     if x >= 127.0 {
@@ -114,7 +114,7 @@ pub fn exp(x: f32) -> f32 {
 /// Binary logarithm of a positive, normal number, absolute error below 2e-6 near 1 and relative
 /// error below 1e-6 elsewhere; -127 for anything else.
 pub fn log2(x: f32) -> f32 {
-    if !(x >= f32::MIN_POSITIVE && x <= f32::MAX) {
+    if !(f32::MIN_POSITIVE..=f32::MAX).contains(&x) {
         return -127.0;
     }
     let bits = x.to_bits();
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn arctangent_within_bound() {
-        for a in sweep(-3.14159, 3.14159, 100_000) {
+        for a in sweep(-3.15, 3.13, 100_000) {
             let (y, x) = (a.sin() as f32, a.cos() as f32);
             let exact = f64::from(y).atan2(f64::from(x));
             assert!((f64::from(atan2(y, x)) - exact).abs() < 1e-6, "{a}");

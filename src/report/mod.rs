@@ -1,3 +1,5 @@
 //! Sentences out, commands in: everything that travels over the report UART.
 
 pub mod sentence;
+
+pub use sentence::{Line, ParseError, ScanLine, Sentence, StepLine, Tenths};
