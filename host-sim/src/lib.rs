@@ -1,1 +1,6 @@
 //! The other side of the scanner: recordings, scenes, replay, scores, pictures.
+
+pub mod answer;
+pub mod recording;
+pub mod score;
+pub mod setup;

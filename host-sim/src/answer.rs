@@ -1,0 +1,146 @@
+//! A scan's answer as it comes out of the report UART, read back from its sentences.
+//!
+//! `replay` and `emulate` both print from here, so that they cannot differ in anything but the
+//! sentences themselves.
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, bail, ensure};
+use serde_json::{Value, json};
+use stairscan::report::{ScanLine, Sentence, StepLine, Tenths};
+use stairscan::stairs::{Direction, Status};
+
+/// One scan's sentences and what they say.
+#[derive(Clone, Debug)]
+pub struct Answer {
+    /// Base name of the recording.
+    pub recording: String,
+    /// The sentences as written, without line ends.
+    pub sentences: Vec<String>,
+    /// The head.
+    pub scan: ScanLine,
+    /// The steps, nearest first.
+    pub steps: Vec<StepLine>,
+}
+
+/// Metres of a sentence's length.
+pub fn metres(length: Tenths) -> f64 {
+    f64::from(length.0) / 10_000.0
+}
+
+impl Answer {
+    /// Parses the sentences of one scan.
+    pub fn parse(recording: &str, sentences: Vec<String>) -> Result<Self> {
+        let mut scan = None;
+        let mut steps = Vec::new();
+        for line in &sentences {
+            let sentence =
+                Sentence::parse(line).with_context(|| format!("{recording}: sentence {line}"))?;
+            match sentence {
+                Sentence::Scan(head) if scan.is_none() => scan = Some(head),
+                Sentence::Step(step) => steps.push(step),
+                other => bail!("{recording}: unexpected sentence {other:?}"),
+            }
+        }
+        let scan = scan.with_context(|| format!("{recording}: no SCAN sentence"))?;
+        ensure!(
+            steps.len() == usize::from(scan.steps),
+            "{recording}: {} STEP sentences, {} announced",
+            steps.len(),
+            scan.steps
+        );
+        Ok(Self {
+            recording: recording.to_owned(),
+            sentences,
+            scan,
+            steps,
+        })
+    }
+
+    /// Whether the scanner gave no answer.
+    pub fn is_fault(&self) -> bool {
+        self.scan.status == Status::Fault
+    }
+
+    /// The answer as one JSON object.
+    pub fn json(&self) -> Value {
+        let step = |s: &StepLine| {
+            json!({
+                "distance_m": metres(s.distance),
+                "height_m": metres(s.height),
+                "tread_m": s.tread.map(metres),
+                "riser_m": s.riser.map(metres),
+                "distance_sigma_m": metres(s.distance_sigma),
+                "height_sigma_m": metres(s.height_sigma),
+                "quality": s.quality,
+            })
+        };
+        json!({
+            "recording": self.recording,
+            "scan": self.scan.scan,
+            "status": self.scan.status.as_str(),
+            "direction": self.scan.direction.as_str(),
+            "steps": self.steps.iter().map(step).collect::<Vec<_>>(),
+            "lost_rows": self.scan.lost_rows,
+            "reasons": self.scan.reasons.iter().map(|r| r.as_str()).collect::<Vec<_>>(),
+        })
+    }
+
+    /// Sentences and a table for people.
+    pub fn text(&self) -> String {
+        let mut out = format!("{}\n", self.recording);
+        for line in &self.sentences {
+            let _ = writeln!(out, "  {line}");
+        }
+        let _ = writeln!(out, "  {}", self.summary());
+        if !self.steps.is_empty() {
+            out.push_str(
+                "  step   distance ± 2σ      height ± 2σ        tread    riser   quality\n",
+            );
+        }
+        for s in &self.steps {
+            let optional = |v: Option<Tenths>| {
+                v.map_or("-".into(), |v| format!("{:.1} cm", 100.0 * metres(v)))
+            };
+            let pair = |v, sigma| {
+                format!(
+                    "{:6.1} ± {:.1} cm",
+                    100.0 * metres(v),
+                    200.0 * metres(sigma)
+                )
+            };
+            let _ = writeln!(
+                out,
+                "  {:>4}   {:<17}  {:<17}  {:>7}  {:>7}   {:>5} %",
+                s.index,
+                pair(s.distance, s.distance_sigma),
+                pair(s.height, s.height_sigma),
+                optional(s.tread),
+                optional(s.riser),
+                s.quality
+            );
+        }
+        out
+    }
+
+    /// One line in words.
+    fn summary(&self) -> String {
+        let reasons: Vec<_> = self.scan.reasons.iter().map(|r| r.as_str()).collect();
+        let because = if reasons.is_empty() {
+            String::new()
+        } else {
+            format!(" ({})", reasons.join(", "))
+        };
+        let lost = match self.scan.lost_rows {
+            0 => String::new(),
+            n => format!(", {n} rows lost"),
+        };
+        let what = match (self.scan.status, self.scan.direction, self.steps.len()) {
+            (Status::Fault, ..) => "no answer".to_owned(),
+            (_, Direction::None, _) => "no stairs".to_owned(),
+            (_, Direction::Up, n) => format!("{n} step{} up", if n == 1 { "" } else { "s" }),
+            (_, Direction::Down, n) => format!("{n} step{} down", if n == 1 { "" } else { "s" }),
+        };
+        format!("{}{because}: {what}{lost}", self.scan.status.as_str())
+    }
+}

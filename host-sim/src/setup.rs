@@ -1,0 +1,113 @@
+//! From a recording's metadata to the scanner's configuration: the same fixed-point numbers that
+//! commands carry, rounded by the same function.
+
+use anyhow::{Result, anyhow, ensure};
+use stairscan::config::{Config, MountConfig, RadarConfig, SweepConfig, to_fixed};
+
+use crate::recording::{META_SUFFIX, Recording};
+
+/// Part of an angle step that a capture may lie off the schedule: a shaft is not exact.
+const OFF_SCHEDULE: f64 = 0.1;
+
+/// The radar's part of the configuration, for any recording.
+pub fn radar(recording: &Recording) -> Result<RadarConfig> {
+    let meta = &recording.meta;
+    let fixed = |value, key| {
+        to_fixed(value, 1e3)
+            .and_then(|v| u32::try_from(v).ok())
+            .ok_or_else(|| {
+                anyhow!(
+                    "{}.{META_SUFFIX}: {key}: {value} is out of range",
+                    recording.name
+                )
+            })
+    };
+    Ok(RadarConfig {
+        carrier_khz: fixed(meta.carrier_hz, "captures[0] core:frequency")?,
+        bandwidth_khz: fixed(meta.bandwidth_hz, "global stairscan:bandwidth_hz")?,
+        samples: u16::try_from(meta.samples_per_chirp)?,
+    })
+}
+
+/// How a recording's chirps lie on the schedule of angles.
+#[derive(Clone, Debug)]
+pub struct Schedule {
+    /// The equal steps that the scanner turns in.
+    pub sweep: SweepConfig,
+    /// For each scheduled angle the recording's chirp; `None` where it holds none.
+    pub chirps: Vec<Option<usize>>,
+}
+
+/// The equal angle steps that a recording was made with. Missing angles become lost chirps.
+pub fn schedule(recording: &Recording) -> Result<Schedule> {
+    let angles = &recording.meta.angles_deg;
+    let name = &recording.name;
+    let (Some(&first), Some(&last)) = (angles.first(), angles.last()) else {
+        return Err(anyhow!("{name}.{META_SUFFIX}: captures: holds no angle"));
+    };
+    let low = first.min(last);
+    let step = angles
+        .windows(2)
+        .map(|w| (w[1] - w[0]).abs())
+        .fold(f64::INFINITY, f64::min);
+    ensure!(
+        angles.len() >= 3,
+        "{name}.{META_SUFFIX}: captures: {} chirps, expected at least 3 angles for a scan",
+        angles.len()
+    );
+    // The smallest difference is the step, refined over the whole sweep.
+    let steps = ((last - first).abs() / step).round();
+    let step = (last - first).abs() / steps;
+    let sweep = SweepConfig {
+        first_angle: angle_fixed(low)?,
+        angle_step: angle_fixed(step)?,
+        angle_count: u16::try_from(steps as i64 + 1).unwrap_or(u16::MAX),
+    };
+    sweep
+        .validate()
+        .map_err(|e| anyhow!("{name}.{META_SUFFIX}: captures: {e}"))?;
+    let mut chirps = vec![None; usize::from(sweep.angle_count)];
+    for (k, angle) in angles.iter().enumerate() {
+        let place = (angle - low) / step;
+        let slot = chirps
+            .get_mut(place.round() as usize)
+            .filter(|_| (place - place.round()).abs() <= OFF_SCHEDULE);
+        *slot.ok_or_else(|| {
+            anyhow!(
+                "{name}.{META_SUFFIX}: captures[{k}] stairscan:mirror_angle_deg: found {angle}, \
+                 expected a multiple of {step:.4} degrees from {low}"
+            )
+        })? = Some(k);
+    }
+    Ok(Schedule { sweep, chirps })
+}
+
+fn angle_fixed(degrees: f64) -> Result<i32> {
+    to_fixed(degrees, 1e-3).ok_or_else(|| anyhow!("an angle of {degrees} degrees is out of range"))
+}
+
+/// The configuration that a recording brings, on top of `base` (seed, estimator, ...).
+pub fn config(recording: &Recording, base: &Config) -> Result<(Config, Schedule)> {
+    let mirror = recording.scan_setup()?;
+    let schedule = schedule(recording)?;
+    let name = &recording.name;
+    let fixed = |value, unit, key| {
+        to_fixed(value, unit)
+            .ok_or_else(|| anyhow!("{name}.{META_SUFFIX}: global {key}: {value} is out of range"))
+    };
+    let config = Config {
+        radar: radar(recording)?,
+        mount: MountConfig {
+            mirror_offset: fixed(mirror.offset_m, 1e-5, "stairscan:mirror_offset_m")?,
+            mount_height: fixed(mirror.mount_height_m, 1e-5, "stairscan:mount_height_m")?,
+            beamwidth: fixed(mirror.beamwidth_deg, 1e-3, "stairscan:beamwidth_deg")?,
+            plane: mirror.plane,
+        },
+        sweep: schedule.sweep,
+        ..*base
+    };
+    config
+        .validate()
+        .map_err(|e| anyhow!("{name}.{META_SUFFIX}: {e}"))?;
+    Ok((config, schedule))
+}
