@@ -361,6 +361,23 @@ pub enum EstimatorKind {
     Paper,
 }
 
+impl EstimatorKind {
+    /// Every estimator.
+    pub const ALL: &'static [EstimatorKind] = &[EstimatorKind::Paper];
+
+    /// The name that commands and options use.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            EstimatorKind::Paper => "paper",
+        }
+    }
+
+    /// The estimator of that name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        Self::ALL.iter().copied().find(|kind| kind.as_str() == name)
+    }
+}
+
 /// Everything that can be set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Config {
