@@ -1,6 +1,8 @@
 //! From the polar map to steps: particles, clusters, dimensions, and how sure they are.
 
+pub mod cluster;
 pub mod map;
+pub mod particles;
 
 use core::fmt;
 

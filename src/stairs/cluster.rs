@@ -1,0 +1,385 @@
+//! Clusters: Fuzzy ART, and the paper's rules for clusters that are no steps (paper III-B).
+
+use heapless::Vec;
+
+/// Most inputs that one step of an epoch compares, and most clusters of a scan.
+pub const MAX_CLUSTERS: usize = 64;
+
+/// The mark of a particle without a cluster.
+pub const NO_CLUSTER: u16 = u16::MAX;
+
+/// Where an input went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Match {
+    /// Its category.
+    pub category: u16,
+    /// Whether the category had to grow for it, or is new.
+    pub learned: bool,
+}
+
+/// One category: the smallest box around all inputs that it has taken, which is what a weight
+/// vector of complement-coded inputs is under fast learning.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Category<const F: usize> {
+    /// Least value of each feature.
+    pub low: [u8; F],
+    /// Largest value of each feature.
+    pub high: [u8; F],
+}
+
+impl<const F: usize> Category<F> {
+    /// Largest |w|: that of a point.
+    const NORM: u32 = 255 * F as u32;
+
+    fn point(input: &[u8; F]) -> Self {
+        Self {
+            low: *input,
+            high: *input,
+        }
+    }
+
+    /// |w| = Σ low + (255 - high): the less, the larger the box.
+    fn norm(&self) -> u32 {
+        let size: u32 = (self.low.iter().zip(&self.high))
+            .map(|(&low, &high)| u32::from(high - low.min(high)))
+            .sum();
+        Self::NORM - size
+    }
+
+    /// The box that holds `input` too: I ∧ w.
+    fn with(&self, input: &[u8; F]) -> Self {
+        let mut grown = *self;
+        for ((low, high), &value) in grown.low.iter_mut().zip(&mut grown.high).zip(input) {
+            *low = (*low).min(value);
+            *high = (*high).max(value);
+        }
+        grown
+    }
+}
+
+/// Fuzzy ART (Carpenter, Grossberg, Rosen 1991) on complement-coded inputs of `F` bytes, with fast
+/// learning (β = 1) and in the conservative limit (α → 0).
+///
+/// An input goes to the category with the largest choice |I ∧ w| / (α + |w|) among those that
+/// match, |I ∧ w| ≥ ρ |I|; when none does, it founds a category. Choices are compared crosswise,
+/// without a division, so the answer is exact.
+#[derive(Clone, Debug)]
+pub struct FuzzyArt<const F: usize, const C: usize> {
+    categories: Vec<Category<F>, C>,
+    least_norm: u32,
+}
+
+impl<const F: usize, const C: usize> FuzzyArt<F, C> {
+    /// A network without categories and with the vigilance ρ in thousandths.
+    pub fn new(vigilance: u16) -> Self {
+        let least = Category::<F>::NORM * u32::from(vigilance.min(1000));
+        Self {
+            categories: Vec::new(),
+            least_norm: least.div_ceil(1000),
+        }
+    }
+
+    /// The categories, oldest first.
+    pub fn categories(&self) -> &[Category<F>] {
+        &self.categories
+    }
+
+    /// Presents one input, and learns from it. `None` when no category matches and there is no
+    /// room for another.
+    pub fn present(&mut self, input: &[u8; F]) -> Option<Match> {
+        let mut best: Option<(usize, Category<F>, u32, u32)> = None;
+        for (k, category) in self.categories.iter().enumerate() {
+            let grown = category.with(input);
+            let (matched, norm) = (grown.norm(), category.norm());
+            if matched < self.least_norm {
+                continue;
+            }
+            // Of equal choices α prefers the smaller box, and order the older one.
+            let better = best.is_none_or(|(_, _, best_matched, best_norm)| {
+                let (this, other) = (matched * best_norm, best_matched * norm);
+                this > other || (this == other && norm > best_norm)
+            });
+            if better {
+                best = Some((k, grown, matched, norm));
+            }
+        }
+        match best {
+            Some((k, grown, matched, norm)) => {
+                if let (true, Some(category)) = (matched < norm, self.categories.get_mut(k)) {
+                    *category = grown;
+                }
+                Some(Match {
+                    category: k as u16,
+                    learned: matched < norm,
+                })
+            }
+            None => {
+                let category = self.categories.len() as u16;
+                self.categories.push(Category::point(input)).ok()?;
+                Some(Match {
+                    category,
+                    learned: true,
+                })
+            }
+        }
+    }
+
+    /// Presents all `items` in their order, again and again until an epoch neither learns nor
+    /// moves anything, at most `epochs` times. `features` gives an item's input, `mark` is where
+    /// its category goes ([`NO_CLUSTER`] for none). Returns the number of epochs.
+    pub fn settle<T>(
+        &mut self,
+        items: &mut [T],
+        epochs: u8,
+        features: impl Fn(&T) -> [u8; F],
+        mark: impl Fn(&mut T) -> &mut u16,
+    ) -> u8 {
+        for epoch in 1..=epochs {
+            let mut quiet = true;
+            for item in items.iter_mut() {
+                let answer = self.present(&features(item));
+                let category = answer.map_or(NO_CLUSTER, |m| m.category);
+                let place = mark(item);
+                quiet &= *place == category && answer.is_none_or(|m| !m.learned);
+                *place = category;
+            }
+            if quiet {
+                return epoch;
+            }
+        }
+        epochs
+    }
+}
+
+/// What became of a cluster.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Fate {
+    /// It is a step.
+    #[default]
+    Kept,
+    /// Too few particles: scatter that did not converge.
+    Outlier,
+    /// Part of an object that another cluster stands for.
+    Redundant,
+}
+
+/// What the rules of rejection ask of a cluster.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Extent {
+    /// Its particles.
+    pub count: u16,
+    /// Its place along the depth, metres.
+    pub depth_m: f32,
+    /// Its place along the height, metres.
+    pub height_m: f32,
+    /// What became of it.
+    pub fate: Fate,
+}
+
+/// Marks the clusters that hold fewer than 10 % of the mean particle count as outliers.
+pub fn reject_outliers(clusters: &mut [Extent]) {
+    const SHARE: u32 = 10;
+    let total: u32 = clusters.iter().map(|c| u32::from(c.count)).sum();
+    let number = clusters.len() as u32;
+    for cluster in clusters {
+        if u32::from(cluster.count) * number * SHARE < total {
+            cluster.fate = Fate::Outlier;
+        }
+    }
+}
+
+/// Of two kept clusters closer than `spacing_m` in depth or in height, marks the one with fewer
+/// particles as redundant; of equal ones the lower.
+///
+/// The largest cluster speaks first, so that one that is itself redundant takes no other with it.
+pub fn reject_redundant(clusters: &mut [Extent], spacing_m: f32) {
+    let precedes = |a: &Extent, b: &Extent| {
+        a.count > b.count || (a.count == b.count && a.height_m > b.height_m)
+    };
+    let mut spoken: u64 = 0;
+    for _ in 0..clusters.len().min(MAX_CLUSTERS) {
+        let next = (clusters.iter().enumerate().take(MAX_CLUSTERS))
+            .filter(|(k, c)| c.fate == Fate::Kept && spoken & (1 << k) == 0)
+            .reduce(|best, c| if precedes(c.1, best.1) { c } else { best })
+            .map(|(k, c)| (k, *c));
+        let Some((speaker, strong)) = next else {
+            return;
+        };
+        spoken |= 1 << speaker;
+        for (k, weak) in clusters.iter_mut().enumerate() {
+            let near = (weak.depth_m - strong.depth_m).abs() < spacing_m
+                || (weak.height_m - strong.height_m).abs() < spacing_m;
+            let silent = k >= MAX_CLUSTERS || spoken & (1 << k) == 0;
+            if weak.fate == Fate::Kept && silent && near {
+                weak.fate = Fate::Redundant;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// Categories of `inputs` in their order, and the network that they leave.
+    fn settle<const F: usize>(
+        inputs: &[[u8; F]],
+        vigilance: u16,
+    ) -> (std::vec::Vec<u16>, FuzzyArt<F, 8>) {
+        let mut art = FuzzyArt::new(vigilance);
+        let mut items: std::vec::Vec<([u8; F], u16)> =
+            inputs.iter().map(|&i| (i, NO_CLUSTER)).collect();
+        art.settle(&mut items, 10, |i| i.0, |i| &mut i.1);
+        (items.iter().map(|i| i.1).collect(), art)
+    }
+
+    #[test]
+    fn a_box_grows_as_far_as_the_vigilance_lets_it() {
+        // One feature, ρ = 0.8: |I ∧ w| = 255 - box ≥ 204, so a box may be 51 wide and no wider.
+        let (marks, art) = settle(&[[0], [51], [52], [103], [104]], 800);
+        assert_eq!(marks, [0, 0, 1, 1, 2]);
+        assert_eq!(art.categories()[1].low, [52]);
+        assert_eq!(art.categories()[1].high, [103]);
+    }
+
+    #[test]
+    fn a_category_is_chosen_by_the_choice_function() {
+        // Worked by hand, two features, norm 510. After the first three inputs A = (0,0)…(100,0)
+        // with |w| = 410 and B = the point (200,0) with |w| = 510. The input (150,0) gives
+        // A: |I ∧ w| = 360, T = 360/410 = 0.878; B: 460, T = 460/510 = 0.902: it goes to B.
+        let mut art = FuzzyArt::<2, 8>::new(700);
+        assert_eq!(art.present(&[0, 0]).unwrap().category, 0);
+        assert_eq!(art.present(&[100, 0]).unwrap().category, 0);
+        assert_eq!(art.present(&[200, 0]).unwrap().category, 1);
+        let answer = art.present(&[150, 0]).unwrap();
+        assert_eq!((answer.category, answer.learned), (1, true));
+        // 125 to the right of A's edge by 25 and of B's (150…200) by 25: A loses the larger share
+        // of its smaller norm, 385/410 = 0.939 against 435/460 = 0.946.
+        assert_eq!(art.present(&[125, 0]).unwrap().category, 1);
+    }
+
+    #[test]
+    fn of_two_boxes_around_an_input_the_smaller_takes_it() {
+        let mut art = FuzzyArt::<1, 8>::new(0);
+        for (low, high) in [([100], [200]), ([120], [170]), ([110], [160])] {
+            art.categories.push(Category { low, high }).unwrap();
+        }
+        // Within all three T = |w| / (α + |w|): 1 for every box when α → 0, and yet the larger the
+        // smaller the box; of the two equal ones the older.
+        let answer = art.present(&[145]).unwrap();
+        assert_eq!((answer.category, answer.learned), (1, false));
+    }
+
+    #[test]
+    fn the_ends_of_the_vigilance() {
+        let inputs = [[0, 0], [255, 255], [0, 0], [3, 9], [255, 0]];
+        assert_eq!(settle(&inputs, 0).0, [0; 5]);
+        assert_eq!(settle(&inputs, 1000).0, [0, 1, 0, 2, 3]);
+        assert_eq!(settle(&inputs, u16::MAX).0, [0, 1, 0, 2, 3]);
+    }
+
+    #[test]
+    fn what_finds_no_room_stays_without_a_cluster() {
+        let inputs: std::vec::Vec<[u8; 1]> = (0..9).map(|k| [k]).collect();
+        let (marks, _) = settle(&inputs, 1000);
+        assert_eq!(marks, [0, 1, 2, 3, 4, 5, 6, 7, NO_CLUSTER]);
+    }
+
+    fn extents(of: &[(u16, f32, f32)]) -> std::vec::Vec<Extent> {
+        of.iter()
+            .map(|&(count, depth_m, height_m)| Extent {
+                count,
+                depth_m,
+                height_m,
+                fate: Fate::Kept,
+            })
+            .collect()
+    }
+
+    fn fates(of: &[Extent]) -> std::vec::Vec<Fate> {
+        of.iter().map(|c| c.fate).collect()
+    }
+
+    #[test]
+    fn outliers_are_fewer_than_a_tenth_of_the_mean() {
+        use Fate::{Kept, Outlier};
+        // Mean 50: 5 is a tenth of it and stays.
+        let mut clusters = extents(&[(95, 0.0, 0.0), (5, 1.0, 1.0)]);
+        reject_outliers(&mut clusters);
+        assert_eq!(fates(&clusters), [Kept, Kept]);
+        // Mean 50.5: 5 is less than a tenth.
+        let mut clusters = extents(&[(96, 0.0, 0.0), (5, 1.0, 1.0)]);
+        reject_outliers(&mut clusters);
+        assert_eq!(fates(&clusters), [Kept, Outlier]);
+    }
+
+    #[test]
+    fn redundant_clusters_are_closer_than_the_spacing_in_depth_or_height() {
+        use Fate::{Kept, Redundant};
+        // 0.125 m is exact in binary, so the bound itself can be tested.
+        let check = |other: (u16, f32, f32), expected| {
+            let mut clusters = extents(&[(10, 1.0, 1.0), other]);
+            reject_redundant(&mut clusters, 0.125);
+            assert_eq!(fates(&clusters), expected, "{other:?}");
+        };
+        check((9, 1.125, 1.125), [Kept, Kept]);
+        check((9, 1.124, 2.0), [Kept, Redundant]);
+        check((9, 2.0, 0.876), [Kept, Redundant]);
+        check((11, 1.0, 2.0), [Redundant, Kept]);
+        check((10, 1.0, 0.9), [Kept, Redundant]);
+        check((10, 1.0, 1.1), [Redundant, Kept]);
+    }
+
+    #[test]
+    fn a_redundant_cluster_takes_no_other_with_it() {
+        use Fate::{Kept, Outlier, Redundant};
+        let mut clusters = extents(&[(5, 1.16, 1.16), (9, 1.08, 1.08), (10, 1.0, 1.0)]);
+        reject_redundant(&mut clusters, 0.1);
+        assert_eq!(fates(&clusters), [Kept, Redundant, Kept]);
+        let mut clusters = extents(&[(5, 1.0, 1.0), (9, 1.0, 1.0)]);
+        clusters[1].fate = Outlier;
+        reject_redundant(&mut clusters, 0.1);
+        assert_eq!(fates(&clusters), [Kept, Outlier]);
+    }
+
+    proptest! {
+        #[test]
+        fn settled_boxes_hold_their_inputs_and_obey_the_vigilance(
+            inputs in proptest::collection::vec(any::<[u8; 3]>(), 1..100),
+            vigilance in 0_u16..=1000,
+        ) {
+            let (marks, art) = settle(&inputs, vigilance);
+            for category in art.categories() {
+                prop_assert!(1000 * category.norm() >= 765 * u32::from(vigilance));
+            }
+            for (input, &mark) in inputs.iter().zip(&marks) {
+                let Some(category) = art.categories().get(usize::from(mark)) else {
+                    prop_assert_eq!(mark, NO_CLUSTER);
+                    continue;
+                };
+                prop_assert_eq!(category.with(input), *category);
+            }
+        }
+
+        #[test]
+        fn kept_clusters_are_apart(
+            list in proptest::collection::vec((0_u16..50, 0.0_f32..2.0, 0.0_f32..2.0), 0..80),
+        ) {
+            let mut clusters = extents(&list);
+            reject_outliers(&mut clusters);
+            reject_redundant(&mut clusters, 0.1);
+            let kept: std::vec::Vec<&Extent> = clusters
+                .iter()
+                .take(MAX_CLUSTERS)
+                .filter(|c| c.fate == Fate::Kept)
+                .collect();
+            for (k, a) in kept.iter().enumerate() {
+                for b in &kept[..k] {
+                    prop_assert!((a.depth_m - b.depth_m).abs() >= 0.1);
+                    prop_assert!((a.height_m - b.height_m).abs() >= 0.1);
+                }
+            }
+        }
+    }
+}
