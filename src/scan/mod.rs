@@ -1,1 +1,39 @@
 //! Schedule of angles, mirror motor, radar link, and the loop that ties them to the stages.
+//!
+//! The scanner is a polled state machine: [`Scanner::step`] never waits, so that a command is
+//! answered during a scan, the watchdog sees every state's own deadline, and a chirp is worked off
+//! while the mirror moves to the next angle. Hardware comes in behind four narrow traits
+//! ([`Mirror`], [`RadarLink`], [`BytePort`], [`Retained`]) and time as an argument, so the code
+//! that scans on the chip is the code that runs in the emulator and behind `replay`.
+//!
+//! | module | what it does |
+//! |---|---|
+//! | [`time`] | microseconds that wrap |
+//! | [`settings`] | configuration, time-outs and motor data, by key |
+//! | [`schedule`] | which microstep belongs to which row |
+//! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
+//! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
+//! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
+//! | [`frame`] | the radar link's binary frames |
+//! | [`link`] | the radar link as the sweep sees it, and its implementation over frames |
+//! | [`wrap`] | recorder and fault injector around any radar link |
+//! | [`chain`] | the data's way: samples, map, estimator |
+//! | [`sweep`] | one scan: move, settle, trigger, receive, retry |
+//! | [`selftest`] | known-answer chirp through FFT and CFAR |
+//! | [`scanner`] | boot, self-test, idle, scanning, reporting, fault; commands |
+
+pub mod frame;
+pub mod link;
+pub mod mirror;
+pub mod pulser;
+pub mod ramp;
+pub mod schedule;
+pub mod settings;
+pub mod time;
+pub mod wrap;
+
+pub use link::{BytePort, LinkError, RadarLink};
+pub use mirror::{Mirror, MirrorError, Motion};
+pub use schedule::{MICROSTEPS_PER_TURN, Schedule};
+pub use settings::Settings;
+pub use time::Micros;

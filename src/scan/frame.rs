@@ -1,0 +1,377 @@
+//! The radar link's binary frames.
+//!
+//! Little-endian throughout, 1 Mbaud, 8 data bits, no parity, 1 stop bit:
+//!
+//! | offset | bytes | what |
+//! |---|---|---|
+//! | 0 | 2 | `0x53 0x52` ("SR"), where a frame begins |
+//! | 2 | 1 | version of this format, 1 |
+//! | 3 | 1 | kind |
+//! | 4 | 2 | sequence number |
+//! | 6 | 2 | n, length of the payload, at most 1024 |
+//! | 8 | n | payload |
+//! | 8 + n | 4 | CRC-32 (ISO-HDLC) of everything before it |
+//!
+//! | kind | from | payload |
+//! |---|---|---|
+//! | `0x01` configure | scanner | none |
+//! | `0x81` settings | module | carrier u32 kHz, swept bandwidth B u32 kHz, samples per chirp Ns u16, 0 u16 |
+//! | `0x02` trigger | scanner | i32: angle of the mirror's shaft, 0.001° from the horizontal, positive downwards |
+//! | `0x82` chirp | module | Ns samples, each I then Q as i16, full scale 32767 |
+//! | `0xE0` error | module | u8: 1 not ready, 2 hardware, 3 does not understand |
+//!
+//! The scanner asks, the module answers once, with the sequence number of what it answers; each
+//! request has a new one, retries too, so that a chirp that comes late or twice is never taken for
+//! another row's. A module speaks only when asked. Whatever does not parse is skipped up to the
+//! next beginning of a frame.
+
+use crate::Iq;
+use crate::config::{MAX_SAMPLES, RadarConfig};
+
+/// Version of the format.
+pub const VERSION: u8 = 1;
+/// Bytes before the payload.
+pub const HEADER: usize = 8;
+/// Bytes after it.
+pub const TRAILER: usize = 4;
+/// Longest payload: 256 samples.
+pub const MAX_PAYLOAD: usize = 4 * MAX_SAMPLES;
+/// Longest frame.
+pub const MAX_FRAME: usize = HEADER + MAX_PAYLOAD + TRAILER;
+/// Speed of the link: both clocks of the board divide to it exactly.
+pub const LINK_BAUD: u32 = 1_000_000;
+
+const MAGIC: [u8; 2] = *b"SR";
+
+/// CRC-32 of frames and sentences: one table of 256 words serves both.
+pub static CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// What a frame is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Kind {
+    /// Scanner: what are you set to?
+    Configure = 0x01,
+    /// Module: this.
+    Settings = 0x81,
+    /// Scanner: fire one chirp.
+    Trigger = 0x02,
+    /// Module: its samples.
+    Chirp = 0x82,
+    /// Module: it cannot.
+    Error = 0xE0,
+}
+
+impl Kind {
+    fn from_byte(byte: u8) -> Option<Self> {
+        [
+            Kind::Configure,
+            Kind::Settings,
+            Kind::Trigger,
+            Kind::Chirp,
+            Kind::Error,
+        ]
+        .into_iter()
+        .find(|kind| *kind as u8 == byte)
+    }
+}
+
+/// A whole frame whose CRC is right.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Frame<'a> {
+    /// What it is.
+    pub kind: Kind,
+    /// Its sequence number.
+    pub sequence: u16,
+    /// Its payload.
+    pub payload: &'a [u8],
+}
+
+/// What is wrong with bytes that began like a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FrameError {
+    /// Another version of the format.
+    Version,
+    /// A kind that this version does not have.
+    Kind,
+    /// A payload longer than any.
+    Length,
+    /// Damaged on the way.
+    Crc,
+}
+
+/// Puts a frame together; `out` is cleared first. Payloads that do not fit `out` are cut, which
+/// the receiver notices.
+pub fn encode<const N: usize>(
+    kind: Kind,
+    sequence: u16,
+    payload: &[u8],
+    out: &mut heapless::Vec<u8, N>,
+) {
+    out.clear();
+    let length = payload.len() as u16;
+    let [s0, s1] = sequence.to_le_bytes();
+    let [l0, l1] = length.to_le_bytes();
+    let header = [MAGIC[0], MAGIC[1], VERSION, kind as u8, s0, s1, l0, l1];
+    let _ = out.extend_from_slice(&header);
+    let _ = out.extend_from_slice(payload);
+    let crc = CRC32.checksum(out);
+    let _ = out.extend_from_slice(&crc.to_le_bytes());
+}
+
+/// Payload of a settings frame.
+pub fn settings_payload(radar: &RadarConfig) -> [u8; 12] {
+    let [c0, c1, c2, c3] = radar.carrier_khz.to_le_bytes();
+    let [b0, b1, b2, b3] = radar.bandwidth_khz.to_le_bytes();
+    let [n0, n1] = radar.samples.to_le_bytes();
+    [c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, 0, 0]
+}
+
+/// Reads a settings frame's payload; `None` when its length is wrong.
+pub fn parse_settings(payload: &[u8]) -> Option<RadarConfig> {
+    let &[c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, _, _] = payload else {
+        return None;
+    };
+    Some(RadarConfig {
+        carrier_khz: u32::from_le_bytes([c0, c1, c2, c3]),
+        bandwidth_khz: u32::from_le_bytes([b0, b1, b2, b3]),
+        samples: u16::from_le_bytes([n0, n1]),
+    })
+}
+
+/// Reads a chirp's payload into exactly as many samples; false when their number differs.
+pub fn parse_chirp(payload: &[u8], samples: &mut [Iq]) -> bool {
+    let (chunks, rest) = payload.as_chunks::<4>();
+    if !rest.is_empty() || chunks.len() != samples.len() {
+        return false;
+    }
+    for (sample, &[i0, i1, q0, q1]) in samples.iter_mut().zip(chunks) {
+        *sample = Iq::new(i16::from_le_bytes([i0, i1]), i16::from_le_bytes([q0, q1]));
+    }
+    true
+}
+
+/// What a byte has brought about.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Progress {
+    /// More is to come.
+    Partial,
+    /// [`Decoder::frame`] holds a frame.
+    Complete,
+}
+
+/// Puts frames together from a stream of bytes.
+#[derive(Debug)]
+pub struct Decoder {
+    bytes: heapless::Vec<u8, MAX_FRAME>,
+    total: usize,
+}
+
+impl Decoder {
+    /// A decoder that waits for the beginning of a frame.
+    pub const fn new() -> Self {
+        Self {
+            bytes: heapless::Vec::new(),
+            total: 0,
+        }
+    }
+
+    /// Forgets what has come in so far.
+    pub fn reset(&mut self) {
+        self.bytes.clear();
+        self.total = 0;
+    }
+
+    /// Takes one byte. An error also means that the search for the next frame has begun.
+    pub fn push(&mut self, byte: u8) -> Result<Progress, FrameError> {
+        if self.total != 0 && self.bytes.len() >= self.total {
+            self.reset();
+        }
+        match (self.bytes.len(), byte) {
+            // "SSR" still holds a beginning: a first byte may follow a first byte.
+            (0 | 1, 0x53) => {
+                self.reset();
+                let _ = self.bytes.push(byte);
+                return Ok(Progress::Partial);
+            }
+            (1, 0x52) => {}
+            (0 | 1, _) => {
+                self.reset();
+                return Ok(Progress::Partial);
+            }
+            _ => {}
+        }
+        let _ = self.bytes.push(byte);
+        if self.bytes.len() == HEADER {
+            self.begin_payload().inspect_err(|_| self.reset())?;
+        }
+        if self.total != 0 && self.bytes.len() == self.total {
+            return self
+                .check_crc()
+                .map(|()| Progress::Complete)
+                .inspect_err(|_| self.reset());
+        }
+        Ok(Progress::Partial)
+    }
+
+    fn begin_payload(&mut self) -> Result<(), FrameError> {
+        let &[_, _, version, kind, _, _, l0, l1] = self.bytes.as_slice() else {
+            return Err(FrameError::Length);
+        };
+        if version != VERSION {
+            return Err(FrameError::Version);
+        }
+        if Kind::from_byte(kind).is_none() {
+            return Err(FrameError::Kind);
+        }
+        let length = usize::from(u16::from_le_bytes([l0, l1]));
+        if length > MAX_PAYLOAD {
+            return Err(FrameError::Length);
+        }
+        self.total = HEADER + length + TRAILER;
+        Ok(())
+    }
+
+    fn check_crc(&self) -> Result<(), FrameError> {
+        let body = self.bytes.len().saturating_sub(TRAILER);
+        let (body, trailer) = self
+            .bytes
+            .split_at_checked(body)
+            .ok_or(FrameError::Length)?;
+        if trailer == CRC32.checksum(body).to_le_bytes() {
+            Ok(())
+        } else {
+            Err(FrameError::Crc)
+        }
+    }
+
+    /// The frame that the last byte completed.
+    pub fn frame(&self) -> Option<Frame<'_>> {
+        if self.total == 0 || self.bytes.len() != self.total {
+            return None;
+        }
+        let &[_, _, _, kind, s0, s1, _, _] = self.bytes.get(..HEADER)? else {
+            return None;
+        };
+        Some(Frame {
+            kind: Kind::from_byte(kind)?,
+            sequence: u16::from_le_bytes([s0, s1]),
+            payload: self.bytes.get(HEADER..self.total - TRAILER)?,
+        })
+    }
+}
+
+impl Default for Decoder {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::vec::Vec;
+
+    fn frame(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+        let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
+        encode(kind, sequence, payload, &mut out);
+        out.to_vec()
+    }
+
+    /// All frames and errors that a stream of bytes brings.
+    fn decode(bytes: &[u8]) -> Vec<Result<(Kind, u16, Vec<u8>), FrameError>> {
+        let mut decoder = Decoder::new();
+        let mut found = Vec::new();
+        for &byte in bytes {
+            match decoder.push(byte) {
+                Ok(Progress::Partial) => {}
+                Ok(Progress::Complete) => {
+                    let frame = decoder.frame().unwrap();
+                    found.push(Ok((frame.kind, frame.sequence, frame.payload.to_vec())));
+                }
+                Err(error) => found.push(Err(error)),
+            }
+        }
+        found
+    }
+
+    #[test]
+    fn layout_is_as_documented() {
+        let bytes = frame(Kind::Trigger, 0x0201, &(-20_000_i32).to_le_bytes());
+        assert_eq!(
+            bytes[..12],
+            [0x53, 0x52, 1, 2, 1, 2, 4, 0, 0xE0, 0xB1, 0xFF, 0xFF]
+        );
+        // The CRC's own check value pins the polynomial, its reflection and its final inversion.
+        assert_eq!(CRC32.checksum(b"123456789"), 0xCBF4_3926);
+        assert_eq!(bytes[12..], CRC32.checksum(&bytes[..12]).to_le_bytes());
+    }
+
+    #[test]
+    fn wrong_headers_are_named_and_skipped() {
+        let good = frame(Kind::Error, 7, &[2]);
+        for (offset, value, error) in [
+            (2, 9, FrameError::Version),
+            (3, 0x77, FrameError::Kind),
+            (7, 0x40, FrameError::Length),
+            (9, 0x40, FrameError::Crc),
+        ] {
+            let mut bad = good.clone();
+            bad[offset] = value;
+            bad.extend(&good);
+            let found = decode(&bad);
+            assert_eq!(found[0], Err(error));
+            assert_eq!(*found.last().unwrap(), Ok((Kind::Error, 7, vec![2])));
+        }
+    }
+
+    #[test]
+    fn settings_round_trip() {
+        let radar = RadarConfig::default();
+        assert_eq!(parse_settings(&settings_payload(&radar)), Some(radar));
+        assert_eq!(parse_settings(&[0; 11]), None);
+    }
+
+    proptest! {
+        #[test]
+        fn frames_survive_garbage_between_them(
+            sequence: u16,
+            payload in proptest::collection::vec(any::<u8>(), 0..MAX_PAYLOAD),
+            garbage in proptest::collection::vec(0_u8..0x53, 0..40),
+        ) {
+            let mut bytes = garbage.clone();
+            bytes.extend([0x53]);
+            bytes.extend(frame(Kind::Chirp, sequence, &payload));
+            bytes.extend(&garbage);
+            bytes.extend(frame(Kind::Settings, 1, &[]));
+            let found = decode(&bytes);
+            prop_assert_eq!(found.len(), 2);
+            prop_assert_eq!(&found[0], &Ok((Kind::Chirp, sequence, payload)));
+        }
+
+        #[test]
+        fn any_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..4000)) {
+            decode(&bytes);
+        }
+
+        #[test]
+        fn a_flipped_bit_is_noticed(bit in 0_usize..(8 * 20)) {
+            let mut bytes = frame(Kind::Chirp, 3, &[1, 2, 3, 4, 5, 6, 7, 8]);
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            prop_assert!(!decode(&bytes).iter().any(Result::is_ok));
+        }
+
+        #[test]
+        fn chirps_round_trip(parts in proptest::collection::vec(any::<(i16, i16)>(), 0..=256)) {
+            let samples: Vec<Iq> = parts.iter().map(|&(i, q)| Iq::new(i, q)).collect();
+            let payload: Vec<u8> =
+                parts.iter().flat_map(|(i, q)| [i.to_le_bytes(), q.to_le_bytes()].concat()).collect();
+            let mut read = vec![Iq::default(); samples.len()];
+            prop_assert!(parse_chirp(&payload, &mut read));
+            prop_assert_eq!(&read, &samples);
+            let mut longer = vec![Iq::default(); samples.len() + 1];
+            prop_assert!(!parse_chirp(&payload, &mut longer));
+        }
+    }
+}

@@ -1,0 +1,283 @@
+//! The radar link as the sweep sees it, and its implementation over frames.
+
+use core::task::Poll;
+
+use super::frame::{self, Decoder, Frame, FrameError, Kind, Progress};
+use super::time::Micros;
+use crate::Iq;
+use crate::config::RadarConfig;
+
+/// Why an answer is none.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LinkError {
+    /// No answer in time.
+    Timeout,
+    /// The answer was damaged on the way, or not a frame of this version.
+    Frame(FrameError),
+    /// Only answers to other requests came in time: late or repeated ones.
+    Sequence,
+    /// The answer is of the wrong kind or length.
+    Answer,
+    /// The module says that it cannot; its code ([`frame`]).
+    Module(u8),
+}
+
+/// The radar module at the other end: one request at a time, one answer each.
+///
+/// Narrow on purpose: a module with another protocol needs these four functions and nothing else
+/// of the scanner changes. No function waits.
+pub trait RadarLink {
+    /// Asks what the module is set to.
+    fn configure(&mut self, now: Micros, timeout_us: u32);
+    /// The answer to [`RadarLink::configure`].
+    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>>;
+    /// Fires one chirp with the mirror's shaft at `shaft_angle` (0.001°).
+    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32);
+    /// The answer to [`RadarLink::trigger`]: exactly as many samples as `samples` holds.
+    fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>>;
+}
+
+/// A serial port that never waits.
+pub trait BytePort {
+    /// The next byte that has come in.
+    fn read(&mut self) -> Option<u8>;
+    /// Takes as many bytes as fit and says how many.
+    fn write(&mut self, bytes: &[u8]) -> usize;
+}
+
+/// The request that waits for its answer.
+#[derive(Clone, Copy, Debug)]
+struct Request {
+    kind: Kind,
+    deadline: Micros,
+    strangers: bool,
+}
+
+/// The radar link over [`frame`]s on a serial port.
+#[derive(Debug)]
+pub struct FrameLink<P> {
+    port: P,
+    decoder: Decoder,
+    sequence: u16,
+    request: Option<Request>,
+    out: heapless::Vec<u8, 32>,
+    sent: usize,
+}
+
+impl<P: BytePort> FrameLink<P> {
+    /// A link over `port`.
+    pub const fn new(port: P) -> Self {
+        Self {
+            port,
+            decoder: Decoder::new(),
+            sequence: 0,
+            request: None,
+            out: heapless::Vec::new(),
+            sent: 0,
+        }
+    }
+
+    fn send(&mut self, now: Micros, kind: Kind, answer: Kind, payload: &[u8], timeout_us: u32) {
+        self.sequence = self.sequence.wrapping_add(1);
+        self.decoder.reset();
+        // What is still in the port answers an earlier request.
+        while self.port.read().is_some() {}
+        frame::encode(kind, self.sequence, payload, &mut self.out);
+        self.sent = 0;
+        self.pump();
+        self.request = Some(Request {
+            kind: answer,
+            deadline: now.plus(timeout_us),
+            strangers: false,
+        });
+    }
+
+    /// Hands over what the port takes of the request.
+    fn pump(&mut self) {
+        let rest = self.out.get(self.sent..).unwrap_or(&[]);
+        if !rest.is_empty() {
+            self.sent += self.port.write(rest);
+        }
+    }
+
+    /// Reads on until there is an answer, an error, or nothing more to read.
+    fn poll(&mut self, now: Micros) -> Poll<Result<(), LinkError>> {
+        self.pump();
+        let Some(request) = self.request else {
+            return Poll::Ready(Err(LinkError::Timeout));
+        };
+        while let Some(byte) = self.port.read() {
+            let result = match self.decoder.push(byte) {
+                Ok(Progress::Partial) => continue,
+                Ok(Progress::Complete) => self.judge(request.kind),
+                Err(error) => Some(Err(LinkError::Frame(error))),
+            };
+            if let Some(result) = result {
+                self.request = None;
+                return Poll::Ready(result);
+            }
+            if let Some(request) = &mut self.request {
+                request.strangers = true;
+            }
+        }
+        if !now.reached(request.deadline) {
+            return Poll::Pending;
+        }
+        let strangers = self.request.take().is_some_and(|r| r.strangers);
+        Poll::Ready(Err(if strangers {
+            LinkError::Sequence
+        } else {
+            LinkError::Timeout
+        }))
+    }
+
+    /// What a whole frame means for the request; `None` when it answers another one.
+    fn judge(&self, wanted: Kind) -> Option<Result<(), LinkError>> {
+        let Frame {
+            kind,
+            sequence,
+            payload,
+        } = self.decoder.frame()?;
+        if sequence != self.sequence {
+            return None;
+        }
+        Some(match kind {
+            Kind::Error => Err(LinkError::Module(payload.first().copied().unwrap_or(0))),
+            _ if kind == wanted => Ok(()),
+            _ => Err(LinkError::Answer),
+        })
+    }
+}
+
+impl<P: BytePort> RadarLink for FrameLink<P> {
+    fn configure(&mut self, now: Micros, timeout_us: u32) {
+        self.send(now, Kind::Configure, Kind::Settings, &[], timeout_us);
+    }
+
+    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        self.poll(now).map(|result| {
+            result?;
+            let payload = self.decoder.frame().map_or(&[][..], |frame| frame.payload);
+            frame::parse_settings(payload).ok_or(LinkError::Answer)
+        })
+    }
+
+    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
+        let payload = shaft_angle.to_le_bytes();
+        self.send(now, Kind::Trigger, Kind::Chirp, &payload, timeout_us);
+    }
+
+    fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        self.poll(now).map(|result| {
+            result?;
+            let payload = self.decoder.frame().map_or(&[][..], |frame| frame.payload);
+            if frame::parse_chirp(payload, samples) {
+                Ok(())
+            } else {
+                Err(LinkError::Answer)
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::collections::VecDeque;
+    use std::vec::Vec;
+
+    #[derive(Default)]
+    struct Wire {
+        incoming: VecDeque<u8>,
+        outgoing: Vec<u8>,
+        room: usize,
+    }
+
+    impl BytePort for Wire {
+        fn read(&mut self) -> Option<u8> {
+            self.incoming.pop_front()
+        }
+        fn write(&mut self, bytes: &[u8]) -> usize {
+            let n = bytes.len().min(self.room);
+            self.outgoing.extend(&bytes[..n]);
+            n
+        }
+    }
+
+    fn link() -> FrameLink<Wire> {
+        FrameLink::new(Wire {
+            room: 5,
+            ..Wire::default()
+        })
+    }
+
+    fn answer(link: &mut FrameLink<Wire>, kind: Kind, sequence: u16, payload: &[u8]) {
+        let mut out = heapless::Vec::<u8, { frame::MAX_FRAME }>::new();
+        frame::encode(kind, sequence, payload, &mut out);
+        link.port.incoming.extend(out);
+    }
+
+    const NOW: Micros = Micros(u32::MAX - 5);
+
+    #[test]
+    fn request_goes_out_in_pieces_and_settings_come_back() {
+        let mut link = link();
+        link.configure(NOW, 1000);
+        for _ in 0..4 {
+            assert!(link.poll_settings(NOW).is_pending());
+        }
+        let mut decoder = Decoder::new();
+        let last = link.port.outgoing.iter().map(|&b| decoder.push(b)).last();
+        assert_eq!(last, Some(Ok(Progress::Complete)));
+        assert_eq!(decoder.frame().unwrap().kind, Kind::Configure);
+        let radar = RadarConfig::default();
+        let payload = frame::settings_payload(&radar);
+        answer(&mut link, Kind::Settings, 1, &payload);
+        assert_eq!(link.poll_settings(NOW), Poll::Ready(Ok(radar)));
+    }
+
+    #[test]
+    fn late_and_repeated_chirps_are_not_taken() {
+        let mut link = link();
+        let mut samples = [Iq::default(); 2];
+        link.trigger(NOW, 0, 1000);
+        link.trigger(NOW, 250, 1000);
+        answer(&mut link, Kind::Chirp, 1, &[9; 8]);
+        assert!(link.poll_chirp(NOW, &mut samples).is_pending());
+        assert_eq!(
+            link.poll_chirp(NOW.plus(1000), &mut samples),
+            Poll::Ready(Err(LinkError::Sequence))
+        );
+        link.trigger(NOW, 500, 1000);
+        answer(&mut link, Kind::Chirp, 2, &[9; 8]);
+        answer(&mut link, Kind::Chirp, 3, &[1, 0, 2, 0, 3, 0, 4, 0]);
+        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
+        assert_eq!(samples, [Iq::new(1, 2), Iq::new(3, 4)]);
+    }
+
+    #[test]
+    fn every_error_has_its_type() {
+        let mut samples = [Iq::default(); 2];
+        let mut link = link();
+        let mut poll = |link: &mut FrameLink<Wire>, now| link.poll_chirp(now, &mut samples);
+        link.trigger(NOW, 0, 1000);
+        assert!(poll(&mut link, NOW.plus(999)).is_pending());
+        let timeout = Poll::Ready(Err(LinkError::Timeout));
+        assert_eq!(poll(&mut link, NOW.plus(1000)), timeout);
+        link.trigger(NOW, 0, 1000);
+        answer(&mut link, Kind::Chirp, 2, &[0; 8]);
+        link.port.incoming[12] ^= 1;
+        let crc = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
+        assert_eq!(poll(&mut link, NOW), crc);
+        link.trigger(NOW, 0, 1000);
+        answer(&mut link, Kind::Error, 3, &[2]);
+        let module = Poll::Ready(Err(LinkError::Module(2)));
+        assert_eq!(poll(&mut link, NOW), module);
+        for (sequence, kind, length) in [(4, Kind::Settings, 8), (5, Kind::Chirp, 7)] {
+            link.trigger(NOW, 0, 1000);
+            answer(&mut link, kind, sequence, &[0; 8][..length]);
+            let wrong = Poll::Ready(Err(LinkError::Answer));
+            assert_eq!(poll(&mut link, NOW), wrong);
+        }
+    }
+}

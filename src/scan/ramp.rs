@@ -1,0 +1,86 @@
+//! Acceleration-limited moves: the time from one step to the next.
+
+use crate::math;
+
+/// How fast a move may be.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Ramp {
+    /// Top speed, microsteps/s.
+    pub speed: u32,
+    /// Acceleration and deceleration, microsteps/s²; 0 starts and stops at top speed.
+    pub acceleration: u32,
+}
+
+impl Ramp {
+    /// Time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`.
+    ///
+    /// Constant acceleration a from rest has reached v = √(2as) after the way s; counted from both
+    /// ends that is a triangle for a short move and a trapezoid for a long one, with no state to
+    /// carry and no error to accumulate. One square root and one division a step.
+    pub fn interval(&self, k: u32, total: u32, tick_hz: u32) -> u32 {
+        let to_go = total.saturating_sub(1).saturating_sub(k);
+        let way = k.min(to_go) as f32 + 0.5;
+        let top = self.speed.max(1) as f32;
+        let ramped = if self.acceleration == 0 {
+            top
+        } else {
+            math::sqrt(2.0 * self.acceleration as f32 * way)
+        };
+        let speed = if ramped < top { ramped } else { top };
+        // A float that is too large saturates, and a tick is the least that a timer can wait.
+        ((tick_hz as f32 / speed) as u32).max(1)
+    }
+
+    /// Duration of a move of `total` steps, microseconds.
+    pub fn duration_us(&self, total: u32) -> u32 {
+        const TICK_HZ: u32 = 1_000_000;
+        (0..total).fold(0, |sum: u32, k| {
+            sum.saturating_add(self.interval(k, total, TICK_HZ))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const RAMP: Ramp = Ramp {
+        speed: 51_200,
+        acceleration: 2_560_000,
+    };
+
+    #[test]
+    fn short_move_is_a_triangle() {
+        // 36 steps: 2 √(s / a) = 7.5 ms in theory.
+        let us = RAMP.duration_us(36);
+        assert!((6_500..8_200).contains(&us), "{us}");
+        assert!(RAMP.interval(18, 36, 1_000_000) > 1_000_000 / 51_200);
+    }
+
+    #[test]
+    fn long_move_cruises() {
+        // 9955 steps: s / v + v / a = 194.4 ms + 20 ms.
+        let us = RAMP.duration_us(9955);
+        assert!((205_000..225_000).contains(&us), "{us}");
+        assert_eq!(RAMP.interval(5_000, 9_955, 84_000_000), 84_000_000 / 51_200);
+    }
+
+    proptest! {
+        #[test]
+        fn never_faster_than_allowed(k in 0u32..20_000, total in 1u32..20_000) {
+            let hz = 84_000_000;
+            let now = RAMP.interval(k, total, hz);
+            prop_assert!(now >= hz / RAMP.speed);
+            // The gain in speed from one step to the next stays within the acceleration.
+            let v = |k| f64::from(hz) / f64::from(RAMP.interval(k, total, hz));
+            if k + 1 < total {
+                let (a, b) = (v(k), v(k + 1));
+                let allowed = 2.0 * f64::from(RAMP.acceleration);
+                // A tick of the timer is this much of the squared speed.
+                let grain = 4.0 * b.max(a).powi(3) / f64::from(hz);
+                prop_assert!((b * b - a * a).abs() <= allowed * 1.001 + grain, "{} {}", a, b);
+            }
+        }
+    }
+}

@@ -1,0 +1,142 @@
+//! Which microstep belongs to which row.
+//!
+//! 0.25° is 35 5/9 microsteps of a motor with 51,200 a turn. Each row's position is computed from
+//! its angle alone and rounded once, so nothing accumulates however many scans follow each other,
+//! and both ways of the sweep stand on the same microsteps. The map is told the angle that the
+//! shaft then really has, at most 0.0035° from the scheduled one.
+
+use crate::config::{Config, ConfigError, Plane, SweepConfig, check};
+
+/// Microsteps of one turn of the shaft: 200 full steps of 256.
+pub const MICROSTEPS_PER_TURN: i32 = 51_200;
+
+/// Microsteps of a quarter turn, exactly.
+const QUARTER_TURN: i32 = MICROSTEPS_PER_TURN / 4;
+
+/// The shaft turns this far to either side of the horizontal, 0.001°.
+pub const SHAFT_LIMIT: i32 = 170_000;
+
+/// Thousandths of a degree in a turn.
+const TURN: i64 = 360_000;
+
+/// Microstep nearest to a shaft angle in 0.001°, halves away from zero.
+pub const fn microsteps(shaft_angle: i32) -> i32 {
+    let doubled = 2 * shaft_angle as i64 * MICROSTEPS_PER_TURN as i64;
+    let away = if doubled < 0 { -TURN } else { TURN };
+    ((doubled + away) / (2 * TURN)) as i32
+}
+
+/// Shaft angle of a microstep in 0.001°, rounded: what a trigger carries.
+pub const fn shaft_angle(position: i32) -> i32 {
+    let doubled = 2 * position as i64 * TURN;
+    let half = MICROSTEPS_PER_TURN as i64;
+    let away = if doubled < 0 { -half } else { half };
+    ((doubled + away) / (2 * half)) as i32
+}
+
+/// The rows of one scan as positions of the shaft.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Schedule {
+    sweep: SweepConfig,
+    plane: Plane,
+}
+
+impl Schedule {
+    /// The schedule of a configuration, if the shaft can turn so far.
+    pub fn new(config: &Config) -> Result<Self, ConfigError> {
+        config.sweep.validate()?;
+        let schedule = Self {
+            sweep: config.sweep,
+            plane: config.mount.plane,
+        };
+        let last = config.sweep.angle_count.saturating_sub(1);
+        let within = |row| (-SHAFT_LIMIT..=SHAFT_LIMIT).contains(&schedule.scheduled_shaft(row));
+        check(
+            within(0) && within(last),
+            "first-angle",
+            "a sweep within the 340 degrees of the shaft",
+        )?;
+        Ok(schedule)
+    }
+
+    /// Number of rows.
+    pub const fn rows(&self) -> u16 {
+        self.sweep.angle_count
+    }
+
+    /// Where the shaft is to stand for `row`, 0.001°: 45° mirrors do not double the angle, and in
+    /// the height plane angles count from straight down.
+    pub fn scheduled_shaft(&self, row: u16) -> i32 {
+        let beam = self.sweep.angle(row);
+        match self.plane {
+            Plane::Depth => beam,
+            Plane::Height => 90_000_i32.saturating_sub(beam),
+        }
+    }
+
+    /// Position of `row`, microsteps from the horizontal.
+    pub fn position(&self, row: u16) -> i32 {
+        microsteps(self.scheduled_shaft(row))
+    }
+
+    /// Angle of the beam when the shaft stands at `position`, radians, in the map's own plane.
+    pub fn beam_angle_rad(&self, position: i32) -> f32 {
+        const RAD_PER_STEP: f32 = core::f32::consts::TAU / MICROSTEPS_PER_TURN as f32;
+        let beam = match self.plane {
+            Plane::Depth => position,
+            Plane::Height => QUARTER_TURN.saturating_sub(position),
+        };
+        beam as f32 * RAD_PER_STEP
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn paper_schedule_stands_on_the_nearest_microstep() {
+        let schedule = Schedule::new(&Config::default()).unwrap();
+        let mut sum = 0;
+        for row in 0..schedule.rows() {
+            let exact = f64::from(schedule.scheduled_shaft(row)) * 51_200.0 / 360_000.0;
+            let position = schedule.position(row);
+            assert!((exact - f64::from(position)).abs() <= 0.5);
+            let angle = f64::from(schedule.beam_angle_rad(position)).to_degrees();
+            let wanted = -20.0 + 0.25 * f64::from(row);
+            assert!((angle - wanted).abs() < 0.00352, "row {row}: {angle}");
+            if row > 0 {
+                sum += position - schedule.position(row - 1);
+            }
+        }
+        // 70° are 9955.5 microsteps: the moves add up to it, not to 280 times 36.
+        assert_eq!(sum, schedule.position(280) - schedule.position(0));
+        assert_eq!(sum, 7111 + 2844);
+    }
+
+    #[test]
+    fn height_plane_turns_the_other_way_from_straight_down() {
+        let mut config = Config::default();
+        config.mount.plane = Plane::Height;
+        let schedule = Schedule::new(&config).unwrap();
+        assert_eq!(schedule.scheduled_shaft(80), 90_000);
+        assert_eq!(schedule.position(80), 12_800);
+        assert_eq!(schedule.beam_angle_rad(12_800), 0.0);
+        assert!(schedule.beam_angle_rad(schedule.position(280)) > 0.87);
+        config.sweep.first_angle = -81_000;
+        assert_eq!(Schedule::new(&config).unwrap_err().field, "first-angle");
+    }
+
+    proptest! {
+        #[test]
+        fn positions_round_to_nearest(angle in -SHAFT_LIMIT..=SHAFT_LIMIT) {
+            let exact = f64::from(angle) * 51_200.0 / 360_000.0;
+            prop_assert!((exact - f64::from(microsteps(angle))).abs() <= 0.5);
+            prop_assert_eq!(microsteps(-angle), -microsteps(angle));
+            // There and back is off by at most half a microstep and half a unit.
+            let back = shaft_angle(microsteps(angle));
+            prop_assert!((back - angle).abs() <= 4);
+        }
+    }
+}

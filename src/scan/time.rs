@@ -1,0 +1,42 @@
+//! Microseconds that wrap.
+
+/// A moment, in microseconds of a free-running 32-bit counter that wraps after 71 minutes.
+///
+/// Only differences mean anything, and only below half of the counter's span; every time-out is
+/// held below that ([`super::settings::MAX_TIME`]).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Micros(pub u32);
+
+impl Micros {
+    /// Microseconds since `earlier`.
+    pub const fn since(self, earlier: Micros) -> u32 {
+        self.0.wrapping_sub(earlier.0)
+    }
+
+    /// The moment `us` microseconds later.
+    #[must_use]
+    pub const fn plus(self, us: u32) -> Self {
+        Self(self.0.wrapping_add(us))
+    }
+
+    /// Whether `deadline` has come.
+    pub const fn reached(self, deadline: Micros) -> bool {
+        self.since(deadline) < 1 << 31
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn deadlines_survive_the_wrap() {
+        let start = Micros(u32::MAX - 10);
+        let deadline = start.plus(100);
+        assert!(!start.reached(deadline));
+        assert!(!start.plus(99).reached(deadline));
+        assert!(start.plus(100).reached(deadline));
+        assert!(start.plus(1_000_000).reached(deadline));
+        assert_eq!(start.plus(100).since(start), 100);
+    }
+}
