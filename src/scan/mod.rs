@@ -22,6 +22,7 @@
 //! | [`selftest`] | known-answer chirp through FFT and CFAR |
 //! | [`scanner`] | boot, self-test, idle, scanning, reporting, fault; commands |
 
+pub mod chain;
 pub mod frame;
 pub mod link;
 pub mod mirror;
@@ -29,6 +30,7 @@ pub mod pulser;
 pub mod ramp;
 pub mod schedule;
 pub mod settings;
+pub mod sweep;
 pub mod time;
 pub mod wrap;
 

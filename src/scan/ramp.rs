@@ -31,6 +31,18 @@ impl Ramp {
         ((tick_hz as f32 / speed) as u32).max(1)
     }
 
+    /// No move of `total` steps takes longer, microseconds: half as much again as a trapezoid,
+    /// whose s/v + v/a is never below a triangle's 2√(s/a).
+    pub fn bound_us(&self, total: u32) -> u32 {
+        let speed = self.speed.max(1) as f32;
+        let ramps = match self.acceleration {
+            0 => 0.0,
+            acceleration => speed / acceleration as f32,
+        };
+        let seconds = 1.5 * (total as f32 / speed + ramps);
+        (seconds * 1e6) as u32
+    }
+
     /// Duration of a move of `total` steps, microseconds.
     pub fn duration_us(&self, total: u32) -> u32 {
         const TICK_HZ: u32 = 1_000_000;
@@ -64,6 +76,13 @@ mod tests {
         let us = RAMP.duration_us(9955);
         assert!((205_000..225_000).contains(&us), "{us}");
         assert_eq!(RAMP.interval(5_000, 9_955, 84_000_000), 84_000_000 / 51_200);
+    }
+
+    #[test]
+    fn bound_holds() {
+        for total in [1, 2, 36, 500, 1024, 5_000, 50_000] {
+            assert!(RAMP.duration_us(total) <= RAMP.bound_us(total), "{total}");
+        }
     }
 
     proptest! {

@@ -259,9 +259,8 @@ impl Slot<'_> {
             Slot::Spread(v) => write_word(v, field, text),
             Slot::Sweeping(v) => write_word(v, field, text),
             Slot::Estimator(v) => {
-                let found = EstimatorKind::ALL.iter().find(|kind| kind.as_str() == text);
                 let expected = "the name of an estimator";
-                *v = *found.ok_or(ConfigError { field, expected })?;
+                *v = EstimatorKind::from_name(text).ok_or(ConfigError { field, expected })?;
                 Ok(())
             }
             Slot::ReadOnly(_) => Err(ConfigError {

@@ -1,0 +1,24 @@
+//! The data's way through one scan, as the sweep drives it.
+
+use crate::Iq;
+use crate::config::{Config, ConfigError};
+use crate::stairs::Outcome;
+
+/// From samples to steps: what a scan does with its chirps.
+///
+/// The sweep fills [`DataPath::samples`], has them worked off by [`DataPath::row`] while the mirror
+/// moves on, and asks for the outcome after the last row. Rows may come in either direction.
+pub trait DataPath {
+    /// Empties the map for scan number `scan` of `config`.
+    fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError>;
+    /// Where the next chirp's samples go: as many as the configuration says.
+    fn samples(&mut self) -> &mut [Iq];
+    /// Works off the samples as row `row`, seen at the angle that the beam really had.
+    fn row(&mut self, row: u16, beam_angle_rad: f32);
+    /// Row `row` will not come.
+    fn lost(&mut self, row: u16);
+    /// The steps, after the last row.
+    fn finish(&mut self) -> Outcome;
+    /// Whether a known-answer chirp comes out of the arithmetic as it must.
+    fn self_test(&mut self) -> bool;
+}

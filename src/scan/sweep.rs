@@ -1,0 +1,275 @@
+//! One scan: configure, move, settle, trigger, receive, retry, row after row.
+
+use core::task::Poll;
+
+use super::chain::DataPath;
+use super::link::{LinkError, RadarLink};
+use super::mirror::{Mirror, MirrorError, Motion};
+use super::ramp::Ramp;
+use super::schedule::{Schedule, shaft_angle};
+use super::settings::Settings;
+use super::time::Micros;
+use crate::stairs::Reason;
+
+/// So many rows in a row without a chirp are no noise on the line: the scan ends at once.
+const LOST_STREAK: u16 = 8;
+
+/// On top of every computed deadline: the main loop's own grain, a long command listing.
+const MARGIN_US: u32 = 100_000;
+
+/// Where the sweep stands.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// The module is asked what it is set to; the mirror already moves.
+    Configure,
+    /// The chirp before is worked off; the mirror moves.
+    Work,
+    /// The mirror moves.
+    Move,
+    /// The mirror stands and comes to rest.
+    Settle(Micros),
+    /// The chirp is on its way.
+    Receive,
+}
+
+/// How a scan's rows went.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rows {
+    /// Rows whose chirp did not come.
+    pub lost: u16,
+    /// What ended the scan before its last row.
+    pub fault: Option<Reason>,
+}
+
+/// The rows of one scan, as a polled state machine.
+#[derive(Debug)]
+pub struct Sweep {
+    settings: Settings,
+    schedule: Schedule,
+    scan: u32,
+    backward: bool,
+    stage: Stage,
+    /// Rows done, in the order of the sweep.
+    done: u16,
+    attempt: u8,
+    lost: u16,
+    streak: u16,
+    /// A row whose samples have come and are not worked off yet, and where the shaft stood.
+    pending: Option<(u16, i32)>,
+    deadline: Micros,
+}
+
+/// The reason that a link's error gives a scan.
+pub fn link_reason(error: LinkError) -> Reason {
+    match error {
+        LinkError::Module(_) | LinkError::Answer => Reason::ModuleError,
+        LinkError::Timeout | LinkError::Frame(_) | LinkError::Sequence => Reason::LinkSilent,
+    }
+}
+
+/// The reason that a motor's error gives a scan.
+pub fn mirror_reason(error: MirrorError) -> Reason {
+    match error {
+        MirrorError::Stall => Reason::MotorStall,
+        MirrorError::HomeNotFound | MirrorError::NotHomed => Reason::HomeNotFound,
+    }
+}
+
+impl Sweep {
+    /// Begins scan number `scan`, from the last row to the first if `backward`.
+    ///
+    /// `settings` must be valid; they are copied, so that what a command changes meanwhile is for
+    /// the next scan.
+    pub fn start(
+        now: Micros,
+        settings: &Settings,
+        scan: u32,
+        backward: bool,
+        mirror: &mut impl Mirror,
+        link: &mut impl RadarLink,
+    ) -> Result<Self, Reason> {
+        let schedule = Schedule::new(&settings.config).map_err(|_| Reason::ModuleConfig)?;
+        let mut sweep = Self {
+            settings: *settings,
+            schedule,
+            scan,
+            backward,
+            stage: Stage::Configure,
+            done: 0,
+            attempt: 0,
+            lost: 0,
+            streak: 0,
+            pending: None,
+            deadline: now,
+        };
+        sweep.start_move(now, mirror);
+        sweep.ask(now, link);
+        Ok(sweep)
+    }
+
+    /// The moment by which the present stage must have got further.
+    pub fn deadline(&self) -> Micros {
+        self.deadline
+    }
+
+    /// What the radar module said at the beginning of this scan.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Row that is due, in the order of the map.
+    fn row(&self) -> u16 {
+        if self.backward {
+            let last = self.schedule.rows().saturating_sub(1);
+            last.saturating_sub(self.done)
+        } else {
+            self.done
+        }
+    }
+
+    fn ask(&mut self, now: Micros, link: &mut impl RadarLink) {
+        let timeout = self.settings.timing.configure_timeout;
+        link.configure(now, timeout);
+        self.stage = Stage::Configure;
+        self.deadline = now.plus(timeout).plus(MARGIN_US);
+    }
+
+    fn start_move(&mut self, now: Micros, mirror: &mut impl Mirror) {
+        let target = self.schedule.position(self.row());
+        let ramp = Ramp {
+            speed: self.settings.motor.speed,
+            acceleration: self.settings.motor.acceleration,
+        };
+        let bound = ramp.bound_us(mirror.position().abs_diff(target));
+        mirror.start_move(target, &self.settings.motor);
+        self.deadline = now.plus(bound).plus(MARGIN_US);
+    }
+
+    fn trigger(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarLink) {
+        let timeout = self.settings.timing.chirp_timeout;
+        link.trigger(now, shaft_angle(mirror.position()), timeout);
+        self.stage = Stage::Receive;
+        self.deadline = now.plus(timeout).plus(MARGIN_US);
+    }
+
+    fn end(&self, fault: Option<Reason>) -> Poll<Rows> {
+        Poll::Ready(Rows {
+            lost: self.lost,
+            fault,
+        })
+    }
+
+    /// Gets as far as it can without waiting.
+    pub fn poll(
+        &mut self,
+        now: Micros,
+        mirror: &mut impl Mirror,
+        link: &mut impl RadarLink,
+        data: &mut impl DataPath,
+    ) -> Poll<Rows> {
+        let motion = match mirror.poll() {
+            Ok(motion) => motion,
+            Err(error) => return self.end(Some(mirror_reason(error))),
+        };
+        match self.stage {
+            Stage::Configure => return self.poll_configure(now, link, data),
+            Stage::Work => return self.work(data),
+            Stage::Move => {
+                if motion == Motion::Still {
+                    // From this moment, not from the last pulse: the shaft rests at least so long.
+                    let settle = self.settings.timing.settle;
+                    self.stage = Stage::Settle(now.plus(settle));
+                    self.deadline = now.plus(settle).plus(MARGIN_US);
+                }
+            }
+            Stage::Settle(until) => {
+                if now.reached(until) {
+                    self.attempt = 0;
+                    self.trigger(now, mirror, link);
+                }
+            }
+            Stage::Receive => return self.poll_receive(now, mirror, link, data),
+        }
+        Poll::Pending
+    }
+
+    fn poll_configure(
+        &mut self,
+        now: Micros,
+        link: &mut impl RadarLink,
+        data: &mut impl DataPath,
+    ) -> Poll<Rows> {
+        let Poll::Ready(answer) = link.poll_settings(now) else {
+            return Poll::Pending;
+        };
+        match answer {
+            Ok(radar) => {
+                self.settings.config.radar = radar;
+                let valid = self.settings.validate().is_ok();
+                if !valid || data.begin(&self.settings.config, self.scan).is_err() {
+                    return self.end(Some(Reason::ModuleConfig));
+                }
+                self.stage = Stage::Move;
+            }
+            Err(_) if self.attempt < self.settings.timing.retries => {
+                self.attempt += 1;
+                self.ask(now, link);
+            }
+            Err(error) => return self.end(Some(link_reason(error))),
+        }
+        Poll::Pending
+    }
+
+    fn poll_receive(
+        &mut self,
+        now: Micros,
+        mirror: &mut impl Mirror,
+        link: &mut impl RadarLink,
+        data: &mut impl DataPath,
+    ) -> Poll<Rows> {
+        let Poll::Ready(answer) = link.poll_chirp(now, data.samples()) else {
+            return Poll::Pending;
+        };
+        match answer {
+            Ok(()) => {
+                self.pending = Some((self.row(), mirror.position()));
+                self.streak = 0;
+            }
+            Err(_) if self.attempt < self.settings.timing.retries => {
+                self.attempt += 1;
+                self.trigger(now, mirror, link);
+                return Poll::Pending;
+            }
+            Err(error) => {
+                data.lost(self.row());
+                self.lost = self.lost.saturating_add(1);
+                self.streak += 1;
+                if self.streak >= LOST_STREAK {
+                    return self.end(Some(link_reason(error)));
+                }
+                if self.lost > self.settings.timing.max_lost {
+                    return self.end(Some(Reason::TooManyLost));
+                }
+            }
+        }
+        self.done += 1;
+        if self.done < self.schedule.rows() {
+            self.start_move(now, mirror);
+        }
+        // Its own call of `poll`: the arithmetic takes time, and `now` is old after it.
+        self.stage = Stage::Work;
+        Poll::Pending
+    }
+
+    /// Works off the last chirp while the mirror is on its way to the next.
+    fn work(&mut self, data: &mut impl DataPath) -> Poll<Rows> {
+        if let Some((row, position)) = self.pending.take() {
+            data.row(row, self.schedule.beam_angle_rad(position));
+        }
+        if self.done >= self.schedule.rows() {
+            return self.end(None);
+        }
+        self.stage = Stage::Move;
+        Poll::Pending
+    }
+}
