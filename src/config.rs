@@ -240,7 +240,7 @@ impl Default for CfarConfig {
         Self {
             guard: 3,
             training: 8,
-            false_alarm: 4e-4,
+            false_alarm: 1.7e-4,
             near_margin: 15_000,
         }
     }

@@ -39,7 +39,7 @@ pub fn hypot(x: f32, y: f32) -> f32 {
 /// Sine and cosine of `angle` (radians, |angle| ≤ 100), absolute error below 3e-7.
 ///
 /// Reduced to ±π/4 by the nearest quarter turn, then Taylor polynomials to the 9th and 8th order.
-pub fn sin_cos(angle: f32) -> (f32, f32) {
+pub const fn sin_cos(angle: f32) -> (f32, f32) {
     // π/2 in two parts, so that the reduction itself loses nothing for a few dozen turns.
     const HALF_PI_HIGH: f32 = 1.570_312_5;
     const HALF_PI_LOW: f32 = 4.838_268e-4;
@@ -113,8 +113,8 @@ pub fn exp(x: f32) -> f32 {
 
 /// Binary logarithm of a positive, normal number, absolute error below 2e-6 near 1 and relative
 /// error below 1e-6 elsewhere; -127 for anything else.
-pub fn log2(x: f32) -> f32 {
-    if !(f32::MIN_POSITIVE..=f32::MAX).contains(&x) {
+pub const fn log2(x: f32) -> f32 {
+    if x.is_nan() || x < f32::MIN_POSITIVE || x > f32::MAX {
         return -127.0;
     }
     let bits = x.to_bits();

@@ -1,6 +1,59 @@
 //! From chirp to one row of the map: DC removal, window, FFT, power, CA-CFAR (paper II-A, III-C).
+//!
+//! | pass | reads | does | module |
+//! |---|---|---|---|
+//! | 1 | chirp | mean, extremes, saturation | `window` |
+//! | 2 | chirp | DC removal, normalisation, Hann window, first radix-4 stage | `window` |
+//! | 3… | buffers | the other stages, the last straight into power | `fft` |
+//! | last | power | logarithm, CA-CFAR | `log`, `cfar` |
+//!
+//! Arithmetic is 16-bit block floating point: the chirp's swing decides a power of two before the
+//! window, and each stage decides from its input's magnitude how far it scales down. The exponent
+//! is carried along, so that a weak chirp keeps its bits and cells of all chirps compare.
+//!
+//! # Logarithmic power
+//! A cell counts 1/8 octave of power (0.376 dB). Its reference is the converter's full scale: a
+//! tone of amplitude 32768 in a bin's middle gives [`FULL_SCALE`] = 247; √2 times that (both
+//! parts at full scale) gives 255; 0 is 93 dB below full scale, near the rounding of a 16-bit
+//! converter seen through the transform. Profiles count 1/256 octave on the same scale.
 
-use crate::config::{CfarConfig, MountConfig, RadarConfig};
+mod cfar;
+mod fft;
+mod log;
+mod packed;
+mod profile;
+mod window;
+
+#[cfg(test)]
+mod tests;
+
+use core::fmt;
+
+pub use profile::{Detection, Profile};
+
+use crate::Iq;
+use crate::config::{CfarConfig, ConfigError, MAX_SAMPLES, MountConfig, RadarConfig, check};
+use crate::stairs::map::Row;
+use cfar::Cfar;
+use packed::{Packed, ZERO};
+use window::{Levels, Window};
+
+/// Cell of a tone at the converter's full scale.
+pub const FULL_SCALE: u8 = 247;
+
+/// Steps of a [`Profile`]'s logarithm in one step of a cell.
+const FINE: i32 = 32;
+
+/// Native range bins (c/2B) in which the radar's leakage stands, its window's main lobe included.
+const LEAKAGE_BINS: f32 = 4.0;
+/// Native range bins at the far end that the leakage, its I/Q image and the lobe of what stands
+/// at zero wrap round to.
+const WRAP_BINS: f32 = 5.0;
+/// Half width of the window's main lobe in native range bins.
+const LOBE_BINS: f32 = 2.0;
+/// What an I/Q imbalance leaves of an echo at its negative frequency is weaker than this power of
+/// two (30 dB): a hit must be stronger.
+const IMAGE_SHIFT: u32 = 10;
 
 /// The range bins that the map keeps: beyond the mirror's own echo, short of what wraps round from
 /// negative frequencies.
@@ -12,21 +65,28 @@ pub struct BinWindow {
     pub count: u16,
 }
 
-/// Native range bins (c/2B) at the far end that negative frequencies leak into through the window.
-const WRAP_BINS: f32 = 3.0;
-
 impl BinWindow {
-    /// The window for a radar behind a mirror.
+    /// The window for a radar, behind a mirror or (offset 0) without one.
     pub fn new(radar: &RadarConfig, mount: &MountConfig, cfar: &CfarConfig) -> Self {
         let spacing = radar.bin_spacing_m();
-        let near = mount.mirror_offset_m() + cfar.near_margin as f32 * 1e-5;
+        let native = radar.range_resolution_m();
+        let margin = mount.mirror_offset_m() + cfar.near_margin as f32 * 1e-5;
+        let near = margin.max(LEAKAGE_BINS * native);
+        // `as` saturates.
         let first = libm::ceilf(near / spacing) as u16;
-        let wrap = WRAP_BINS * radar.range_resolution_m() / spacing;
-        let end = (radar.fft_len() as u16).saturating_sub(libm::ceilf(wrap) as u16);
+        let wrap = libm::ceilf(WRAP_BINS * native / spacing) as u16;
+        let end = (radar.fft_len() as u16).saturating_sub(wrap);
         Self {
             first,
             count: end.saturating_sub(first),
         }
+    }
+
+    /// The kept part of something that has an entry for each bin of the transform.
+    fn of<T>(self, bins: &[T]) -> &[T] {
+        let first = usize::from(self.first);
+        bins.get(first..first + usize::from(self.count))
+            .unwrap_or(&[])
     }
 }
 
@@ -35,8 +95,229 @@ impl BinWindow {
 pub struct RowStats {
     /// Samples whose I or Q stands at full scale.
     pub saturated: u16,
-    /// Logarithmic power of all samples, map units (1/8 octave).
-    pub power: u8,
-    /// Logarithmic power at the mirror's own echo, map units.
+    /// Largest distance of any I or Q from its mean: at most 1 when the converter is silent.
+    pub swing: u16,
+    /// Logarithmic power of the mirror's own echo, map units; 0 without a mirror.
     pub mirror_echo: u8,
+    /// Cells that CA-CFAR let through.
+    pub hits: u16,
+}
+
+/// A chirp that has not the configured number of samples.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ChirpLength {
+    /// Samples of the chirp.
+    pub got: usize,
+    /// Samples per chirp of the configuration.
+    pub expected: usize,
+}
+
+impl fmt::Display for ChirpLength {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { got, expected } = self;
+        write!(f, "chirp: expected {expected} samples, got {got}")
+    }
+}
+
+impl core::error::Error for ChirpLength {}
+
+/// Turns chirps into rows of the map. Some 7 KB: window, thresholds, transform buffers.
+#[derive(Clone, Debug)]
+pub struct RangeProcessor {
+    points: usize,
+    kept: BinWindow,
+    /// Bins around the mirror's echo.
+    mirror: BinWindow,
+    /// 1/256 octaves from log2 of a mantissa's power to the reference.
+    offset: i32,
+    window: Window,
+    cfar: Cfar,
+    buffers: [[Packed; MAX_SAMPLES]; 2],
+    power: [u32; MAX_SAMPLES],
+}
+
+impl RangeProcessor {
+    /// A processor that refuses every chirp, until [`RangeProcessor::configure`] shapes it: for
+    /// statics, where a value as large as this must not pass over the stack.
+    pub const fn idle() -> Self {
+        Self {
+            points: 0,
+            kept: BinWindow { first: 0, count: 0 },
+            mirror: BinWindow { first: 0, count: 0 },
+            offset: 0,
+            window: Window::empty(),
+            cfar: Cfar::empty(),
+            buffers: [[ZERO; MAX_SAMPLES]; 2],
+            power: [0; MAX_SAMPLES],
+        }
+    }
+
+    /// A processor for this radar, mount and detection.
+    ///
+    /// # Errors
+    /// Names the first field that is out of its range, or the bandwidth when no range bin is left
+    /// beyond the near limit.
+    pub fn new(
+        radar: &RadarConfig,
+        mount: &MountConfig,
+        cfar: &CfarConfig,
+    ) -> Result<Self, ConfigError> {
+        let mut processor = Self::idle();
+        processor.configure(radar, mount, cfar)?;
+        Ok(processor)
+    }
+
+    /// Takes another configuration; on an error the old one stays.
+    ///
+    /// # Errors
+    /// Those of [`RangeProcessor::new`].
+    pub fn configure(
+        &mut self,
+        radar: &RadarConfig,
+        mount: &MountConfig,
+        cfar: &CfarConfig,
+    ) -> Result<(), ConfigError> {
+        radar.validate()?;
+        mount.validate()?;
+        cfar.validate()?;
+        let kept = BinWindow::new(radar, mount, cfar);
+        check(
+            kept.count > 0,
+            "bandwidth",
+            "range bins beyond the mirror and the near margin",
+        )?;
+        self.points = radar.fft_len();
+        self.kept = kept;
+        self.mirror = mirror_bins(radar, mount);
+        self.window.shape(usize::from(radar.samples), self.points);
+        self.cfar.shape(cfar, kept, &self.window);
+        let reference = 512.0 * crate::math::log2(self.window.sum());
+        self.offset = i32::from(FULL_SCALE) * FINE - libm::roundf(reference) as i32;
+        Ok(())
+    }
+
+    /// The bins that rows keep.
+    pub fn kept(&self) -> BinWindow {
+        self.kept
+    }
+
+    /// Works one chirp off into one row of the map; cells beyond the kept bins stay as they are.
+    ///
+    /// # Errors
+    /// A chirp of the wrong length leaves the row untouched.
+    pub fn process(&mut self, chirp: &[Iq], row: &mut Row<'_>) -> Result<RowStats, ChirpLength> {
+        let (levels, exponent) = self.transform(chirp)?;
+        let offset = self.offset + 512 * exponent;
+        let power = self.power.get(..self.points).unwrap_or(&[]);
+        let mut cells = self.cfar.run(self.kept.of(power));
+        row.mask.fill(0);
+        for (bytes, word) in row.cells.chunks_mut(32).zip(row.mask.iter_mut()) {
+            let mut hits = 0;
+            for (bit, (byte, cell)) in bytes.iter_mut().zip(&mut cells).enumerate() {
+                *byte = to_cell(log::log2_coarse(cell.power) + offset);
+                hits |= u32::from(cell.is_hit()) << (bit & 31);
+            }
+            *word = hits;
+        }
+        drop(cells);
+        let hits = keep_real(power, self.kept, row.mask);
+        let mirror = self.mirror.of(power).iter().max();
+        Ok(RowStats {
+            saturated: levels.saturated,
+            swing: levels.peak.min(u32::from(u16::MAX)) as u16,
+            mirror_echo: mirror.map_or(0, |&p| to_cell(log::log2_fine(p) + offset)),
+            hits,
+        })
+    }
+
+    /// Works one chirp off into a profile of all bins of the transform, for people to look at.
+    ///
+    /// # Errors
+    /// A chirp of the wrong length leaves the profile untouched.
+    pub fn profile(&mut self, chirp: &[Iq], profile: &mut Profile) -> Result<(), ChirpLength> {
+        let (_, exponent) = self.transform(chirp)?;
+        let offset = self.offset + 512 * exponent;
+        let power = self.power.get(..self.points).unwrap_or(&[]);
+        profile.clear(self.points, self.kept);
+        for (to, &p) in profile.power.iter_mut().zip(power) {
+            *to = to_fine(log::log2_fine(p) + offset);
+        }
+        let thresholds = profile.threshold.iter_mut().skip(self.kept.first.into());
+        for ((k, to), cell) in thresholds
+            .enumerate()
+            .zip(self.cfar.run(self.kept.of(power)))
+        {
+            *to = to_fine(cell.log_threshold().saturating_add(offset));
+            if let Some(word) = profile.hits.get_mut(k / 32) {
+                *word |= u32::from(cell.is_hit()) << (k % 32);
+            }
+        }
+        keep_real(power, self.kept, &mut profile.hits);
+        Ok(())
+    }
+
+    /// Chirp to power of every bin; returns the exponent e as well: true values of the transform
+    /// are 2^e times those whose power is kept.
+    fn transform(&mut self, chirp: &[Iq]) -> Result<(Levels, i32), ChirpLength> {
+        let expected = self.window.samples();
+        if chirp.len() != expected || expected == 0 {
+            let got = chirp.len();
+            return Err(ChirpLength { got, expected });
+        }
+        let levels = Levels::of(chirp);
+        let [a, b] = &mut self.buffers;
+        let n = self.points.min(MAX_SAMPLES);
+        let (a, b, power) = (&mut a[..n], &mut b[..n], &mut self.power[..n]);
+        let (seen, first) = window::open(chirp, &levels, &self.window, a);
+        Ok((levels, first + fft::finish(a, b, power, seen)))
+    }
+}
+
+/// Bins in which the mirror's own echo peaks; none without a mirror.
+fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
+    if mount.mirror_offset <= 0 {
+        return BinWindow::default();
+    }
+    let spacing = radar.bin_spacing_m();
+    let reach = LOBE_BINS * radar.range_resolution_m();
+    let low = libm::ceilf((mount.mirror_offset_m() - reach).max(0.0) / spacing) as u16;
+    let high = libm::floorf((mount.mirror_offset_m() + reach) / spacing) as u16;
+    let high = high.min(radar.fft_len() as u16 - 1);
+    BinWindow {
+        first: low,
+        count: (high + 1).saturating_sub(low),
+    }
+}
+
+/// Takes out the hits that are no stronger than what an I/Q imbalance makes of the echo at their
+/// negative frequency (the mirror's own echo, for one); returns the number that stay.
+fn keep_real(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
+    let at = |bin: usize| power.get(bin).copied().unwrap_or(0);
+    let mut count = 0;
+    for (first, word) in (usize::from(kept.first)..).step_by(32).zip(mask) {
+        let mut rest = *word;
+        while rest != 0 {
+            let bit = rest.trailing_zeros();
+            rest &= rest - 1;
+            let bin = first + bit as usize;
+            let image = at(power.len().saturating_sub(bin)) >> IMAGE_SHIFT;
+            if at(bin) > image {
+                count += 1;
+            } else {
+                *word &= !(1 << bit);
+            }
+        }
+    }
+    count
+}
+
+/// Rounds 1/256 octaves to a cell.
+#[inline(always)]
+fn to_cell(fine: i32) -> u8 {
+    ((fine + FINE / 2) >> 5).clamp(0, 255) as u8
+}
+
+/// Saturates 1/256 octaves to what a profile holds.
+fn to_fine(fine: i32) -> i16 {
+    fine.clamp(i16::MIN.into(), i16::MAX.into()) as i16
 }

@@ -1,0 +1,298 @@
+//! Cell-averaging CFAR over one range profile (paper III-C; Richards, Fundamentals of Radar Signal
+//! Processing, ch. 6), with a cost that does not depend on the window's length.
+//!
+//! A cell of power p is a hit where p > α · mean of its n training cells. Noise cells are
+//! exponentially distributed and, through window and zero padding, correlated with the matrix R
+//! of [`Window::correlation`]. Their sum S then has E[exp(-sS)] = 1 / det(I + sR), so that a cell
+//! of independent noise exceeds α S / n with probability
+//!
+//! ```text
+//! P = 1 / det(I + (α / n) · R)
+//! ```
+//!
+//! exactly. (With R = I it is the textbook's (1 + α / n)^-n.) The two sides are farther apart than
+//! the correlation reaches, so that the determinant is the product of both sides' Toeplitz
+//! determinants, which Levinson and Durbin's recursion gives for every length at once. Near the
+//! ends of the profile fewer cells are left, down to one side alone: each case has its own α.
+
+use super::BinWindow;
+use super::fft::MAX_POINTS;
+use super::window::Window;
+use crate::config::CfarConfig;
+use crate::math;
+
+/// Most training cells on one side.
+const MAX_TRAINING: usize = 32;
+/// Most guard cells on one side.
+const MAX_GUARD: usize = 16;
+/// Zeros on both sides of the profile, so that no window needs a bounds check.
+const PAD: usize = MAX_GUARD + MAX_TRAINING + 1;
+/// Fractional bits of [`Cell::ratio`].
+const RATIO_BITS: u32 = 24;
+
+/// One cell under test.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Its power.
+    pub power: u32,
+    /// Sum of its training cells' powers.
+    pub training: u64,
+    /// n / α, Q24; 0 without training cells.
+    pub ratio: u32,
+}
+
+impl Cell {
+    /// Whether the power exceeds α · training / n, without a division.
+    #[inline(always)]
+    pub fn is_hit(self) -> bool {
+        u64::from(self.power) * u64::from(self.ratio) > self.training << RATIO_BITS
+    }
+
+    /// 256 · log2 of the threshold α · training / n; `i32::MAX` without training cells.
+    pub fn log_threshold(self) -> i32 {
+        if self.ratio == 0 {
+            return i32::MAX;
+        }
+        super::log::log2_wide(self.training) - super::log::log2_fine(self.ratio)
+            + (RATIO_BITS * 256) as i32
+    }
+}
+
+/// CA-CFAR set up for one shape of profile.
+#[derive(Clone, Debug)]
+pub struct Cfar {
+    guard: usize,
+    training: usize,
+    cells: usize,
+    ratios: [u32; MAX_POINTS],
+    padded: [u32; MAX_POINTS + 2 * PAD],
+}
+
+impl Cfar {
+    /// A detector for no cells, until [`Cfar::shape`] gives it some.
+    pub const fn empty() -> Self {
+        Self {
+            guard: 0,
+            training: 0,
+            cells: 0,
+            ratios: [0; MAX_POINTS],
+            padded: [0; MAX_POINTS + 2 * PAD],
+        }
+    }
+
+    /// Takes the shape for the bins `kept` of a profile made with `window`.
+    pub fn shape(&mut self, config: &CfarConfig, kept: BinWindow, window: &Window) {
+        self.guard = usize::from(config.guard).min(MAX_GUARD);
+        self.training = usize::from(config.training).min(MAX_TRAINING);
+        self.cells = usize::from(kept.count).min(MAX_POINTS);
+        self.padded.fill(0);
+        let mut correlation = [0.0; MAX_TRAINING];
+        for (distance, c) in correlation.iter_mut().enumerate().take(self.training) {
+            *c = window.correlation(distance);
+        }
+        let side = |cells: usize| cells.saturating_sub(self.guard).min(self.training);
+        let mut last = (usize::MAX, 0, 0);
+        for (k, ratio) in self.ratios.iter_mut().enumerate().take(self.cells) {
+            let (near, far) = (side(k), side(self.cells - 1 - k));
+            // Neighbouring cells mostly have the same windows: one α serves them all.
+            if (last.0, last.1) != (near, far) {
+                let exact = count_over_alpha(&correlation, near, far, config.false_alarm);
+                // `as` saturates; the 32nd bit is never needed: n / α ≤ 64 / 0.69.
+                last = (near, far, (exact * (1u32 << RATIO_BITS) as f32) as u32);
+            }
+            *ratio = last.2;
+        }
+    }
+
+    /// The cells of a profile (`power` of the kept bins), each with its training sum.
+    pub fn run(&mut self, power: &[u32]) -> impl Iterator<Item = Cell> + '_ {
+        for (to, &from) in self.padded.iter_mut().skip(PAD).take(self.cells).zip(power) {
+            *to = from;
+        }
+        // Index into `padded` of what enters and leaves when the window moves on from cell 0.
+        let from = |start: usize| self.padded.get(start..).unwrap_or(&[]).iter();
+        let (guard, window) = (self.guard, self.guard + self.training);
+        let far_in = from(PAD + window + 1);
+        let far_out = from(PAD + guard + 1);
+        let near_in = from(PAD - guard);
+        let near_out = from(PAD - window);
+        let first = from(PAD + guard + 1).take(self.training);
+        let mut training: u64 = first.map(|&p| u64::from(p)).sum();
+        let moves = far_in.zip(far_out).zip(near_in.zip(near_out));
+        let cells = from(PAD).zip(self.ratios.iter().take(self.cells));
+        cells.zip(moves).map(move |((&power, &ratio), moves)| {
+            let cell = Cell {
+                power,
+                training,
+                ratio,
+            };
+            let ((far_in, far_out), (near_in, near_out)) = moves;
+            // The four powers stay below 2^30 each, so that the difference fits 32 bits.
+            let step = far_in
+                .wrapping_add(*near_in)
+                .wrapping_sub(*far_out)
+                .wrapping_sub(*near_out);
+            training = training.wrapping_add_signed(i64::from(step as i32));
+            cell
+        })
+    }
+}
+
+/// n / α for `near` + `far` training cells and false-alarm probability `wanted`; 0 without any.
+fn count_over_alpha(correlation: &[f32], near: usize, far: usize, wanted: f32) -> f32 {
+    if near + far == 0 {
+        return 0.0;
+    }
+    let wanted = -math::log2(wanted);
+    // Bisection over log2(α / n): log2 det grows with it from 0 without bound.
+    let (mut low, mut high) = (-8.0f32, 32.0f32);
+    for _ in 0..24 {
+        let middle = 0.5 * (low + high);
+        if log2_determinants(correlation, near, far, math::exp2(middle)) < wanted {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    math::exp2(-0.5 * (low + high))
+}
+
+/// log2 det(I + s R) of the leading `near` cells plus that of the leading `far` cells, where R is
+/// the symmetric Toeplitz matrix of `correlation`.
+///
+/// Levinson and Durbin: the determinant is the product of the prediction errors.
+fn log2_determinants(correlation: &[f32], near: usize, far: usize, s: f32) -> f32 {
+    let at = |lag: usize| s * correlation.get(lag).copied().unwrap_or(0.0);
+    let mut predictor = [0.0f32; MAX_TRAINING];
+    let mut error = 1.0 + at(0);
+    let mut sum = 0.0;
+    for order in 0..near.max(far).min(MAX_TRAINING) {
+        if order > 0 {
+            let taken = &predictor[..order - 1];
+            let dot: f32 = taken
+                .iter()
+                .zip(1..)
+                .map(|(a, lag)| a * at(order - lag))
+                .sum();
+            let reflection = (at(order) - dot) / error;
+            let previous = predictor;
+            let mirrored = previous[..order - 1].iter().rev();
+            for (a, b) in predictor.iter_mut().zip(mirrored) {
+                *a -= reflection * b;
+            }
+            predictor[order - 1] = reflection;
+            error *= 1.0 - reflection * reflection;
+        }
+        let both = u8::from(order < near) + u8::from(order < far);
+        sum += f32::from(both) * math::log2(error);
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn shaped(config: &CfarConfig, cells: u16) -> Cfar {
+        let mut window = Window::empty();
+        window.shape(200, 256);
+        let mut cfar = Cfar::empty();
+        let kept = BinWindow {
+            first: 0,
+            count: cells,
+        };
+        cfar.shape(config, kept, &window);
+        cfar
+    }
+
+    proptest! {
+        #[test]
+        fn running_sums_equal_the_definition(
+            power in prop::collection::vec(prop_oneof![0u32..100, 0u32..1 << 30], 1..=256),
+            guard in 0u8..=16,
+            training in 1u8..=32,
+        ) {
+            let config = CfarConfig { guard, training, ..CfarConfig::default() };
+            let mut cfar = shaped(&config, power.len() as u16);
+            let (guard, training) = (usize::from(guard), usize::from(training));
+            let cells: Vec<_> = cfar.run(&power).collect();
+            prop_assert_eq!(cells.len(), power.len());
+            for (k, cell) in cells.into_iter().enumerate() {
+                let tested = |&j: &usize| (guard + 1..=guard + training).contains(&j.abs_diff(k));
+                let window: Vec<_> = (0..power.len()).filter(tested).collect();
+                let sum: u64 = window.iter().map(|&j| u64::from(power[j])).sum();
+                prop_assert_eq!(cell.power, power[k]);
+                prop_assert_eq!(cell.training, sum);
+                prop_assert_eq!(cell.ratio == 0, window.is_empty());
+                // The logarithmic threshold says the same as the comparison.
+                let log = crate::range::log::log2_fine(cell.power);
+                if cell.power > 0 && cell.training > 0 && (log - cell.log_threshold()).abs() > 3 {
+                    prop_assert_eq!(cell.is_hit(), log > cell.log_threshold());
+                }
+            }
+        }
+    }
+
+    /// det(I + sR) by Gaussian elimination in f64.
+    fn determinant(correlation: &[f32], cells: usize, s: f64) -> f64 {
+        let entry = |i: usize, j: usize| {
+            let r = s * f64::from(correlation[i.abs_diff(j)]);
+            if i == j { 1.0 + r } else { r }
+        };
+        let mut m: Vec<Vec<f64>> = (0..cells)
+            .map(|i| (0..cells).map(|j| entry(i, j)).collect())
+            .collect();
+        let mut product = 1.0;
+        for k in 0..cells {
+            product *= m[k][k];
+            for i in k + 1..cells {
+                let (upper, lower) = m.split_at_mut(i);
+                let f = lower[0][k] / upper[k][k];
+                for (x, y) in lower[0].iter_mut().zip(&upper[k]).skip(k) {
+                    *x -= f * y;
+                }
+            }
+        }
+        product
+    }
+
+    #[test]
+    fn alpha_gives_the_wanted_probability() {
+        for (samples, points) in [(200, 256), (64, 64), (129, 256)] {
+            let mut window = Window::empty();
+            window.shape(samples, points);
+            let correlation: Vec<_> = (0..32).map(|d| window.correlation(d)).collect();
+            for (near, far) in [(0, 1), (0, 8), (3, 8), (8, 8), (32, 32)] {
+                for wanted in [1e-2f32, 1.7e-4, 1e-6] {
+                    let s = 1.0 / f64::from(count_over_alpha(&correlation, near, far, wanted));
+                    let both = [near, far].map(|n| determinant(&correlation, n, s));
+                    let reached = 1.0 / (both[0] * both[1]);
+                    let off = reached / f64::from(wanted);
+                    assert!(
+                        (0.98..1.02).contains(&off),
+                        "{near} + {far} at {wanted}: {off}"
+                    );
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn independent_cells_give_the_textbook_factor() {
+        let mut white = [0.0; 32];
+        white[0] = 1.0;
+        // Richards, eq. 6.45: α = n (P^(-1/n) - 1).
+        let exact = 16.0 * (1e-4f64.powf(-1.0 / 16.0) - 1.0);
+        let alpha = 16.0 / f64::from(count_over_alpha(&white, 8, 8, 1e-4));
+        assert!((alpha / exact - 1.0).abs() < 1e-3);
+    }
+
+    #[test]
+    fn the_default_probability_stands_for_12_db() {
+        let cfar = shaped(&CfarConfig::default(), 217);
+        let ratio = f64::from(cfar.ratios[100]) / f64::from(1 << RATIO_BITS);
+        let db = 10.0 * (16.0 / ratio).log10();
+        assert!((db - 12.0).abs() < 0.05, "{db} dB");
+    }
+}

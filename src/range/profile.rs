@@ -1,0 +1,115 @@
+//! A whole range profile with its threshold, for people: `profile`, pictures, tests.
+
+use super::{BinWindow, FINE, FULL_SCALE};
+use crate::config::MAX_SAMPLES;
+
+/// Power, threshold and hits of every bin of one chirp's transform.
+///
+/// Logarithms count 1/256 octave of power; a tone at the converter's full scale has
+/// [`FULL_SCALE`] · 32.
+#[derive(Clone, Debug)]
+pub struct Profile {
+    pub(super) power: [i16; MAX_SAMPLES],
+    pub(super) threshold: [i16; MAX_SAMPLES],
+    /// Bit k % 32 of word k / 32 for kept bin k.
+    pub(super) hits: [u32; MAX_SAMPLES / 32],
+    points: usize,
+    kept: BinWindow,
+}
+
+/// One target of a profile.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detection {
+    /// Where it stands, in bins of the transform, interpolated.
+    pub bin: f32,
+    /// Its power relative to full scale, dB, interpolated.
+    pub power_db: f32,
+}
+
+impl Default for Profile {
+    fn default() -> Self {
+        Self {
+            power: [0; MAX_SAMPLES],
+            threshold: [0; MAX_SAMPLES],
+            hits: [0; MAX_SAMPLES / 32],
+            points: 0,
+            kept: BinWindow::default(),
+        }
+    }
+}
+
+/// Decibels relative to full scale.
+fn decibels(fine: f32) -> f32 {
+    const DB_PER_OCTAVE: f32 = 3.010_3;
+    (fine - (i32::from(FULL_SCALE) * FINE) as f32) * (DB_PER_OCTAVE / 256.0)
+}
+
+impl Profile {
+    /// Empties the profile for `points` bins of which `kept` are tested; the others' threshold is
+    /// out of reach.
+    pub(super) fn clear(&mut self, points: usize, kept: BinWindow) {
+        self.points = points.min(MAX_SAMPLES);
+        self.kept = kept;
+        self.hits.fill(0);
+        self.threshold.fill(i16::MAX);
+    }
+
+    /// Bins of the transform.
+    pub fn bins(&self) -> usize {
+        self.points
+    }
+
+    /// The bins that are tested; outside lie leakage, mirror and what wraps round.
+    pub fn kept(&self) -> BinWindow {
+        self.kept
+    }
+
+    /// Power of every bin, 1/256 octave.
+    pub fn power(&self) -> &[i16] {
+        self.power.get(..self.points).unwrap_or(&[])
+    }
+
+    /// Threshold of every bin, 1/256 octave; the largest value where nothing is tested.
+    pub fn threshold(&self) -> &[i16] {
+        self.threshold.get(..self.points).unwrap_or(&[])
+    }
+
+    /// Power of `bin` in dB relative to full scale.
+    pub fn power_db(&self, bin: usize) -> f32 {
+        decibels(self.power.get(bin).map_or(0.0, |&p| f32::from(p)))
+    }
+
+    /// Threshold of `bin` in dB relative to full scale; `None` where nothing is tested.
+    pub fn threshold_db(&self, bin: usize) -> Option<f32> {
+        let &threshold = self.threshold.get(bin)?;
+        (threshold != i16::MAX).then(|| decibels(f32::from(threshold)))
+    }
+
+    /// Whether `bin` exceeds its threshold.
+    pub fn is_hit(&self, bin: usize) -> bool {
+        bin.checked_sub(self.kept.first.into())
+            .and_then(|k| Some(self.hits.get(k / 32)? >> (k % 32) & 1 != 0))
+            .unwrap_or(false)
+    }
+
+    /// Local maxima among the hits, nearest first, each placed between the bins by the parabola
+    /// through three logarithmic powers (a Hann window's main lobe in decibels is nearly one).
+    pub fn detections(&self) -> impl Iterator<Item = Detection> + '_ {
+        let triples = self.power().windows(3).enumerate();
+        triples.filter_map(|(before, triple)| {
+            let &[left, peak, right] = triple else {
+                return None;
+            };
+            // Of two equal neighbours the nearer one counts.
+            if !self.is_hit(before + 1) || left >= peak || right > peak {
+                return None;
+            }
+            let [left, peak, right] = [left, peak, right].map(f32::from);
+            let shift = 0.5 * (left - right) / (left - 2.0 * peak + right);
+            Some(Detection {
+                bin: (before + 1) as f32 + shift,
+                power_db: decibels(peak - 0.25 * (left - right) * shift),
+            })
+        })
+    }
+}
