@@ -16,12 +16,24 @@ pub fn sqrt(x: f32) -> f32 {
 #[cfg(target_arch = "arm")]
 #[inline]
 fn sqrt_positive(x: f32) -> f32 {
-    let y: f32;
-    // SAFETY: VSQRT.F32 reads one register and writes another; the target has the FPU (eabihf).
+    let bits: u32;
+    // The stable compiler offers no operands in FPU registers here, so that one is borrowed and
+    // given back.
+    // SAFETY: no register but the operands is changed, no memory is touched; the
+    // target has the FPU (eabihf).
     unsafe {
-        core::arch::asm!("vsqrt.f32 {y}, {x}", y = out(sreg) y, x = in(sreg) x, options(pure, nomem, nostack))
+        core::arch::asm!(
+            "vmov {saved}, s0",
+            "vmov s0, {bits}",
+            "vsqrt.f32 s0, s0",
+            "vmov {bits}, s0",
+            "vmov s0, {saved}",
+            bits = inlateout(reg) x.to_bits() => bits,
+            saved = out(reg) _,
+            options(pure, nomem, nostack, preserves_flags)
+        )
     };
-    y
+    f32::from_bits(bits)
 }
 
 #[cfg(not(target_arch = "arm"))]
