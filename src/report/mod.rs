@@ -1,5 +1,6 @@
 //! Sentences out, commands in: everything that travels over the report UART.
 
+pub mod command;
 pub mod sentence;
 
 pub use sentence::{Line, ParseError, ScanLine, Sentence, StepLine, Tenths};

@@ -279,8 +279,10 @@ mod tests {
         out.to_vec()
     }
 
+    type Found = Result<(Kind, u16, Vec<u8>), FrameError>;
+
     /// All frames and errors that a stream of bytes brings.
-    fn decode(bytes: &[u8]) -> Vec<Result<(Kind, u16, Vec<u8>), FrameError>> {
+    fn decode(bytes: &[u8]) -> Vec<Found> {
         let mut decoder = Decoder::new();
         let mut found = Vec::new();
         for &byte in bytes {

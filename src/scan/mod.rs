@@ -3,7 +3,7 @@
 //! The scanner is a polled state machine: [`Scanner::step`] never waits, so that a command is
 //! answered during a scan, the watchdog sees every state's own deadline, and a chirp is worked off
 //! while the mirror moves to the next angle. Hardware comes in behind four narrow traits
-//! ([`Mirror`], [`RadarLink`], [`BytePort`], [`Retained`]) and time as an argument, so the code
+//! ([`Mirror`], [`RadarLink`], [`BytePort`], [`Board`]) and time as an argument, so the code
 //! that scans on the chip is the code that runs in the emulator and behind `replay`.
 //!
 //! | module | what it does |
@@ -19,23 +19,27 @@
 //! | [`wrap`] | recorder and fault injector around any radar link |
 //! | [`chain`] | the data's way: samples, map, estimator |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry |
-//! | [`selftest`] | known-answer chirp through FFT and CFAR |
+//! | [`outbox`] | sentences on their way out |
 //! | [`scanner`] | boot, self-test, idle, scanning, reporting, fault; commands |
 
 pub mod chain;
 pub mod frame;
 pub mod link;
 pub mod mirror;
+pub mod outbox;
 pub mod pulser;
 pub mod ramp;
+pub mod scanner;
 pub mod schedule;
 pub mod settings;
 pub mod sweep;
 pub mod time;
 pub mod wrap;
 
+pub use chain::DataPath;
 pub use link::{BytePort, LinkError, RadarLink};
 pub use mirror::{Mirror, MirrorError, Motion};
+pub use scanner::{Board, Identity, Scanner};
 pub use schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use settings::Settings;
 pub use time::Micros;

@@ -184,7 +184,7 @@ enum Slot<'a> {
 pub type ValueText = heapless::String<16>;
 
 /// Writes a number digit by digit, without `core::fmt`.
-fn number(value: i64) -> ValueText {
+pub(crate) fn number(value: i64) -> ValueText {
     let mut text = ValueText::new();
     if value < 0 {
         let _ = text.push('-');

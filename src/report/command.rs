@@ -1,0 +1,313 @@
+//! Commands in: lines of the report UART.
+//!
+//! A command is one line, ended by CR or LF: a word and its arguments, separated by commas or
+//! spaces, in lower case. Like a sentence it may be framed as `$PSTC,…*CRC` (CRC-32 in eight hex
+//! digits), and then the CRC must be right; a person at a terminal leaves the frame away.
+//!
+//! | command | what it does | answer |
+//! |---|---|---|
+//! | `start` | scans again and again; survives a reset | `DONE` |
+//! | `stop` | ends the present scan, stands still; survives a reset | `DONE` |
+//! | `scan` | one scan, when stopped | `DONE`, later `SCAN` and `STEP`s |
+//! | `status` | | `STAT` |
+//! | `version` | | `CONF` with version and revision |
+//! | `selftest` | arithmetic, home, link, when stopped | `DONE` once passed, else `FAIL` |
+//! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
+//! | `get,KEY` | | `CONF` |
+//! | `set,KEY,VALUE` | from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
+//!
+//! Whatever is wrong gets one `FAIL` that names the field, and changes nothing.
+
+use super::sentence::crc32;
+use crate::config::ConfigError;
+use crate::scan::Settings;
+
+/// Longest command line, bytes.
+pub const MAX_COMMAND: usize = 96;
+
+/// What a line asks for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Command<'a> {
+    /// Scan again and again.
+    Start,
+    /// Stand still.
+    Stop,
+    /// One scan.
+    Scan,
+    /// State, clock, scans.
+    Status,
+    /// Version and revision.
+    Version,
+    /// Run the self-test.
+    SelfTest,
+    /// Every setting.
+    GetAll,
+    /// What is measured rather than set: a diagnostic value by name.
+    Measure(Measure),
+    /// One setting.
+    Get(&'static str),
+    /// Change one setting.
+    Set(&'static str, &'a str),
+}
+
+/// Diagnostic values that `get` reads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Measure {
+    /// Most bytes of stack that were ever in use.
+    StackUsed,
+    /// Bytes of stack that there are.
+    StackSize,
+}
+
+impl Measure {
+    /// Its key.
+    pub const fn key(self) -> &'static str {
+        match self {
+            Measure::StackUsed => "stack-used",
+            Measure::StackSize => "stack-size",
+        }
+    }
+
+    fn find(key: &str) -> Option<Self> {
+        [Measure::StackUsed, Measure::StackSize]
+            .into_iter()
+            .find(|measure| measure.key() == key)
+    }
+}
+
+impl Command<'_> {
+    /// The word that stands for it in `DONE` and `FAIL`.
+    pub const fn word(&self) -> &'static str {
+        match self {
+            Command::Start => "start",
+            Command::Stop => "stop",
+            Command::Scan => "scan",
+            Command::Status => "status",
+            Command::Version => "version",
+            Command::SelfTest => "selftest",
+            Command::GetAll | Command::Get(_) | Command::Measure(_) => "get",
+            Command::Set(..) => "set",
+        }
+    }
+}
+
+/// A line that is no command.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BadCommand {
+    /// The command's word, or `-`.
+    pub command: &'static str,
+    /// What is wrong and what was expected.
+    pub error: ConfigError,
+}
+
+fn bad(command: &'static str, field: &'static str, expected: &'static str) -> BadCommand {
+    let error = ConfigError { field, expected };
+    BadCommand { command, error }
+}
+
+/// Parses one line without its end.
+pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
+    let mut words = unframe(line)?
+        .split([',', ' '])
+        .filter(|word| !word.is_empty());
+    let command = match words.next() {
+        Some("start") => Command::Start,
+        Some("stop") => Command::Stop,
+        Some("scan") => Command::Scan,
+        Some("status") => Command::Status,
+        Some("version") => Command::Version,
+        Some("selftest") => Command::SelfTest,
+        Some("get") => match words.next() {
+            None => Command::GetAll,
+            Some(key) => match Measure::find(key) {
+                Some(measure) => Command::Measure(measure),
+                None => Command::Get(known_key("get", key)?),
+            },
+        },
+        Some("set") => {
+            let key = words.next().unwrap_or("");
+            let key = known_key("set", key)?;
+            let value = words.next();
+            Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
+        }
+        _ => {
+            let expected = "start stop scan status version selftest get or set";
+            return Err(bad("-", "command", expected));
+        }
+    };
+    match words.next() {
+        None => Ok(command),
+        Some(_) => Err(bad(command.word(), "arguments", "no more of them")),
+    }
+}
+
+fn known_key(command: &'static str, key: &str) -> Result<&'static str, BadCommand> {
+    Settings::key(key).ok_or(bad(command, "key", "a setting that get lists"))
+}
+
+/// What stands in the frame, if there is one.
+fn unframe(line: &str) -> Result<&str, BadCommand> {
+    let Some(body) = line.strip_prefix('$') else {
+        return Ok(line);
+    };
+    let (body, sum) =
+        body.rsplit_once('*')
+            .ok_or(bad("-", "crc", "* and eight hex digits at the end"))?;
+    if sum.len() != 8 || u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
+        return Err(bad("-", "crc", "the CRC-32 of what stands between $ and *"));
+    }
+    body.strip_prefix("PSTC,")
+        .ok_or(bad("-", "frame", "$PSTC at the beginning"))
+}
+
+/// What a byte has completed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Input {
+    /// Nothing yet.
+    Partial,
+    /// [`LineReader::line`] holds a line.
+    Line,
+    /// The line cannot be a command; it is skipped to its end.
+    Bad(ConfigError),
+}
+
+/// Collects bytes into lines. A line that is too long or not plain text is one error, told at once.
+#[derive(Debug, Default)]
+pub struct LineReader {
+    bytes: heapless::Vec<u8, MAX_COMMAND>,
+    complete: bool,
+    skipping: bool,
+}
+
+impl LineReader {
+    /// Takes one byte.
+    pub fn push(&mut self, byte: u8) -> Input {
+        if self.complete {
+            self.complete = false;
+            self.bytes.clear();
+        }
+        if matches!(byte, b'\r' | b'\n') {
+            let skipped = core::mem::take(&mut self.skipping);
+            if skipped || self.bytes.is_empty() {
+                return Input::Partial;
+            }
+            self.complete = true;
+            return Input::Line;
+        }
+        if self.skipping {
+            return Input::Partial;
+        }
+        if !(b' '..=b'~').contains(&byte) {
+            return self.skip("printable ASCII");
+        }
+        if self.bytes.push(byte).is_err() {
+            return self.skip("at most 96 characters");
+        }
+        Input::Partial
+    }
+
+    fn skip(&mut self, expected: &'static str) -> Input {
+        self.bytes.clear();
+        self.skipping = true;
+        Input::Bad(ConfigError {
+            field: "line",
+            expected,
+        })
+    }
+
+    /// The line that the last byte completed.
+    pub fn line(&self) -> &str {
+        if self.complete {
+            core::str::from_utf8(&self.bytes).unwrap_or("")
+        } else {
+            ""
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use std::{format, string::String, vec::Vec};
+
+    fn framed(body: &str) -> String {
+        format!("${body}*{:08X}", crc32(body))
+    }
+
+    #[test]
+    fn commands_parse_with_commas_spaces_and_frames() {
+        assert_eq!(parse("start"), Ok(Command::Start));
+        assert_eq!(parse(" status "), Ok(Command::Status));
+        assert_eq!(parse("set,seed,7"), Ok(Command::Set("seed", "7")));
+        assert_eq!(parse("set seed 7"), Ok(Command::Set("seed", "7")));
+        assert_eq!(parse("get"), Ok(Command::GetAll));
+        assert_eq!(parse(&framed("PSTC,get,plane")), Ok(Command::Get("plane")));
+        let measure = Command::Measure(Measure::StackUsed);
+        assert_eq!(parse("get stack-used"), Ok(measure));
+    }
+
+    #[test]
+    fn errors_name_the_field() {
+        for (line, command, field) in [
+            ("", "-", "command"),
+            ("Start", "-", "command"),
+            ("startle", "-", "command"),
+            ("start now", "start", "arguments"),
+            ("get nothing", "get", "key"),
+            ("set", "set", "key"),
+            ("set seed", "set", "seed"),
+            ("set seed 1 2", "set", "arguments"),
+            ("$PSTC,start", "-", "crc"),
+            ("$PSTC,start*00000000", "-", "crc"),
+            ("$PSTC,start*xyz", "-", "crc"),
+        ] {
+            let error = parse(line).unwrap_err();
+            assert_eq!(
+                (error.command, error.error.field),
+                (command, field),
+                "{line}"
+            );
+        }
+        let error = parse(&framed("XXXX,start")).unwrap_err();
+        assert_eq!(error.error.field, "frame");
+    }
+
+    fn read(bytes: &[u8]) -> (Vec<String>, usize) {
+        let mut reader = LineReader::default();
+        let (mut lines, mut errors) = (Vec::new(), 0);
+        for &byte in bytes {
+            match reader.push(byte) {
+                Input::Line => lines.push(reader.line().into()),
+                Input::Bad(_) => errors += 1,
+                Input::Partial => {}
+            }
+        }
+        (lines, errors)
+    }
+
+    #[test]
+    fn bad_lines_are_one_error_each_and_end_with_the_line() {
+        let mut bytes = vec![b'x'; 5 * MAX_COMMAND];
+        bytes.extend(b"\r\nstop\r\n\x00\xff\x07\nstatus\n\n");
+        let (lines, errors) = read(&bytes);
+        assert_eq!((lines, errors), (vec!["stop".into(), "status".into()], 2));
+        let (lines, errors) = read(&[[b'y'; MAX_COMMAND].as_slice(), b"\n"].concat());
+        assert_eq!((lines[0].len(), errors), (MAX_COMMAND, 0));
+    }
+
+    proptest! {
+        #[test]
+        fn any_bytes_never_panic(bytes in proptest::collection::vec(any::<u8>(), 0..600)) {
+            let (lines, _) = read(&bytes);
+            for line in lines {
+                let _ = parse(&line);
+            }
+        }
+
+        #[test]
+        fn any_text_never_panics(line in "[$*,a-z0-9 -]{0,96}") {
+            let _ = parse(&line);
+        }
+    }
+}

@@ -1,0 +1,55 @@
+//! Sentences on their way out.
+
+use super::link::BytePort;
+use crate::report::sentence::MAX_SENTENCE;
+use crate::report::{Line, Sentence};
+
+/// Bytes that wait for the UART: a scan of 16 steps and an answer to a command on top.
+const CAPACITY: usize = 2048;
+
+/// A queue of whole sentences before a port that never waits.
+#[derive(Debug, Default)]
+pub struct Outbox {
+    bytes: heapless::Deque<u8, CAPACITY>,
+}
+
+impl Outbox {
+    /// Whether another sentence fits.
+    pub fn has_room(&self) -> bool {
+        CAPACITY - self.bytes.len() >= MAX_SENTENCE
+    }
+
+    /// Whether everything has been handed over.
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
+    /// Queues one sentence; false, and nothing queued, when there is no room.
+    pub fn push(&mut self, sentence: &Sentence<'_>) -> bool {
+        if !self.has_room() {
+            return false;
+        }
+        let line: Line = sentence.write();
+        for &byte in line.as_bytes() {
+            let _ = self.bytes.push_back(byte);
+        }
+        true
+    }
+
+    /// Hands over what the port takes.
+    pub fn pump(&mut self, port: &mut impl BytePort) {
+        loop {
+            let (front, _) = self.bytes.as_slices();
+            if front.is_empty() {
+                return;
+            }
+            let taken = port.write(front);
+            for _ in 0..taken {
+                let _ = self.bytes.pop_front();
+            }
+            if taken == 0 {
+                return;
+            }
+        }
+    }
+}
