@@ -77,23 +77,21 @@ enum Errand {
     Answer,
 }
 
-/// A scan's answer on its way out.
-#[derive(Debug)]
-struct Answer {
-    outcome: Outcome,
-    lost: u16,
-    /// Sentences queued so far.
-    next: u8,
-}
-
 #[derive(Debug)]
 enum State {
     Boot,
     SelfTest(Test, Errand),
     Idle,
     Scanning(Sweep),
-    Reporting(Answer),
-    Fault { until: Micros, told: bool },
+    /// Rows that were lost, and sentences queued so far.
+    Reporting {
+        lost: u16,
+        next: u8,
+    },
+    Fault {
+        until: Micros,
+        told: bool,
+    },
 }
 
 /// The scanner over its hardware.
@@ -107,6 +105,8 @@ pub struct Scanner<M, L, P, B, D> {
     settings: Settings,
     identity: Identity,
     state: State,
+    /// The last scan's answer.
+    outcome: Outcome,
     reader: LineReader,
     outbox: Outbox,
     /// Next key that `get` lists.
@@ -140,6 +140,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
             settings,
             identity,
             state: State::Boot,
+            outcome: Outcome::clear(),
             reader: LineReader::default(),
             outbox: Outbox::default(),
             listing: None,
@@ -178,7 +179,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
             State::SelfTest(..) => "self-test",
             State::Idle => "idle",
             State::Scanning(_) => "scanning",
-            State::Reporting(_) => "reporting",
+            State::Reporting { .. } => "reporting",
             State::Fault { .. } => "fault",
         }
     }
@@ -351,7 +352,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
                     self.conclude(rows);
                 }
             }
-            State::Reporting(_) => self.report(now),
+            State::Reporting { .. } => self.report(now),
             State::Fault { .. } => self.fault(now),
         }
     }
@@ -552,44 +553,41 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
 
     fn enter_reporting(&mut self, outcome: Outcome, lost: u16) {
         self.reasons = outcome.reasons;
-        self.state = State::Reporting(Answer {
-            outcome,
-            lost,
-            next: 0,
-        });
+        self.outcome = outcome;
+        self.state = State::Reporting { lost, next: 0 };
     }
 
     /// Queues the answer's sentences as they fit, and goes on when all are queued.
     fn report(&mut self, now: Micros) {
         self.deadline = now.plus(POLL_US);
         let scan = self.scans;
-        let State::Reporting(answer) = &mut self.state else {
+        let State::Reporting { lost, next } = &mut self.state else {
             return;
         };
-        let outcome = &answer.outcome;
+        let outcome = &self.outcome;
         let count = outcome.steps.len() as u8;
-        while answer.next <= count {
-            let sentence = match answer.next.checked_sub(1) {
+        while *next <= count {
+            let sentence = match next.checked_sub(1) {
                 None => Sentence::Scan(ScanLine {
                     scan,
                     status: outcome.status,
                     direction: outcome.direction,
                     steps: count,
-                    lost_rows: answer.lost,
+                    lost_rows: *lost,
                     reasons: outcome.reasons,
                 }),
                 Some(k) => {
                     let step = outcome.steps.get(usize::from(k));
                     let step = step.copied().unwrap_or_default();
-                    Sentence::Step(StepLine::new(scan, answer.next, count, &step))
+                    Sentence::Step(StepLine::new(scan, *next, count, &step))
                 }
             };
             if !self.outbox.push(&sentence) {
                 return;
             }
-            answer.next += 1;
+            *next += 1;
         }
-        if matches!(answer.outcome.status, Status::Fault) && self.broken() {
+        if self.outcome.status == Status::Fault && self.broken() {
             self.enter_fault(now, true);
         } else {
             self.resume(now);
