@@ -12,59 +12,49 @@
 //! Cochran et al. 1967). Sizes that are no power of 4 end with one radix-2 stage.
 //!
 //! Block floating point: a stage scales by 1/2 where the block leaves a bit of headroom and by 1/4
-//! where it does not; products taken from the upper half-word and halving sums do that for nothing. Writers
-//! gather the block's magnitude as they go ([`Headroom`]). Every product is rounded.
+//! where it does not; products taken from the upper half-word and halving sums do that for
+//! nothing. Writers gather the block's magnitude as they go ([`Headroom`]). Products are rounded.
 //!
-//! No overflow: let every |X| be at most 32 750 before a stage. Scaled by 1/4 the sum of four
-//! cannot exceed that; scaled by 1/2 it is only where both parts lie within ±8192, so that
-//! 4 · √2 · 8192 / 2 = 23 170 bounds it.
+//! No overflow: let every |X| be at most [`MAX_MAGNITUDE`] before a stage. Scaled by 1/4 the sum
+//! of four cannot exceed that; scaled by 1/2 it is only where both parts lie within ±8192, so that
+//! 4 · √2 · 8192 / 2 = 23 170 bounds it. The rest up to 32 767 takes the roundings.
 
-use super::packed::{
-    ONES, Packed, ZERO, add, add_j, half_diff, half_diff_j, half_sum, half_sum_j, mul_half, norm,
-    sub, sub_j,
-};
+use super::packed::{Arithmetic, Packed};
 use crate::math::sin_cos;
 
 /// Most points of a transform.
 pub const MAX_POINTS: usize = 256;
 
-/// Largest magnitude that the first stage may hand on (see the module's overflow argument; the
-/// rest up to 32 767 takes the roundings of the stages).
+/// Largest magnitude that the first stage may hand on.
 pub const MAX_MAGNITUDE: i32 = 32_750;
 
-/// W(4L)^k, W(4L)^2k, W(4L)^3k for k = 0…L-1.
-type Twiddles<const L: usize> = [[Packed; 3]; L];
+/// Twiddles of a stage that joins transforms of L points.
+struct Twiddles<const L: usize>;
 
-/// Twiddles of one stage of L points, Q15.
-const fn twiddles<const L: usize>() -> Twiddles<L> {
-    const UNIT: f32 = 32_768.0;
-    let mut table = [[ZERO; 3]; L];
-    let mut k = 0;
-    while k < L {
-        let mut j = 1;
-        while j <= 3 {
-            let angle = core::f32::consts::FRAC_PI_2 * (j * k) as f32 / L as f32;
-            let (sin, cos) = sin_cos(angle);
-            table[k][j - 1] = Packed::new(round_q15(UNIT * cos), round_q15(-UNIT * sin));
-            j += 1;
+impl<const L: usize> Twiddles<L> {
+    /// W(4L)^k, W(4L)^2k, W(4L)^3k for k = 0…L-1, Q15.
+    const TABLE: [[Packed; 3]; L] = {
+        let mut table = [[Packed::ZERO; 3]; L];
+        let mut k = 0;
+        while k < L {
+            let mut j = 1;
+            while j <= 3 {
+                let angle = core::f32::consts::FRAC_PI_2 * (j * k) as f32 / L as f32;
+                let (sin, cos) = sin_cos(angle);
+                table[k][j - 1] = Packed::new(to_q15(cos), to_q15(-sin));
+                j += 1;
+            }
+            k += 1;
         }
-        k += 1;
-    }
-    table
+        table
+    };
 }
 
-/// Nearest 16-bit integer, saturated (1 becomes 32767 / 32768).
-const fn round_q15(x: f32) -> i16 {
+/// Nearest Q15 number; 1 becomes 32767 / 32768.
+const fn to_q15(x: f32) -> i16 {
     // `as` from float saturates.
-    (x + if x < 0.0 { -0.5 } else { 0.5 }) as i16
+    (32_768.0 * x + if x < 0.0 { -0.5 } else { 0.5 }) as i16
 }
-
-static JOIN_4: Twiddles<4> = twiddles();
-static JOIN_16: Twiddles<16> = twiddles();
-static JOIN_64: Twiddles<64> = twiddles();
-
-/// Twiddles for L = 4, 16, 64.
-static STAGES: [&[[Packed; 3]]; 3] = [&JOIN_4, &JOIN_16, &JOIN_64];
 
 /// The block's magnitude, gathered from what a stage writes: no pass of its own.
 #[derive(Clone, Copy, Default)]
@@ -85,17 +75,52 @@ impl Headroom {
     }
 }
 
+/// What the last stage makes of a bin.
+pub trait Bin: Copy {
+    /// From the bin's complex value.
+    fn of<A: Arithmetic>(x: Packed) -> Self;
+}
+
+impl Bin for Packed {
+    #[inline(always)]
+    fn of<A: Arithmetic>(x: Packed) -> Self {
+        x
+    }
+}
+
+/// Power.
+impl Bin for u32 {
+    #[inline(always)]
+    fn of<A: Arithmetic>(x: Packed) -> Self {
+        A::norm(x)
+    }
+}
+
 /// Four-point transform.
 #[inline(always)]
-pub fn butterfly4(t: [Packed; 4]) -> [Packed; 4] {
+pub fn butterfly<A: Arithmetic>(t: [Packed; 4]) -> [Packed; 4] {
     let [t0, t1, t2, t3] = t;
-    let (even_sum, even_diff) = (add(t0, t2), sub(t0, t2));
-    let (odd_sum, odd_diff) = (add(t1, t3), sub(t1, t3));
+    let (even_sum, even_diff) = (A::add(t0, t2), A::sub(t0, t2));
+    let (odd_sum, odd_diff) = (A::add(t1, t3), A::sub(t1, t3));
     [
-        add(even_sum, odd_sum),
-        sub_j(even_diff, odd_diff),
-        sub(even_sum, odd_sum),
-        add_j(even_diff, odd_diff),
+        A::add(even_sum, odd_sum),
+        A::sub_j(even_diff, odd_diff),
+        A::sub(even_sum, odd_sum),
+        A::add_j(even_diff, odd_diff),
+    ]
+}
+
+/// Half the four-point transform.
+#[inline(always)]
+fn half_butterfly<A: Arithmetic>(t: [Packed; 4]) -> [Packed; 4] {
+    let [t0, t1, t2, t3] = t;
+    let (even_sum, even_diff) = (A::add(t0, t2), A::sub(t0, t2));
+    let (odd_sum, odd_diff) = (A::add(t1, t3), A::sub(t1, t3));
+    [
+        A::half_add(even_sum, odd_sum),
+        A::half_sub_j(even_diff, odd_diff),
+        A::half_sub(even_sum, odd_sum),
+        A::half_add_j(even_diff, odd_diff),
     ]
 }
 
@@ -104,134 +129,175 @@ pub fn butterfly4(t: [Packed; 4]) -> [Packed; 4] {
 /// The products are halved as they are rounded; the quarter's other half is taken from the last
 /// sums, which costs less noise than rounding all four terms to it.
 #[inline(always)]
-fn join4<const QUARTER: bool>(x: [Packed; 4], w: &[Packed; 3]) -> [Packed; 4] {
+fn join<A: Arithmetic, const QUARTER: bool>(x: [Packed; 4], w: &[Packed; 3]) -> [Packed; 4] {
     let [x0, x1, x2, x3] = x;
     let [w1, w2, w3] = *w;
-    let (t0, t1) = (half_sum(x0, ONES), mul_half(x1, w1));
-    let (t2, t3) = (mul_half(x2, w2), mul_half(x3, w3));
-    if !QUARTER {
-        return butterfly4([t0, t1, t2, t3]);
+    let t = [
+        A::half_add(x0, Packed::ONES),
+        A::mul_half(x1, w1),
+        A::mul_half(x2, w2),
+        A::mul_half(x3, w3),
+    ];
+    if QUARTER {
+        half_butterfly::<A>(t)
+    } else {
+        butterfly::<A>(t)
     }
-    let (even_sum, even_diff) = (add(t0, t2), sub(t0, t2));
-    let (odd_sum, odd_diff) = (add(t1, t3), sub(t1, t3));
-    [
-        half_sum(even_sum, odd_sum),
-        half_diff_j(even_diff, odd_diff),
-        half_diff(even_sum, odd_sum),
-        half_sum_j(even_diff, odd_diff),
-    ]
 }
 
-/// Splits into four quarters.
+/// The four quarters of an array.
 #[inline(always)]
-pub fn quarters<T>(x: &mut [T]) -> [&mut [T]; 4] {
-    let n = x.len() / 4;
-    let (lower, upper) = x.split_at_mut(2 * n);
-    let (a, b) = lower.split_at_mut(n);
-    let (c, d) = upper.split_at_mut(n);
+pub fn quarters<T, const N: usize>(x: &mut [T; N]) -> [&mut [T]; 4] {
+    let (lower, upper) = x.split_at_mut(N / 2);
+    let (a, b) = lower.split_at_mut(N / 4);
+    let (c, d) = upper.split_at_mut(N / 4);
     [a, b, c, d]
 }
 
 /// A radix-4 stage: reads L blocks of 4r numbers, writes four quarters of L blocks of r numbers.
 #[inline(always)]
-fn stage4<const QUARTER: bool>(
-    src: &[Packed],
-    dst: &mut [Packed],
-    table: &[[Packed; 3]],
+fn stage<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
+    src: &[Packed; N],
+    dst: &mut [Packed; N],
 ) -> Headroom {
+    let r = N / 4 / L;
     let mut seen = Headroom::default();
-    let r = (src.len() / 4 / table.len()).max(1);
     let [a, b, c, d] = quarters(dst);
     let outputs = a
         .chunks_exact_mut(r)
         .zip(b.chunks_exact_mut(r))
-        .zip(c.chunks_exact_mut(r))
-        .zip(d.chunks_exact_mut(r));
-    for ((block, w), (((y0, y1), y2), y3)) in src.chunks_exact(4 * r).zip(table).zip(outputs) {
+        .zip(c.chunks_exact_mut(r).zip(d.chunks_exact_mut(r)));
+    let blocks = src.chunks_exact(4 * r).zip(&Twiddles::<L>::TABLE);
+    for ((block, w), ((y0, y1), (y2, y3))) in blocks.zip(outputs) {
         let (lower, upper) = block.split_at(2 * r);
         let (x0, x1) = lower.split_at(r);
         let (x2, x3) = upper.split_at(r);
-        let inputs = x0.iter().zip(x1).zip(x2).zip(x3);
-        let outputs = y0.iter_mut().zip(y1).zip(y2).zip(y3);
-        for ((((x0, x1), x2), x3), (((y0, y1), y2), y3)) in inputs.zip(outputs) {
-            let y = join4::<QUARTER>([*x0, *x1, *x2, *x3], w);
-            for v in y {
-                seen.see(v);
-            }
+        let inputs = x0.iter().zip(x1).zip(x2.iter().zip(x3));
+        let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
+        for (((x0, x1), (x2, x3)), ((y0, y1), (y2, y3))) in inputs.zip(outputs) {
+            let y = join::<A, QUARTER>([*x0, *x1, *x2, *x3], w);
+            y.into_iter().for_each(|v| seen.see(v));
             [*y0, *y1, *y2, *y3] = y;
         }
     }
     seen
 }
 
-/// The last radix-4 stage, straight into power.
+/// The last radix-4 stage, straight into what is wanted of the bins.
 #[inline(always)]
-fn last4<const QUARTER: bool>(src: &[Packed], power: &mut [u32], table: &[[Packed; 3]]) {
-    let [a, b, c, d] = quarters(power);
+fn last<A: Arithmetic, B: Bin, const N: usize, const L: usize, const QUARTER: bool>(
+    src: &[Packed; N],
+    bins: &mut [B; N],
+) {
+    let [a, b, c, d] = quarters(bins);
     let (blocks, _) = src.as_chunks::<4>();
-    let outputs = a.iter_mut().zip(b).zip(c).zip(d);
-    for ((x, w), (((p0, p1), p2), p3)) in blocks.iter().zip(table).zip(outputs) {
-        [*p0, *p1, *p2, *p3] = join4::<QUARTER>(*x, w).map(norm);
+    let outputs = a.iter_mut().zip(b).zip(c.iter_mut().zip(d));
+    for ((x, w), ((y0, y1), (y2, y3))) in blocks.iter().zip(&Twiddles::<L>::TABLE).zip(outputs) {
+        [*y0, *y1, *y2, *y3] = join::<A, QUARTER>(*x, w).map(B::of::<A>);
     }
 }
 
-/// A last radix-2 stage, straight into power; its overall factor is 1/2.
+/// A last radix-2 stage; its overall factor is 1/2.
 ///
 /// W(2L)^k = W(4L)^2k, so that the radix-4 table of the same L serves.
-fn last2(src: &[Packed], power: &mut [u32], table: &[[Packed; 3]]) {
-    let (low, high) = power.split_at_mut(src.len() / 2);
+#[inline(always)]
+fn last_pairs<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
+    src: &[Packed; N],
+    bins: &mut [B; N],
+) {
+    let (low, high) = bins.split_at_mut(N / 2);
     let (blocks, _) = src.as_chunks::<2>();
-    for (([x0, x1], [_, w, _]), (p0, p1)) in blocks.iter().zip(table).zip(low.iter_mut().zip(high))
-    {
-        let (t0, t1) = (half_sum(*x0, ONES), mul_half(*x1, *w));
-        *p0 = norm(add(t0, t1));
-        *p1 = norm(sub(t0, t1));
+    let outputs = low.iter_mut().zip(high);
+    for (([x0, x1], [_, w, _]), (y0, y1)) in blocks.iter().zip(&Twiddles::<L>::TABLE).zip(outputs) {
+        let (t0, t1) = (A::half_add(*x0, Packed::ONES), A::mul_half(*x1, *w));
+        *y0 = B::of::<A>(A::add(t0, t1));
+        *y1 = B::of::<A>(A::sub(t0, t1));
     }
 }
 
-/// The stages after the first: `data` holds the first stage's output (four quarters of
-/// four-point transforms), `spare` is of the same length, `power` receives |X|² of every bin.
-///
-/// Returns the exponent e: the transform's true values are 2^e times those whose power is given.
-pub fn finish(
-    data: &mut [Packed],
-    spare: &mut [Packed],
-    power: &mut [u32],
-    mut seen: Headroom,
-) -> i32 {
-    let mut exponent = 0;
-    let (mut src, mut dst) = (data, spare);
-    let mut joined = 4;
-    for table in STAGES {
-        if joined == src.len() {
-            // All joined already: only a transform of four points could be that short.
-            break;
-        }
-        let quarter = !seen.is_ample();
-        match src.len() / joined {
-            2 => {
-                last2(src, power, table);
-                return exponent + 1;
-            }
-            4 => {
-                if quarter {
-                    last4::<true>(src, power, table);
-                } else {
-                    last4::<false>(src, power, table);
-                }
-                return exponent + 1 + i32::from(quarter);
-            }
-            _ => {
-                seen = if quarter {
-                    stage4::<true>(src, dst, table)
-                } else {
-                    stage4::<false>(src, dst, table)
-                };
-            }
-        }
-        exponent += 1 + i32::from(quarter);
-        core::mem::swap(&mut src, &mut dst);
-        joined *= 4;
+/// One radix-4 stage in the scaling that the headroom asks for; adds its exponent.
+#[inline(always)]
+fn scaled_stage<A: Arithmetic, const N: usize, const L: usize>(
+    src: &[Packed; N],
+    dst: &mut [Packed; N],
+    seen: Headroom,
+    exponent: &mut i32,
+) -> Headroom {
+    if seen.is_ample() {
+        *exponent += 1;
+        stage::<A, N, L, false>(src, dst)
+    } else {
+        *exponent += 2;
+        stage::<A, N, L, true>(src, dst)
     }
-    exponent
+}
+
+/// The last radix-4 stage in the scaling that the headroom asks for; returns its exponent.
+#[inline(always)]
+fn scaled_last<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
+    src: &[Packed; N],
+    bins: &mut [B; N],
+    seen: Headroom,
+) -> i32 {
+    if seen.is_ample() {
+        last::<A, B, N, L, false>(src, bins);
+        1
+    } else {
+        last::<A, B, N, L, true>(src, bins);
+        2
+    }
+}
+
+/// The stages after the first: `data` holds the first stage's output (four quarters, quarter m
+/// the bins m of four-point transforms) and is used up, like `spare`.
+///
+/// Returns the exponent e: the true values of the bins are 2^e times the ones given.
+#[inline(always)]
+pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
+    data: &mut [Packed; N],
+    spare: &mut [Packed; N],
+    bins: &mut [B; N],
+    seen: Headroom,
+) -> i32 {
+    if N == 16 {
+        return scaled_last::<A, B, N, 4>(data, bins, seen);
+    }
+    let mut exponent = 0;
+    let seen = scaled_stage::<A, N, 4>(data, spare, seen, &mut exponent);
+    if N == 32 {
+        last_pairs::<A, B, N, 16>(spare, bins);
+        return exponent + 1;
+    }
+    if N == 64 {
+        return exponent + scaled_last::<A, B, N, 16>(spare, bins, seen);
+    }
+    let seen = scaled_stage::<A, N, 16>(spare, data, seen, &mut exponent);
+    if N == 128 {
+        last_pairs::<A, B, N, 64>(data, bins);
+        return exponent + 1;
+    }
+    exponent + scaled_last::<A, B, N, 64>(data, bins, seen)
+}
+
+/// The whole transform of N points (16, 32, 64, 128 or 256) of magnitude up to
+/// [`MAX_MAGNITUDE`]; both buffers are used up.
+///
+/// Returns the exponent e: the true values of the bins are 2^e times the ones given.
+pub fn transform<A: Arithmetic, B: Bin, const N: usize>(
+    data: &mut [Packed; N],
+    spare: &mut [Packed; N],
+    bins: &mut [B; N],
+) -> i32 {
+    let mut seen = Headroom::default();
+    let [x0, x1, x2, x3] = quarters(data);
+    let [a, b, c, d] = quarters(spare);
+    let inputs = x0.iter().zip(x1).zip(x2.iter().zip(x3));
+    let outputs = a.iter_mut().zip(b).zip(c.iter_mut().zip(d));
+    for (((x0, x1), (x2, x3)), ((y0, y1), (y2, y3))) in inputs.zip(outputs) {
+        let halves = [*x0, *x1, *x2, *x3].map(|x| A::half_add(x, Packed::ONES));
+        let y = half_butterfly::<A>(halves);
+        y.into_iter().for_each(|v| seen.see(v));
+        [*y0, *y1, *y2, *y3] = y;
+    }
+    2 + finish::<A, B, N>(spare, data, bins, seen)
 }

@@ -17,12 +17,12 @@
 //! parts at full scale) gives 255; 0 is 93 dB below full scale, near the rounding of a 16-bit
 //! converter seen through the transform. Profiles count 1/256 octave on the same scale.
 
-mod cfar;
-mod fft;
-mod log;
-mod packed;
+pub mod cfar;
+pub mod fft;
+pub mod log;
+pub mod packed;
 mod profile;
-mod window;
+pub mod window;
 
 #[cfg(test)]
 mod tests;
@@ -35,7 +35,8 @@ use crate::Iq;
 use crate::config::{CfarConfig, ConfigError, MAX_SAMPLES, MountConfig, RadarConfig, check};
 use crate::stairs::map::Row;
 use cfar::Cfar;
-use packed::{Packed, ZERO};
+use core::marker::PhantomData;
+use packed::{Arithmetic, Native, Packed};
 use window::{Levels, Window};
 
 /// Cell of a tone at the converter's full scale.
@@ -121,23 +122,27 @@ impl fmt::Display for ChirpLength {
 
 impl core::error::Error for ChirpLength {}
 
-/// Turns chirps into rows of the map. Some 7 KB: window, thresholds, transform buffers.
+/// Turns chirps into rows of the map, with this target's arithmetic.
+pub type RangeProcessor = Processor<Native>;
+
+/// Turns chirps into rows of the map. Some 6 KB: window, thresholds, transform buffers.
 #[derive(Clone, Debug)]
-pub struct RangeProcessor {
+pub struct Processor<A> {
     points: usize,
     kept: BinWindow,
     /// Bins around the mirror's echo.
     mirror: BinWindow,
-    /// 1/256 octaves from log2 of a mantissa's power to the reference.
+    /// 1/256 octaves from log2 of a mantissa's power to the reference, but for gain and exponent.
     offset: i32,
     window: Window,
     cfar: Cfar,
     buffers: [[Packed; MAX_SAMPLES]; 2],
     power: [u32; MAX_SAMPLES],
+    arithmetic: PhantomData<A>,
 }
 
-impl RangeProcessor {
-    /// A processor that refuses every chirp, until [`RangeProcessor::configure`] shapes it: for
+impl<A: Arithmetic> Processor<A> {
+    /// A processor that refuses every chirp, until [`Processor::configure`] shapes it: for
     /// statics, where a value as large as this must not pass over the stack.
     pub const fn idle() -> Self {
         Self {
@@ -147,8 +152,9 @@ impl RangeProcessor {
             offset: 0,
             window: Window::empty(),
             cfar: Cfar::empty(),
-            buffers: [[ZERO; MAX_SAMPLES]; 2],
+            buffers: [[Packed::ZERO; MAX_SAMPLES]; 2],
             power: [0; MAX_SAMPLES],
+            arithmetic: PhantomData,
         }
     }
 
@@ -170,7 +176,7 @@ impl RangeProcessor {
     /// Takes another configuration; on an error the old one stays.
     ///
     /// # Errors
-    /// Those of [`RangeProcessor::new`].
+    /// Those of [`Processor::new`].
     pub fn configure(
         &mut self,
         radar: &RadarConfig,
@@ -191,7 +197,8 @@ impl RangeProcessor {
         self.mirror = mirror_bins(radar, mount);
         self.window.shape(usize::from(radar.samples), self.points);
         self.cfar.shape(cfar, kept, &self.window);
-        let reference = 512.0 * crate::math::log2(self.window.sum());
+        // Mantissas are (x · c) · gain / 2^32 · 2^-exponent; full scale is x = 2^15.
+        let reference = 512.0 * (crate::math::log2(self.window.sum()) + 15.0 - 32.0);
         self.offset = i32::from(FULL_SCALE) * FINE - libm::roundf(reference) as i32;
         Ok(())
     }
@@ -207,7 +214,7 @@ impl RangeProcessor {
     /// A chirp of the wrong length leaves the row untouched.
     pub fn process(&mut self, chirp: &[Iq], row: &mut Row<'_>) -> Result<RowStats, ChirpLength> {
         let (levels, exponent) = self.transform(chirp)?;
-        let offset = self.offset + 512 * exponent;
+        let offset = self.offset_for(&levels, exponent);
         let power = self.power.get(..self.points).unwrap_or(&[]);
         let mut cells = self.cfar.run(self.kept.of(power));
         row.mask.fill(0);
@@ -224,7 +231,7 @@ impl RangeProcessor {
         let mirror = self.mirror.of(power).iter().max();
         Ok(RowStats {
             saturated: levels.saturated,
-            swing: levels.peak.min(u32::from(u16::MAX)) as u16,
+            swing: levels.swing.min(u32::from(u16::MAX)) as u16,
             mirror_echo: mirror.map_or(0, |&p| to_cell(log::log2_fine(p) + offset)),
             hits,
         })
@@ -235,8 +242,8 @@ impl RangeProcessor {
     /// # Errors
     /// A chirp of the wrong length leaves the profile untouched.
     pub fn profile(&mut self, chirp: &[Iq], profile: &mut Profile) -> Result<(), ChirpLength> {
-        let (_, exponent) = self.transform(chirp)?;
-        let offset = self.offset + 512 * exponent;
+        let (levels, exponent) = self.transform(chirp)?;
+        let offset = self.offset_for(&levels, exponent);
         let power = self.power.get(..self.points).unwrap_or(&[]);
         profile.clear(self.points, self.kept);
         for (to, &p) in profile.power.iter_mut().zip(power) {
@@ -256,6 +263,11 @@ impl RangeProcessor {
         Ok(())
     }
 
+    /// 1/256 octaves from log2 of this chirp's power mantissas to the reference.
+    fn offset_for(&self, levels: &Levels, exponent: i32) -> i32 {
+        self.offset + 512 * exponent - 2 * log::log2_fine(levels.gain() as u32)
+    }
+
     /// Chirp to power of every bin; returns the exponent e as well: true values of the transform
     /// are 2^e times those whose power is kept.
     fn transform(&mut self, chirp: &[Iq]) -> Result<(Levels, i32), ChirpLength> {
@@ -264,12 +276,30 @@ impl RangeProcessor {
             let got = chirp.len();
             return Err(ChirpLength { got, expected });
         }
-        let levels = Levels::of(chirp);
-        let [a, b] = &mut self.buffers;
-        let n = self.points.min(MAX_SAMPLES);
-        let (a, b, power) = (&mut a[..n], &mut b[..n], &mut self.power[..n]);
-        let (seen, first) = window::open(chirp, &levels, &self.window, a);
-        Ok((levels, first + fft::finish(a, b, power, seen)))
+        let levels = Levels::of::<A>(chirp);
+        let exponent = match self.points {
+            16 => self.transform_to::<16>(chirp, &levels),
+            32 => self.transform_to::<32>(chirp, &levels),
+            64 => self.transform_to::<64>(chirp, &levels),
+            128 => self.transform_to::<128>(chirp, &levels),
+            _ => self.transform_to::<256>(chirp, &levels),
+        };
+        Ok((levels, exponent))
+    }
+
+    /// The transform's passes for N points.
+    fn transform_to<const N: usize>(&mut self, chirp: &[Iq], levels: &Levels) -> i32 {
+        let [data, spare] = &mut self.buffers;
+        // N is one of the sizes that the buffers hold.
+        let (Some(data), Some(spare), Some(power)) = (
+            data.first_chunk_mut::<N>(),
+            spare.first_chunk_mut::<N>(),
+            self.power.first_chunk_mut::<N>(),
+        ) else {
+            return 0;
+        };
+        let seen = window::open::<A, N>(chirp, levels, &self.window, data);
+        fft::finish::<A, u32, N>(data, spare, power, seen)
     }
 }
 

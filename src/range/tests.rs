@@ -100,8 +100,9 @@ fn reference(chirp: &[Iq]) -> Vec<(f64, f64)> {
 
 /// Power relative to a full-scale tone, from the mantissas.
 fn measured(processor: &mut RangeProcessor, chirp: &[Iq]) -> Vec<f64> {
-    let (_, exponent) = processor.transform(chirp).unwrap();
-    let scale = 2f64.powi(exponent) / f64::from(processor.window.sum());
+    let (levels, exponent) = processor.transform(chirp).unwrap();
+    let gain = f64::from(levels.gain()) * 2f64.powi(-17 - exponent);
+    let scale = 1.0 / (f64::from(processor.window.sum()) * gain);
     processor.power[..processor.points]
         .iter()
         .map(|&p| f64::from(p) * scale * scale)

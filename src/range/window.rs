@@ -2,9 +2,10 @@
 //! window and the transform's first stage in one.
 
 use super::fft::{self, Headroom, MAX_MAGNITUDE, MAX_POINTS};
-use super::packed::{Packed, add, add_j, mul_wide, pack_high, sub, sub_j};
+use super::packed::{Arithmetic, Packed};
 use crate::Iq;
 use crate::math::sin_cos;
+use core::ops::Range;
 
 /// Hann window of Ns coefficients, scaled so that the transform's first stage cannot overflow.
 ///
@@ -57,7 +58,7 @@ impl Window {
         self.samples
     }
 
-    /// Sum of the coefficients, Q15: the transform's value for a tone of amplitude 1.
+    /// Sum of the coefficients: the transform's value for a tone of amplitude 1.
     pub fn sum(&self) -> f32 {
         self.sum
     }
@@ -83,32 +84,40 @@ pub struct Levels {
     /// Mean of I and Q, Q16.16.
     mean: [i32; 2],
     /// Largest distance of any I or Q from its mean, rounded up.
-    pub peak: u32,
+    pub swing: u32,
     /// Samples of which a part stands at full scale.
     pub saturated: u16,
 }
 
 impl Levels {
-    /// Measures `chirp` (at most 256 samples).
-    pub fn of(chirp: &[Iq]) -> Self {
-        let (mut sum, mut low, mut high) = ([0i32; 2], [i16::MAX; 2], [i16::MIN; 2]);
-        for x in chirp {
-            for (part, value) in [x.i, x.q].into_iter().enumerate() {
-                sum[part] += i32::from(value);
-                low[part] = low[part].min(value);
-                high[part] = high[part].max(value);
-            }
+    /// Measures a chirp of 1 to 256 samples.
+    #[inline(always)]
+    pub fn of<A: Arithmetic>(chirp: &[Iq]) -> Self {
+        let (mut sum_i, mut sum_q) = (0, 0);
+        let mut low = Packed::new(i16::MAX, i16::MAX);
+        let mut high = Packed::new(i16::MIN, i16::MIN);
+        for &x in chirp {
+            let x = Packed::from(x);
+            sum_i = A::dot(x, Packed::REAL, sum_i);
+            sum_q = A::dot(x, Packed::IMAGINARY, sum_q);
+            low = A::min(low, x);
+            high = A::max(high, x);
         }
-        // 2^31 / n, so that the mean costs a multiplication.
-        let reciprocal = (1u32 << 31) / (chirp.len() as u32).max(1);
-        let mean = sum.map(|s| ((i64::from(s) * i64::from(reciprocal)) >> 15) as i32);
-        let swing = |part: usize| {
-            let above = (i32::from(high[part]) << 15).saturating_sub(mean[part] >> 1);
-            let below = (mean[part] >> 1).saturating_sub(i32::from(low[part]) << 15);
+        // 2^31 / n, so that a mean costs a multiplication.
+        let reciprocal = i64::from((1u32 << 31) / (chirp.len() as u32).max(1));
+        let mean = [sum_i, sum_q].map(|sum| ((i64::from(sum) * reciprocal) >> 15) as i32);
+        let swing = |mean: i32, low: i16, high: i16| {
+            // In Q15, for Q16 does not hold the largest differences.
+            let mean = mean >> 1;
+            let above = (i32::from(high) << 15).saturating_sub(mean);
+            let below = mean.saturating_sub(i32::from(low) << 15);
             (above.max(below).max(0) as u32).div_ceil(1 << 15)
         };
+        let swing_i = swing(mean[0], low.re(), high.re());
+        let swing_q = swing(mean[1], low.im(), high.im());
         let full_scale = |x: i16| x == i16::MAX || x <= -i16::MAX;
-        let saturated = if high.into_iter().chain(low).any(full_scale) {
+        let extremes = [low.re(), low.im(), high.re(), high.im()];
+        let saturated = if extremes.into_iter().any(full_scale) {
             let touched = chirp.iter().filter(|x| full_scale(x.i) || full_scale(x.q));
             touched.count() as u16
         } else {
@@ -116,81 +125,102 @@ impl Levels {
         };
         Self {
             mean,
-            peak: if chirp.is_empty() {
-                0
-            } else {
-                swing(0).max(swing(1))
-            },
+            swing: swing_i.max(swing_q),
             saturated,
         }
     }
 
-    /// Power of two that brings the peak into 2^14…2^15 - 1: -1…14.
-    fn normalisation(&self) -> i32 {
-        (self.peak.max(1).leading_zeros() as i32 - 17).clamp(-1, 14)
+    /// 2^32 times what brings the swing to full scale after a Q15 coefficient is taken out.
+    pub fn gain(&self) -> i32 {
+        // Below 3 it would not fit; so quiet a chirp is none.
+        ((32_767u32 << 17) / self.swing.clamp(3, 65_535)) as i32
     }
 }
 
-/// Windows single samples: (x - mean) · c · 2^shift in Q15, rounded.
+/// Windows samples: (x - mean) · c · gain, rounded.
 #[derive(Clone, Copy)]
-struct Weigher {
+struct Weigher<'a, const N: usize> {
+    chirp: &'a [Iq],
+    coefficients: &'a [i16],
     minus_mean: [i32; 2],
-    left: u32,
-    round: i32,
+    gain: i32,
 }
 
-impl Weigher {
+impl<const N: usize> Weigher<'_, N> {
     #[inline(always)]
-    fn weigh(self, x: Iq, c: i16) -> Packed {
-        let part = |value: i16, minus_mean: i32| {
-            mul_wide(minus_mean, c, self.round)
-                .wrapping_add(i32::from(value) * i32::from(c))
-                .wrapping_shl(self.left)
-        };
-        pack_high(part(x.i, self.minus_mean[0]), part(x.q, self.minus_mean[1]))
+    fn weigh<A: Arithmetic>(self, x: Iq, c: i16) -> Packed {
+        let (x, c) = (Packed::from(x), i32::from(c));
+        // The mean keeps its fraction: half a unit of it would swamp a chirp of a few units.
+        let [re, im] = self.minus_mean.map(|mean| A::scale_wide(mean, c));
+        A::pack_low(
+            A::mul_high(A::scale_re(x, c, re), self.gain),
+            A::mul_high(A::scale_im(x, c, im), self.gain),
+        )
+    }
+
+    /// The samples n + jN/4 for n in `part`.
+    #[inline(always)]
+    fn tap<A: Arithmetic>(self, j: usize, part: &Range<usize>) -> impl Iterator<Item = Packed> {
+        let samples = j * (N / 4) + part.start..j * (N / 4) + part.end;
+        let x = self.chirp.get(samples.clone()).unwrap_or(&[]);
+        let c = self.coefficients.get(samples).unwrap_or(&[]);
+        x.iter().zip(c).map(move |(&x, &c)| self.weigh::<A>(x, c))
     }
 }
 
-/// DC removal, window and the first radix-4 stage, four-point transforms of samples a quarter of
-/// the transform apart; the zero padding takes part in none of them.
-///
-/// Returns the block's headroom and the exponent e: true values are 2^e times the stored ones.
-pub fn open(chirp: &[Iq], levels: &Levels, window: &Window, out: &mut [Packed]) -> (Headroom, i32) {
-    let shift = levels.normalisation();
-    let left = (shift + 1) as u32;
-    let weigher = Weigher {
+/// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples
+/// a quarter of the transform apart. The zero padding takes part in none of them.
+#[inline(always)]
+pub fn open<A: Arithmetic, const N: usize>(
+    chirp: &[Iq],
+    levels: &Levels,
+    window: &Window,
+    out: &mut [Packed; N],
+) -> Headroom {
+    let taps = Weigher::<N> {
+        chirp,
+        coefficients: &window.coefficients,
         minus_mean: levels.mean.map(i32::saturating_neg),
-        left,
-        round: 0x8000 >> left,
+        gain: levels.gain(),
     };
     let mut seen = Headroom::default();
-    let quarter = out.len() / 4;
-    let mut taps = chirp
-        .chunks(quarter.max(1))
-        .zip(window.coefficients.chunks(quarter.max(1)));
-    let mut tap = || {
-        let (x, c) = taps.next().unwrap_or((&[], &[]));
-        x.iter().zip(c).map(move |(&x, &c)| weigher.weigh(x, c))
-    };
-    let (mut x0, mut x1, mut x2, mut x3) = (tap(), tap(), tap(), tap());
     let [a, b, c, d] = fft::quarters(out);
-    let outputs = a.iter_mut().zip(b).zip(c).zip(d);
-    for (((y0, y1), y2), y3) in outputs {
-        let (Some(t0), Some(t1)) = (x0.next(), x1.next()) else {
-            break;
-        };
-        let y = match (x2.next(), x3.next()) {
-            (Some(t2), Some(t3)) => fft::butterfly4([t0, t1, t2, t3]),
-            (Some(t2), _) => {
-                let (sum, diff) = (add(t0, t2), sub(t0, t2));
-                [add(sum, t1), sub_j(diff, t1), sub(sum, t1), add_j(diff, t1)]
-            }
-            _ => [add(t0, t1), sub_j(t0, t1), sub(t0, t1), add_j(t0, t1)],
-        };
-        for v in y {
-            seen.see(v);
+    let mut outputs = a.iter_mut().zip(b).zip(c.iter_mut().zip(d));
+    let mut write = |y: [Packed; 4]| {
+        y.into_iter().for_each(|v| seen.see(v));
+        if let Some(((y0, y1), (y2, y3))) = outputs.next() {
+            [*y0, *y1, *y2, *y3] = y;
         }
-        [*y0, *y1, *y2, *y3] = y;
+    };
+    // A chirp is longer than half the transform: the first two taps are always there, the third
+    // up to `three`, the fourth up to `four`.
+    let taps_of = |j: usize| chirp.len().saturating_sub(j * (N / 4)).min(N / 4);
+    let (three, four) = (taps_of(2), taps_of(3));
+    let all = 0..four;
+    let (t0, t1) = (taps.tap::<A>(0, &all), taps.tap::<A>(1, &all));
+    let (t2, t3) = (taps.tap::<A>(2, &all), taps.tap::<A>(3, &all));
+    for ((t0, t1), (t2, t3)) in t0.zip(t1).zip(t2.zip(t3)) {
+        write(fft::butterfly::<A>([t0, t1, t2, t3]));
     }
-    (seen, -shift)
+    let most = four..three;
+    let (t0, t1) = (taps.tap::<A>(0, &most), taps.tap::<A>(1, &most));
+    for ((t0, t1), t2) in t0.zip(t1).zip(taps.tap::<A>(2, &most)) {
+        let (sum, diff) = (A::add(t0, t2), A::sub(t0, t2));
+        write([
+            A::add(sum, t1),
+            A::sub_j(diff, t1),
+            A::sub(sum, t1),
+            A::add_j(diff, t1),
+        ]);
+    }
+    let least = three..N / 4;
+    for (t0, t1) in taps.tap::<A>(0, &least).zip(taps.tap::<A>(1, &least)) {
+        write([
+            A::add(t0, t1),
+            A::sub_j(t0, t1),
+            A::sub(t0, t1),
+            A::add_j(t0, t1),
+        ]);
+    }
+    seen
 }
