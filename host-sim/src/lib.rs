@@ -2,5 +2,6 @@
 
 pub mod answer;
 pub mod recording;
+pub mod scene;
 pub mod score;
 pub mod setup;

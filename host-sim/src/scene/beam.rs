@@ -1,0 +1,148 @@
+//! The beam that leaves the mirror.
+
+use core::f64::consts::{LN_2, PI};
+
+use super::maths::{amplitude, power};
+
+/// One-way amplitude pattern in the plane that the mirror sweeps, and across it.
+///
+/// In the plane: Taylor's one-parameter pattern (Hansen, Phased Array Antennas, sec. 3.2),
+/// F(u) = sinh π√(B²-u²) / (π√(B²-u²)) within the main lobe and its sine beyond, whose B is set by the
+/// first side lobe. On top lies a floor of power that the mirror's surface errors scatter. Across the
+/// plane a Gaussian of the same 3 dB width: side lobes there only widen what is already blurred.
+#[derive(Clone, Debug)]
+pub struct Beam {
+    parameter: f64,
+    peak: f64,
+    u_per_sine: f64,
+    floor: f64,
+    lateral_rad: f64,
+}
+
+/// The first side lobe of a uniform line source, dB below its peak.
+const UNIFORM_SIDELOBE_DB: f64 = 13.26;
+
+impl Beam {
+    /// A beam `width_deg` wide between its half-power points in the plane and `lateral_deg` across.
+    pub fn new(width_deg: f64, lateral_deg: f64, sidelobe_db: f64, floor_db: f64) -> Self {
+        let parameter = taylor_parameter(sidelobe_db);
+        let peak = lobe(parameter * parameter);
+        let mut beam = Self {
+            parameter,
+            peak,
+            u_per_sine: 1.0,
+            floor: power(-floor_db),
+            lateral_rad: lateral_deg.to_radians(),
+        };
+        // The half-power point of the pattern over u, by bisection: it is monotonic in the main lobe.
+        let (mut low, mut high) = (0.0, (1.0 + parameter * parameter).sqrt());
+        for _ in 0..60 {
+            let middle = 0.5 * (low + high);
+            if beam.pattern(middle) > amplitude(-10.0 * core::f64::consts::LOG10_2) {
+                low = middle;
+            } else {
+                high = middle;
+            }
+        }
+        beam.u_per_sine = low / libm::sin(0.5 * width_deg.to_radians());
+        beam
+    }
+
+    /// Pattern over Taylor's variable u, 1 at the peak.
+    fn pattern(&self, u: f64) -> f64 {
+        lobe(self.parameter * self.parameter - u * u) / self.peak
+    }
+
+    /// Amplitude `angle` radians off the axis, in the plane.
+    pub fn in_plane(&self, angle: f64) -> f64 {
+        if angle.abs() > 0.5 * PI {
+            return self.floor.sqrt();
+        }
+        let f = self.pattern(libm::sin(angle) * self.u_per_sine);
+        (f * f + self.floor * (1.0 - f * f).max(0.0)).sqrt()
+    }
+
+    /// Amplitude `angle` radians off the axis, across the plane.
+    pub fn lateral(&self, angle: f64) -> f64 {
+        let x = 2.0 * angle / self.lateral_rad;
+        libm::exp(-0.5 * LN_2 * x * x)
+    }
+
+    /// Tangent of the angle across the plane beyond which two-way amplitudes are below 1.6 %.
+    pub fn lateral_reach(&self) -> f64 {
+        libm::tan((1.2 * self.lateral_rad).min(1.4))
+    }
+}
+
+/// sinh(π√q)/(π√q), which for negative q is sin(π√-q)/(π√-q).
+fn lobe(q: f64) -> f64 {
+    let x = PI * q.abs().sqrt();
+    if x < 1e-6 {
+        1.0
+    } else if q > 0.0 {
+        libm::sinh(x) / x
+    } else {
+        libm::sin(x) / x
+    }
+}
+
+/// Taylor's B: the peak stands sinh(πB)/(πB) higher above the side lobes than a uniform source's.
+fn taylor_parameter(sidelobe_db: f64) -> f64 {
+    let wanted = amplitude((sidelobe_db - UNIFORM_SIDELOBE_DB).max(0.0));
+    let (mut low, mut high) = (0.0, 4.0);
+    for _ in 0..60 {
+        let middle: f64 = 0.5 * (low + high);
+        if lobe(middle * middle) < wanted {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    low
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn db(a: f64) -> f64 {
+        20.0 * a.log10()
+    }
+
+    #[test]
+    fn half_the_width_off_axis_is_half_the_power() {
+        for width in [2.0_f64, 5.0, 11.0] {
+            let beam = Beam::new(width, width, 20.0, 60.0);
+            let half = (0.5 * width).to_radians();
+            assert!((db(beam.in_plane(half)) + 3.01).abs() < 0.02);
+            assert!((db(beam.in_plane(-half)) + 3.01).abs() < 0.02);
+            assert!((db(beam.lateral(half)) + 3.01).abs() < 0.01);
+            assert!((beam.in_plane(0.0) - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn the_first_side_lobe_is_as_high_as_asked() {
+        for level in [13.26, 17.0, 20.0, 25.0] {
+            let beam = Beam::new(5.0, 5.0, level, 90.0);
+            let first_null = (1.0 + beam.parameter * beam.parameter).sqrt() / beam.u_per_sine;
+            let highest = (0..2000)
+                .map(|k| beam.in_plane(first_null + f64::from(k) * 1e-4))
+                .fold(0.0, f64::max);
+            assert!(
+                (db(highest) + level).abs() < 0.1,
+                "{level}: {}",
+                db(highest)
+            );
+        }
+    }
+
+    #[test]
+    fn the_floor_is_what_remains_between_the_lobes() {
+        let beam = Beam::new(5.0, 5.0, 20.0, 35.0);
+        let lowest = (0..4000)
+            .map(|k| beam.in_plane(0.1 + f64::from(k) * 1e-4))
+            .fold(1.0, f64::min);
+        assert!((db(lowest) + 35.0).abs() < 0.1, "{}", db(lowest));
+    }
+}

@@ -1,0 +1,405 @@
+//! Scene files are refused with one message that names the key and what was expected.
+
+use anyhow::{Result, bail, ensure};
+
+use super::facets::{self, MAX_FACETS};
+use super::geometry::World;
+use super::material::{self, builtin};
+use super::maths::{LIGHT, Vec2};
+use super::spec::{MaterialSpec, PolylineSpec, SceneSpec, StairsSpec};
+
+/// Farther than this from the mirror nothing is built, metres.
+const WORLD: f64 = 50.0;
+
+/// Most steps of one flight.
+const MAX_STEPS: usize = 64;
+
+/// Refuses a number outside `low..=high`, NaN included.
+fn number(key: &str, value: f64, (low, high): (f64, f64)) -> Result<()> {
+    ensure!(
+        (low..=high).contains(&value),
+        "{key}: {value}: expected a number from {low} to {high}"
+    );
+    Ok(())
+}
+
+fn numbers(prefix: &str, list: &[(&str, f64, (f64, f64))]) -> Result<()> {
+    for (key, value, range) in list {
+        number(&format!("{prefix}{key}"), *value, *range)?;
+    }
+    Ok(())
+}
+
+/// Refuses an interval that does not run from lower to higher.
+fn ordered(prefix: &str, (low_key, low): (&str, f64), (high_key, high): (&str, f64)) -> Result<()> {
+    let range = (-WORLD, WORLD);
+    numbers(prefix, &[(low_key, low, range), (high_key, high, range)])?;
+    ensure!(
+        high > low,
+        "{prefix}{high_key}: {high}: expected more than {low_key}, which is {low}"
+    );
+    Ok(())
+}
+
+const POSITION: (f64, f64) = (-WORLD, WORLD);
+const LENGTH: (f64, f64) = (1e-4, WORLD);
+const DECIBEL: (f64, f64) = (-300.0, 300.0);
+
+/// Checks everything that can be said before the surfaces are built.
+pub fn spec(s: &SceneSpec) -> Result<()> {
+    radar(s)?;
+    mount(s)?;
+    receiver(s)?;
+    for (name, m) in &s.materials {
+        material_values(&format!("material.{name}."), m)?;
+    }
+    surfaces(s)?;
+    for (k, flight) in s.stairs.iter().enumerate() {
+        stairs(&format!("stairs[{k}]."), flight)?;
+    }
+    for (k, p) in s.polyline.iter().enumerate() {
+        polyline(&format!("polyline[{k}]."), p)?;
+    }
+    named_materials(s)
+}
+
+fn radar(s: &SceneSpec) -> Result<()> {
+    let r = &s.radar;
+    numbers(
+        "radar.",
+        &[
+            ("carrier_hz", r.carrier_hz, (1e9, 1e12)),
+            (
+                "bandwidth_hz",
+                r.bandwidth_hz,
+                (1e6, 0.5 * r.carrier_hz.max(2e6)),
+            ),
+            (
+                "samples_per_chirp",
+                r.samples_per_chirp as f64,
+                (16.0, 256.0),
+            ),
+            ("sample_rate_hz", r.sample_rate_hz, (1e3, 1e9)),
+            ("tx_power_dbm", r.tx_power_dbm, DECIBEL),
+            (
+                "antenna_gain_dbi",
+                r.antenna_gain_dbi.unwrap_or(0.0),
+                DECIBEL,
+            ),
+            ("system_loss_db", r.system_loss_db, DECIBEL),
+        ],
+    )
+}
+
+fn mount(s: &SceneSpec) -> Result<()> {
+    let (m, mirror, sweep) = (&s.mount, &s.mirror, &s.sweep);
+    numbers(
+        "mount.",
+        &[
+            ("height_m", m.height_m, (0.01, 5.0)),
+            ("mirror_offset_m", m.mirror_offset_m, (0.0, 2.0)),
+            ("beamwidth_deg", m.beamwidth_deg, (0.5, 30.0)),
+            (
+                "lateral_beamwidth_deg",
+                m.lateral_beamwidth_deg.unwrap_or(m.beamwidth_deg),
+                (0.5, 30.0),
+            ),
+            ("height_error_m", m.height_error_m, (-0.5, 0.5)),
+        ],
+    )?;
+    numbers(
+        "mirror.",
+        &[
+            ("bias_deg", mirror.bias_deg, (-30.0, 30.0)),
+            ("jitter_deg", mirror.jitter_deg, (0.0, 5.0)),
+            ("runout_m", mirror.runout_m, (0.0, 0.01)),
+            ("sidelobe_db", mirror.sidelobe_db, (13.26, 60.0)),
+            ("sidelobe_floor_db", mirror.sidelobe_floor_db, (10.0, 300.0)),
+        ],
+    )?;
+    numbers(
+        "sweep.",
+        &[
+            ("first_deg", sweep.first_deg, (-170.0, 170.0)),
+            ("last_deg", sweep.last_deg, (-170.0, 170.0)),
+            ("step_deg", sweep.step_deg, (0.01, 10.0)),
+        ],
+    )?;
+    let count = (sweep.last_deg - sweep.first_deg) / sweep.step_deg;
+    ensure!(
+        count >= 2.0 - 1e-6,
+        "sweep.last_deg: {}: expected at least two steps above first_deg",
+        sweep.last_deg
+    );
+    let most = stairscan::config::MAX_ROWS;
+    ensure!(
+        count < most as f64 - 0.5,
+        "sweep.step_deg: {}: expected at most {most} angles, not {:.0}",
+        sweep.step_deg,
+        count + 1.0
+    );
+    Ok(())
+}
+
+fn receiver(s: &SceneSpec) -> Result<()> {
+    let r = &s.receiver;
+    numbers(
+        "receiver.",
+        &[
+            ("noise_figure_db", r.noise_figure_db, DECIBEL),
+            ("full_scale_dbm", r.full_scale_dbm, DECIBEL),
+            ("leakage_dbfs", r.leakage_dbfs, (-300.0, 60.0)),
+            ("leakage_range_m", r.leakage_range_m, (0.0, 2.0)),
+            ("mirror_echo_dbfs", r.mirror_echo_dbfs, (-300.0, 60.0)),
+            ("dc_i", r.dc_i, (-1.0, 1.0)),
+            ("dc_q", r.dc_q, (-1.0, 1.0)),
+            ("phase_noise_dbc_hz", r.phase_noise_dbc_hz, (-300.0, -30.0)),
+            ("sweep_bow", r.sweep_bow, (-0.01, 0.01)),
+            ("sweep_ripple", r.sweep_ripple, (-0.01, 0.01)),
+            ("sweep_ripple_cycles", r.sweep_ripple_cycles, (0.0, 1000.0)),
+            ("iq_gain_db", r.iq_gain_db, (-20.0, 20.0)),
+            ("iq_phase_deg", r.iq_phase_deg, (-60.0, 60.0)),
+            ("antialias_cutoff", r.antialias_cutoff, (0.05, 10.0)),
+            ("antialias_order", f64::from(r.antialias_order), (0.0, 16.0)),
+            ("adc_bits", f64::from(r.adc_bits), (2.0, 16.0)),
+        ],
+    )
+}
+
+fn material_values(prefix: &str, m: &MaterialSpec) -> Result<()> {
+    numbers(
+        prefix,
+        &[
+            ("permittivity", m.permittivity, (1.0, 1000.0)),
+            ("conductivity", m.conductivity, (0.0, 1e9)),
+            ("roughness_m", m.roughness_m, (0.0, 0.01)),
+            ("correlation_m", m.correlation_m, (1e-5, 1.0)),
+            ("diffuse_db", m.diffuse_db, (-300.0, 10.0)),
+            ("joint_pitch_m", m.joint_pitch_m, (0.0, WORLD)),
+            ("joint_width_m", m.joint_width_m, (0.0, WORLD)),
+            ("joint_depth_m", m.joint_depth_m, (0.0, 0.1)),
+            ("joint_reflection", m.joint_reflection, (0.0, 1.0)),
+        ],
+    )
+}
+
+fn surfaces(s: &SceneSpec) -> Result<()> {
+    for (k, f) in s.floor.iter().enumerate() {
+        let prefix = format!("floor[{k}].");
+        number(&format!("{prefix}height_m"), f.height_m, POSITION)?;
+        let end = f.to_m.unwrap_or(WORLD);
+        ordered(&prefix, ("from_m", f.from_m), ("to_m", end))?;
+    }
+    for (k, r) in s.ramp.iter().enumerate() {
+        let prefix = format!("ramp[{k}].");
+        ordered(&prefix, ("from_m", r.from_m), ("to_m", r.to_m))?;
+        let heights = [
+            ("from_height_m", r.from_height_m, POSITION),
+            ("to_height_m", r.to_height_m, POSITION),
+        ];
+        numbers(&prefix, &heights)?;
+    }
+    for (k, w) in s.wall.iter().enumerate() {
+        let prefix = format!("wall[{k}].");
+        number(&format!("{prefix}at_m"), w.at_m, POSITION)?;
+        ordered(&prefix, ("bottom_m", w.bottom_m), ("top_m", w.top_m))?;
+    }
+    for (k, p) in s.post.iter().enumerate() {
+        let prefix = format!("post[{k}].");
+        let values = [
+            ("at_m", p.at_m, POSITION),
+            ("lateral_m", p.lateral_m, POSITION),
+            ("diameter_m", p.diameter_m, (2e-3, 2.0)),
+        ];
+        numbers(&prefix, &values)?;
+        ordered(&prefix, ("bottom_m", p.bottom_m), ("top_m", p.top_m))?;
+    }
+    for (k, b) in s.boxes.iter().enumerate() {
+        let prefix = format!("box[{k}].");
+        ordered(&prefix, ("from_m", b.from_m), ("to_m", b.to_m))?;
+        ordered(&prefix, ("bottom_m", b.bottom_m), ("top_m", b.top_m))?;
+        let values = [
+            ("width_m", b.width_m.unwrap_or(1.0), LENGTH),
+            ("lateral_m", b.lateral_m, POSITION),
+        ];
+        numbers(&prefix, &values)?;
+    }
+    for (k, d) in s.door.iter().enumerate() {
+        let prefix = format!("door[{k}].");
+        let values = [
+            ("at_m", d.at_m, POSITION),
+            ("depth_m", d.depth_m, LENGTH),
+            ("width_m", d.width_m, LENGTH),
+            ("height_m", d.height_m, LENGTH),
+            ("lateral_m", d.lateral_m, POSITION),
+            ("frame_m", d.frame_m, LENGTH),
+            ("threshold_m", d.threshold_m, (0.0, d.height_m)),
+        ];
+        numbers(&prefix, &values)?;
+    }
+    Ok(())
+}
+
+fn stairs(prefix: &str, s: &StairsSpec) -> Result<()> {
+    ensure!(
+        (1..=MAX_STEPS).contains(&s.count),
+        "{prefix}count: {}: expected 1 to {MAX_STEPS} steps",
+        s.count
+    );
+    let (rise, going) = ((0.005, 2.0), (0.02, 5.0));
+    let values = [
+        ("distance_m", s.distance_m, POSITION),
+        ("base_m", s.base_m, POSITION),
+        ("rise_m", s.rise_m, rise),
+        ("going_m", s.going_m, going),
+        ("nosing_m", s.nosing_m, (0.0, 0.9 * s.going_m)),
+        ("nosing_radius_m", s.nosing_radius_m, (0.0, 0.1)),
+        ("tread_thickness_m", s.tread_thickness_m, (1e-3, 1.0)),
+        (
+            "tread_depth_m",
+            s.tread_depth_m.unwrap_or(s.going_m),
+            (0.02, 5.0),
+        ),
+        ("landing_m", s.landing_m, LENGTH),
+        ("width_m", s.width_m.unwrap_or(1.0), LENGTH),
+    ];
+    numbers(prefix, &values)?;
+    for (key, list, range, wanted) in [
+        ("rises_m", &s.rises_m, rise, s.count),
+        ("goings_m", &s.goings_m, going, s.count - 1),
+    ] {
+        ensure!(
+            list.is_empty() || list.len() == wanted,
+            "{prefix}{key}: {} numbers: expected {wanted} for count = {}",
+            list.len(),
+            s.count
+        );
+        for (k, value) in list.iter().enumerate() {
+            number(&format!("{prefix}{key}[{k}]"), *value, range)?;
+        }
+    }
+    let shortest = s.goings_m.iter().copied().fold(s.going_m, f64::min);
+    ensure!(
+        s.nosing_m + 2.0 * s.nosing_radius_m < shortest && s.landing_m > s.nosing_radius_m,
+        "{prefix}nosing_m: {}: expected nosing and rounding to leave some of the going of {shortest}",
+        s.nosing_m
+    );
+    Ok(())
+}
+
+fn polyline(prefix: &str, p: &PolylineSpec) -> Result<()> {
+    let least = if p.closed { 3 } else { 2 };
+    ensure!(
+        p.points.len() >= least,
+        "{prefix}points: {}: expected at least {least} corners",
+        p.points.len()
+    );
+    for (k, [x, y]) in p.points.iter().enumerate() {
+        number(&format!("{prefix}points[{k}][0]"), *x, POSITION)?;
+        number(&format!("{prefix}points[{k}][1]"), *y, POSITION)?;
+    }
+    let mut pairs = p.points.windows(2).enumerate();
+    if let Some((k, _)) = pairs.find(|(_, pair)| pair[0] == pair[1]) {
+        bail!(
+            "{prefix}points[{}]: the same as the corner before: expected another one",
+            k + 1
+        );
+    }
+    let values = [
+        ("width_m", p.width_m.unwrap_or(1.0), LENGTH),
+        ("lateral_m", p.lateral_m, POSITION),
+    ];
+    numbers(prefix, &values)
+}
+
+/// Refuses surfaces of a material that neither the scene nor the built-in table has.
+fn named_materials<'a>(s: &'a SceneSpec) -> Result<()> {
+    let mut used: Vec<(String, &'a str)> = Vec::new();
+    let mut add = |kind: &str, names: Vec<&'a str>| {
+        let keys = names.into_iter().enumerate();
+        used.extend(keys.map(|(k, name)| (format!("{kind}[{k}].material"), name)));
+    };
+    add(
+        "floor",
+        s.floor.iter().map(|f| f.material.as_str()).collect(),
+    );
+    add("ramp", s.ramp.iter().map(|f| f.material.as_str()).collect());
+    add("wall", s.wall.iter().map(|f| f.material.as_str()).collect());
+    add("post", s.post.iter().map(|f| f.material.as_str()).collect());
+    add("box", s.boxes.iter().map(|f| f.material.as_str()).collect());
+    add("door", s.door.iter().map(|f| f.material.as_str()).collect());
+    add(
+        "polyline",
+        s.polyline.iter().map(|f| f.material.as_str()).collect(),
+    );
+    add(
+        "stairs",
+        s.stairs.iter().map(|f| f.material.as_str()).collect(),
+    );
+    for (k, f) in s.stairs.iter().enumerate() {
+        if let Some(riser) = &f.riser_material {
+            used.push((format!("stairs[{k}].riser_material"), riser));
+        }
+    }
+    for (key, name) in used {
+        ensure!(
+            s.materials.contains_key(name) || builtin(name).is_some(),
+            "{key}: \"{name}\": expected one of {}, or a [material.{name}] in the scene",
+            material::NAMES.join(", ")
+        );
+    }
+    Ok(())
+}
+
+/// Checks what only shows once the surfaces are built: that there are some, not too many, and that the
+/// mirror is not inside one of them.
+pub fn world(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
+    ensure!(
+        !world.segments.is_empty(),
+        "no surface: expected at least one of [[stairs]], [[floor]], [[ramp]], [[wall]], [[post]], \
+         [[box]], [[door]], [[polyline]]"
+    );
+    let facets = facets::count(world, facet_limit(s));
+    ensure!(
+        facets <= MAX_FACETS as f64,
+        "too much surface: {facets:.0} facets of a quarter wavelength: expected at most {MAX_FACETS}, so \
+         shorten surfaces to what lies within the range of the radar"
+    );
+    // From outside, the nearest surface in every direction shows its free side.
+    for k in 0..180 {
+        let (sin, cos) = libm::sincos((f64::from(k) * 2.0).to_radians());
+        let far = eye + Vec2::new(cos, sin) * (2.0 * WORLD);
+        let hits = world
+            .segments
+            .iter()
+            .filter_map(|g| Some((g.crossing(eye, far)?, g)));
+        let nearest = hits.min_by(|(a, _), (b, _)| a.total_cmp(b));
+        let inside = nearest.is_some_and(|(t, g)| {
+            let beside = g.lateral.centre.abs() >= g.lateral.half;
+            !beside && (t * 2.0 * WORLD < 0.01 || (!g.sheet && g.normal().dot(eye - g.a) < 0.0))
+        });
+        // A single sheet of floor or wall seen from behind is also a mirror in the wrong place.
+        ensure!(
+            !inside,
+            "mount.height_m: {}: the mirror lies inside or behind a surface (looking {}): expected it \
+             in free space, 1 cm or more from everything",
+            s.mount.height_m,
+            compass(cos, sin)
+        );
+    }
+    Ok(())
+}
+
+fn compass(cos: f64, sin: f64) -> &'static str {
+    match (cos.abs() > sin.abs(), cos > 0.0, sin > 0.0) {
+        (true, true, _) => "forward",
+        (true, false, _) => "backward",
+        (false, _, true) => "up",
+        (false, _, false) => "down",
+    }
+}
+
+/// Longest facet: a quarter of the carrier's wavelength, and never less than what still makes sense.
+pub fn facet_limit(s: &SceneSpec) -> f64 {
+    0.25 * LIGHT / s.radar.carrier_hz
+}

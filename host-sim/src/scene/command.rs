@@ -1,0 +1,87 @@
+//! `simulate`: scene file in, recordings out.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use clap::Args;
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+use super::Scene;
+
+/// Scans a scene file with the simulated radar and writes the recording.
+#[derive(Args, Debug)]
+pub struct SimulateArgs {
+    /// Scene file (TOML); scenes/ holds commented examples.
+    scene: PathBuf,
+    /// Recording to write, with or without its suffix. With --count: a directory (made if need be)
+    /// for SCENE_000, SCENE_001, …, or a name in which {} stands for the number.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// Seed of surfaces, jitter and noise: the same seed gives the same bytes on every host.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Number of recordings, with the seeds SEED, SEED + 1, …
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    count: Option<u32>,
+}
+
+/// Runs the command.
+pub fn simulate(args: &SimulateArgs) -> Result<()> {
+    let scene = Scene::read(&args.scene)?;
+    let Some(count) = args.count else {
+        return one(&scene, &args.output, args.seed);
+    };
+    let name = pattern(&args.scene, &args.output)?;
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {eta}")?;
+    let bar = ProgressBar::new(count.into()).with_style(style);
+    (0..count)
+        .into_par_iter()
+        .progress_with(bar)
+        .map(|k| {
+            let path = name.replacen("{}", &format!("{k:03}"), 1);
+            one(&scene, Path::new(&path), args.seed.wrapping_add(k.into()))
+        })
+        .collect()
+}
+
+fn one(scene: &Scene, path: &Path, seed: u64) -> Result<()> {
+    let name = path.file_name().unwrap_or_default().to_string_lossy();
+    scene.simulate(&name, seed).write(path)
+}
+
+/// The path of the recordings, with `{}` for the number.
+fn pattern(scene: &Path, output: &Path) -> Result<String> {
+    let name = output
+        .to_str()
+        .context("--output: expected a name in UTF-8")?;
+    if name.contains("{}") {
+        return Ok(name.into());
+    }
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    ensure!(
+        !output.is_file(),
+        "{name}: a file: expected a directory, or a name with {{}} for the number"
+    );
+    fs::create_dir_all(output).with_context(|| name.to_string())?;
+    let path = output.join(format!("{stem}_{{}}"));
+    Ok(path.to_string_lossy().into_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_many_recordings() {
+        let scene = Path::new("scenes/stair_a.toml");
+        let given = pattern(scene, Path::new("/nowhere/run{}")).unwrap();
+        assert_eq!(given, "/nowhere/run{}");
+        let dir = std::env::temp_dir().join(format!("stairscan-pattern-{}", std::process::id()));
+        let made = pattern(scene, &dir).unwrap();
+        assert!(made.ends_with("stair_a_{}") && dir.is_dir());
+        fs::remove_dir(&dir).unwrap();
+        assert!(pattern(scene, Path::new("Cargo.toml")).is_err());
+    }
+}

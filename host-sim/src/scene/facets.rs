@@ -1,0 +1,249 @@
+//! Surfaces cut into facets shorter than a quarter wavelength, and their roughness.
+
+use super::geometry::{Lateral, Segment, World};
+use super::material::Material;
+use super::maths::{Random, Vec2};
+
+/// Most facets of one scene: some 50 m of surface at 94 GHz.
+pub const MAX_FACETS: usize = 65_536;
+
+/// Width of a column, metres: roughness is drawn for every facet in columns across the plane.
+const COLUMN: f64 = 2e-3;
+
+/// One strip of surface.
+#[derive(Clone, Copy, Debug)]
+pub struct Facet {
+    /// Its middle.
+    pub at: Vec2,
+    /// Along the segment.
+    pub along: Vec2,
+    /// Normal of the side that is looked at.
+    pub normal: Vec2,
+    /// Length along the segment.
+    pub len: f64,
+    /// Segment that it is cut from.
+    pub segment: usize,
+    /// Lies in a joint of its material.
+    pub joint: bool,
+    /// First of its heights in [`Relief::heights`].
+    first: usize,
+}
+
+/// Facets with the random relief of their surfaces.
+pub struct Relief {
+    /// All facets, segment after segment.
+    pub facets: Vec<Facet>,
+    /// First facet of every segment, and the number of facets at the end.
+    pub starts: Vec<usize>,
+    /// Columns of every segment that have heights.
+    columns: Vec<Columns>,
+    heights: Vec<f32>,
+}
+
+/// Number of facets that a world comes to when none is longer than `limit` metres.
+pub fn count(world: &World, limit: f64) -> f64 {
+    let pieces = world.segments.iter().map(|s| libm::ceil(s.len() / limit));
+    pieces.fold(0.0, |sum, n| sum + n)
+}
+
+/// The columns of a surface: fixed lines across the plane, the same for all its facets.
+#[derive(Clone, Copy, Debug)]
+pub struct Columns {
+    middle: f64,
+    /// From one column to the next, metres.
+    pub spacing: f64,
+    /// First column.
+    low: i64,
+    /// One beyond the last column.
+    high: i64,
+}
+
+impl Columns {
+    /// The columns of a surface that lie within `reach` metres of the plane.
+    pub fn new(lateral: &Lateral, reach: f64) -> Self {
+        let (middle, spacing, half) = if lateral.half.is_finite() {
+            // A post needs columns narrow enough for the phase to follow its curve.
+            let widest = if lateral.round { 0.2 * COLUMN } else { COLUMN };
+            let half = libm::ceil(lateral.half / widest);
+            (lateral.centre, lateral.half / half, half as i64)
+        } else {
+            (0.0, COLUMN, i64::MAX)
+        };
+        let low = libm::ceil((-reach - middle) / spacing - 0.5) as i64;
+        let high = libm::floor((reach - middle) / spacing - 0.5) as i64 + 1;
+        Self {
+            middle,
+            spacing,
+            low: low.max(half.saturating_neg()),
+            high: high.min(half),
+        }
+    }
+
+    /// Middle of every column, metres beside the plane.
+    pub fn centres(self) -> impl Iterator<Item = f64> {
+        (self.low..self.high).map(move |k| self.middle + (k as f64 + 0.5) * self.spacing)
+    }
+
+    fn len(self) -> usize {
+        usize::try_from(self.high - self.low).unwrap_or(0)
+    }
+
+    /// Index of the column at `z`, the outermost ones for what lies beyond them.
+    fn index(self, z: f64) -> usize {
+        let k = libm::floor((z - self.middle) / self.spacing) as i64 - self.low;
+        usize::try_from(k)
+            .unwrap_or(0)
+            .min(self.len().saturating_sub(1))
+    }
+}
+
+impl Relief {
+    /// Cuts all segments into facets not longer than `limit` and draws their heights.
+    ///
+    /// The relief is a Gaussian field with the separable exponential autocorrelation
+    /// σ² e^{-|Δs|/l} e^{-|Δz|/l}, the usual description of worked surfaces at wavelengths near their
+    /// correlation length (Ulaby, Moore, Fung, Microwave Remote Sensing II, sec. 12-5), drawn by two
+    /// first-order recursions. Only facets within `reach` of `eye` need one.
+    pub fn new(
+        world: &World,
+        materials: &[Material],
+        (limit, reach): (f64, f64),
+        (eye, lateral_reach): (Vec2, f64),
+        random: &mut Random,
+    ) -> Self {
+        let mut relief = Self {
+            facets: Vec::new(),
+            starts: Vec::new(),
+            columns: Vec::new(),
+            heights: Vec::new(),
+        };
+        for (index, segment) in world.segments.iter().enumerate() {
+            relief.starts.push(relief.facets.len());
+            let material = &materials[segment.material];
+            relief.cut(index, segment, material, limit, eye);
+            let own = relief.starts[index];
+            let far = relief.facets[own..]
+                .iter()
+                .map(|f| (f.at - eye).len())
+                .filter(|r| *r < reach)
+                .fold(0.0, f64::max);
+            let columns = Columns::new(&segment.lateral, far * lateral_reach);
+            relief.columns.push(columns);
+            relief.roughen(own, columns, material, random);
+        }
+        relief.starts.push(relief.facets.len());
+        relief
+    }
+
+    fn cut(&mut self, index: usize, s: &Segment, material: &Material, limit: f64, eye: Vec2) {
+        let n = libm::ceil(s.len() / limit).max(1.0) as usize;
+        let len = s.len() / n as f64;
+        let normal = s.normal();
+        let flipped = s.sheet && normal.dot(eye - s.a) < 0.0;
+        let normal = if flipped { normal * -1.0 } else { normal };
+        for k in 0..n {
+            let way = (k as f64 + 0.5) * len;
+            let joint = material.in_joint(s.start + way);
+            let depth = if joint {
+                material.spec.joint_depth_m
+            } else {
+                0.0
+            };
+            self.facets.push(Facet {
+                at: s.a + s.direction() * way - normal * depth,
+                along: s.direction(),
+                normal,
+                len,
+                segment: index,
+                joint,
+                first: usize::MAX,
+            });
+        }
+    }
+
+    fn roughen(&mut self, own: usize, columns: Columns, material: &Material, rng: &mut Random) {
+        let rough = material.spec.roughness_m;
+        if rough <= 0.0 || columns.len() == 0 {
+            return;
+        }
+        let keep = |step: f64| libm::exp(-step / material.spec.correlation_m);
+        let Some(facet) = self.facets.get(own) else {
+            return;
+        };
+        let (along, across) = (keep(facet.len), keep(columns.spacing));
+        let (fresh, fresh_across) = ((1.0 - along * along).sqrt(), (1.0 - across * across).sqrt());
+        let mut row = vec![0.0_f64; columns.len()];
+        let mut draw = |row: &mut [f64], along: f64, fresh: f64| {
+            let mut noise = rng.normal();
+            for h in row {
+                *h = *h * along + noise * fresh;
+                noise = noise * across + rng.normal() * fresh_across;
+            }
+        };
+        draw(&mut row, 0.0, 1.0);
+        for facet in &mut self.facets[own..] {
+            facet.first = self.heights.len();
+            self.heights.extend(row.iter().map(|h| (h * rough) as f32));
+            draw(&mut row, along, fresh);
+        }
+    }
+
+    /// Height of facet `k` above its mean surface in the column at `z`; 0 for smooth ones.
+    pub fn height(&self, k: usize, z: f64) -> f64 {
+        let facet = &self.facets[k];
+        let column = self.columns[facet.segment].index(z);
+        let at = facet.first.checked_add(column);
+        at.and_then(|i| self.heights.get(i))
+            .map_or(0.0, |h| f64::from(*h))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::geometry::Skin;
+    use crate::scene::material::builtin;
+    use crate::scene::spec::Polarisation;
+
+    fn plate(rough: f64, correlation: f64) -> Relief {
+        let mut world = World::default();
+        let points = [Vec2::new(1.0, -0.5), Vec2::new(1.0, 0.5)];
+        let skin = Skin {
+            material: 0,
+            lateral: Lateral::WIDE,
+        };
+        world.outline(&points, false, |_| skin);
+        let mut spec = builtin("metal").unwrap();
+        spec.roughness_m = rough;
+        spec.correlation_m = correlation;
+        let material = Material::new(&spec, 94e9, Polarisation::Horizontal);
+        let eye = Vec2::new(0.0, 0.0);
+        let mut random = Random::new(1, 1);
+        Relief::new(&world, &[material], (8e-4, 6.0), (eye, 0.1), &mut random)
+    }
+
+    #[test]
+    fn facets_are_shorter_than_a_quarter_wavelength() {
+        let relief = plate(0.0, 1e-3);
+        assert_eq!(relief.facets.len(), 1250);
+        assert!(relief.facets.iter().all(|f| f.len <= 8e-4));
+        assert_eq!(relief.height(17, 0.01), 0.0);
+    }
+
+    #[test]
+    fn heights_have_their_deviation_and_correlation() {
+        let relief = plate(100e-6, 3e-3);
+        let h = |k: usize, c: i32| relief.height(k, (f64::from(c) + 0.5) * COLUMN) / 100e-6;
+        let cells: Vec<(usize, i32)> = (0..1200)
+            .flat_map(|k| (-40..40).map(move |c| (k, c)))
+            .collect();
+        let mean = |f: &dyn Fn(usize, i32) -> f64| {
+            cells.iter().map(|&(k, c)| f(k, c)).sum::<f64>() / cells.len() as f64
+        };
+        assert!((mean(&|k, c| h(k, c) * h(k, c)) - 1.0).abs() < 0.05);
+        let along = mean(&|k, c| h(k, c) * h(k + 5, c));
+        assert!((along - (-4.0_f64 / 3.0).exp()).abs() < 0.04, "{along}");
+        let across = mean(&|k, c| h(k, c) * h(k, c + 1));
+        assert!((across - (-2.0_f64 / 3.0).exp()).abs() < 0.04, "{across}");
+    }
+}

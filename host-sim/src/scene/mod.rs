@@ -1,0 +1,275 @@
+//! The project's own radar world: scene files in, recordings out.
+//!
+//! A scene is a profile in the plane that the mirror sweeps ([`shapes`], [`geometry`]), cut into facets
+//! shorter than a quarter wavelength with a random relief ([`facets`]). Physical optics, edge
+//! diffraction and inner corners turn them into echoes ([`scatter`], [`edge`], [`sight`]), once per
+//! scan; the beam ([`beam`]) weighs them anew at every angle, the beat tones are summed ([`tones`]), and
+//! the receiver adds what receivers add ([`receiver`]). It knows nothing of the detector.
+//!
+//! What it leaves out: surfaces are opaque; the beam is that of the far field, seen from the mirror's
+//! centre; its polarisation does not turn with the mirror; of more than two bounces nothing comes back.
+
+pub mod beam;
+pub mod check;
+pub mod command;
+pub mod edge;
+pub mod facets;
+pub mod geometry;
+pub mod material;
+pub mod maths;
+pub mod receiver;
+pub mod scatter;
+pub mod shapes;
+pub mod sight;
+pub mod spec;
+#[cfg(test)]
+mod textbook;
+pub mod tones;
+pub mod truth;
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow};
+use num_complex::Complex64;
+use serde_json::Map;
+use stairscan::Iq;
+use stairscan::config::Plane;
+
+use crate::recording::{Metadata, MirrorSetup, Recording};
+use beam::Beam;
+use facets::Relief;
+use geometry::World;
+use material::{Material, builtin};
+use maths::{LIGHT, Random, Vec2, amplitude, cis, decibel};
+use receiver::Receiver;
+use scatter::{Echo, View};
+use spec::{PlaneSpec, SceneSpec};
+use tones::{HIGHEST, Place, Tones};
+use truth::ScanGeometry;
+
+/// Random streams of one seed: one for the surfaces, one per chirp from [`CHIRPS`] on.
+const SURFACES: u64 = 1;
+const CHIRPS: u64 = 1000;
+
+/// A scene that has been checked and built, ready to be scanned.
+pub struct Scene {
+    spec: SceneSpec,
+    materials: Vec<Material>,
+    world: World,
+    eye: Vec2,
+    beam: Beam,
+    tones: Tones,
+    angles: Vec<f64>,
+}
+
+/// One echo's place on the grid of beat tones, and its amplitude at the ADC.
+struct Tone {
+    place: Place,
+    amplitude: Complex64,
+    out: f64,
+    back: f64,
+}
+
+impl Scene {
+    /// Reads and builds a scene file. Errors name the file and the line or key.
+    pub fn read(path: &Path) -> Result<Self> {
+        let text = fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
+        Self::parse(&text).map_err(|e| anyhow!("{}{e}", path.display()))
+    }
+
+    /// Builds a scene from the text of a scene file. Errors begin with the line or key.
+    fn parse(text: &str) -> Result<Self> {
+        let spec: SceneSpec = toml::from_str(text).map_err(|e| {
+            let start = e.span().map_or(0, |s| s.start);
+            let line = text.get(..start).unwrap_or_default().matches('\n').count() + 1;
+            let message = e.message().split_whitespace().collect::<Vec<_>>().join(" ");
+            anyhow!(":{line}: {message}")
+        })?;
+        Self::new(spec).map_err(|e| anyhow!(": {e}"))
+    }
+
+    /// Checks and builds a scene.
+    pub fn new(spec: SceneSpec) -> Result<Self> {
+        check::spec(&spec)?;
+        let mut names: Vec<&str> = material::NAMES.to_vec();
+        names.extend(spec.materials.keys().map(String::as_str));
+        let lookup = |name: &str| names.iter().rposition(|n| *n == name).unwrap_or(0);
+        let world = shapes::build(&spec, &lookup);
+        let eye = Vec2::new(0.0, spec.mount.height_m + spec.mount.height_error_m);
+        check::world(&spec, &world, eye)?;
+        let materials = names
+            .iter()
+            .filter_map(|name| spec.materials.get(*name).cloned().or_else(|| builtin(name)))
+            .map(|m| Material::new(&m, spec.radar.carrier_hz, spec.radar.polarisation))
+            .collect();
+        let mount = &spec.mount;
+        let beam = Beam::new(
+            mount.beamwidth_deg,
+            mount.lateral_beamwidth_deg.unwrap_or(mount.beamwidth_deg),
+            spec.mirror.sidelobe_db,
+            spec.mirror.sidelobe_floor_db,
+        );
+        let receiver = Receiver::new(&spec.radar, &spec.receiver);
+        let tones = Tones::new(&receiver.times(), |f| receiver.filter(f));
+        let sweep = &spec.sweep;
+        let count = libm::floor((sweep.last_deg - sweep.first_deg) / sweep.step_deg + 1e-6);
+        let angles = (0..=count as usize)
+            .map(|k| libm::floor((sweep.first_deg + k as f64 * sweep.step_deg) * 1e6 + 0.5) / 1e6)
+            .collect();
+        Ok(Self {
+            materials,
+            world,
+            eye,
+            beam,
+            tones,
+            angles,
+            spec,
+        })
+    }
+
+    /// Scans the scene. The same seed gives the same bytes on every host.
+    pub fn simulate(&self, name: &str, seed: u64) -> Recording {
+        let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
+        let tones = self.tones(&receiver, seed);
+        let (mut samples, mut clean) = (Vec::new(), Vec::new());
+        for row in 0..self.angles.len() {
+            let (chirp, echo) = self.chirp(&receiver, &tones, row, seed);
+            samples.extend(chirp);
+            clean.push(echo);
+        }
+        let scan = ScanGeometry {
+            spec: &self.spec,
+            angles: &self.angles,
+            resolution: LIGHT / (2.0 * self.spec.radar.bandwidth_hz),
+        };
+        let noise = receiver.noise_power() + receiver.quantisation_power();
+        let truth = scan.truth(&self.world, |steps| scan.snr(steps, &clean, noise));
+        let (radar, mount) = (&self.spec.radar, &self.spec.mount);
+        Recording {
+            name: name.into(),
+            meta: Metadata {
+                description: self.spec.description.clone(),
+                sample_rate_hz: Some(radar.sample_rate_hz),
+                carrier_hz: radar.carrier_hz,
+                bandwidth_hz: radar.bandwidth_hz,
+                samples_per_chirp: radar.samples_per_chirp,
+                mirror: Some(MirrorSetup {
+                    offset_m: mount.mirror_offset_m,
+                    beamwidth_deg: mount.beamwidth_deg,
+                    mount_height_m: mount.height_m,
+                    plane: match mount.plane {
+                        PlaneSpec::Depth => Plane::Depth,
+                        PlaneSpec::Height => Plane::Height,
+                    },
+                }),
+                angles_deg: self.angles.clone(),
+                truth: Some(truth),
+                extra: Map::new(),
+            },
+            samples,
+        }
+    }
+
+    /// All echoes of the scene for one draw of its surfaces.
+    pub fn echoes(&self, seed: u64) -> Vec<Echo> {
+        let mut random = Random::new(seed, SURFACES);
+        let view = View {
+            world: &self.world,
+            materials: &self.materials,
+            eye: self.eye,
+            plane: self.spec.mount.plane,
+            beam: &self.beam,
+            wavenumber: core::f64::consts::TAU * self.spec.radar.carrier_hz / LIGHT,
+            polarisation: self.spec.radar.polarisation,
+            reach: self.reach(),
+        };
+        let relief = Relief::new(
+            &self.world,
+            &self.materials,
+            (check::facet_limit(&self.spec), view.reach),
+            (self.eye, self.beam.lateral_reach()),
+            &mut random,
+        );
+        view.echoes(&relief, &mut random)
+    }
+
+    /// Range from the mirror beyond which the anti-alias filter leaves nothing.
+    fn reach(&self) -> f64 {
+        let radar = &self.spec.radar;
+        let longest = LIGHT * radar.samples_per_chirp as f64 / (2.0 * radar.bandwidth_hz);
+        HIGHEST * longest - self.spec.mount.mirror_offset_m
+    }
+
+    fn tones(&self, receiver: &Receiver, seed: u64) -> Vec<Tone> {
+        let gain = receiver.gain(self.antenna_gain_dbi());
+        let offset = self.spec.mount.mirror_offset_m;
+        self.echoes(seed)
+            .iter()
+            .filter_map(|e| {
+                let place = self.tones.place(receiver.beat(e.range + offset))?;
+                Some(Tone {
+                    amplitude: e.amplitude * gain * place.centre,
+                    place,
+                    out: e.out,
+                    back: e.back,
+                })
+            })
+            .collect()
+    }
+
+    fn antenna_gain_dbi(&self) -> f64 {
+        let mount = &self.spec.mount;
+        let lateral = mount.lateral_beamwidth_deg.unwrap_or(mount.beamwidth_deg);
+        let directivity = 0.7 * 41_253.0 / (mount.beamwidth_deg * lateral);
+        self.spec
+            .radar
+            .antenna_gain_dbi
+            .unwrap_or_else(|| decibel(directivity))
+    }
+
+    /// The chirp at angle `row`: its samples, and its echoes before the receiver has added anything.
+    fn chirp(
+        &self,
+        receiver: &Receiver,
+        tones: &[Tone],
+        row: usize,
+        seed: u64,
+    ) -> (Vec<Iq>, Vec<Complex64>) {
+        let mut random = Random::new(seed, CHIRPS + row as u64);
+        let mirror = &self.spec.mirror;
+        let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
+        let angle = (self.angles[row] + off).to_radians();
+        let warp = receiver.phase_noise(&mut random);
+        let mut grid = self.tones.grid();
+        for t in tones {
+            let gain = self.beam.in_plane(angle - t.out) * self.beam.in_plane(angle - t.back);
+            Tones::add(&mut grid, &t.place, t.amplitude * gain);
+        }
+        let mut echo = vec![Complex64::ZERO; self.spec.radar.samples_per_chirp];
+        self.tones.sum(&grid, &warp, &mut echo);
+        let mut analog = echo.clone();
+        let mut grid = self.tones.grid();
+        self.inside(receiver, angle, &mut grid);
+        self.tones.sum(&grid, &warp, &mut analog);
+        (receiver.digitise(&analog, &mut random), echo)
+    }
+
+    /// What comes back from inside the scanner: the leakage, and the mirror, whose run-out turns its
+    /// phase with the shaft.
+    fn inside(&self, receiver: &Receiver, angle: f64, grid: &mut [Complex64]) {
+        let spec = &self.spec.receiver;
+        let offset = self.spec.mount.mirror_offset_m;
+        let wave = core::f64::consts::TAU * self.spec.radar.carrier_hz / LIGHT;
+        let runout = 2.0 * wave * self.spec.mirror.runout_m * libm::sin(angle);
+        for (range, level, turn) in [
+            (spec.leakage_range_m, spec.leakage_dbfs, 0.0),
+            (offset, spec.mirror_echo_dbfs, runout),
+        ] {
+            if let Some(place) = self.tones.place(receiver.beat(range)) {
+                let phase = cis(2.0 * wave * range + turn);
+                Tones::add(grid, &place, phase * amplitude(level) * place.centre);
+            }
+        }
+    }
+}

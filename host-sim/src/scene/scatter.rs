@@ -1,0 +1,376 @@
+//! Physical optics: from facets and edges to the echoes that the radar receives.
+//!
+//! Every facet is a sheet of current that radiates coherently: -jΓk cos θ per metre in units of the
+//! two-dimensional far field (Knott, Shaeffer, Tuley, Radar Cross Section, ch. 5). Its range sets
+//! its phase, so that speculars, speckle, shadow edges and the fall-off with incidence are sums and not
+//! assumptions. Inner corners come from the same facets, lit by the image of the antenna in another
+//! surface (geometric optics for the first bounce, physical optics for the second). Phases are e^{+jkr}.
+
+use core::f64::consts::PI;
+
+use num_complex::Complex64;
+
+use super::beam::Beam;
+use super::edge;
+use super::facets::{Columns, Facet, Relief};
+use super::geometry::{Lateral, Segment, World};
+use super::material::Material;
+use super::maths::{Random, Vec2, cis, power, sinc};
+use super::sight::{Shade, shade};
+use super::spec::{PlaneSpec, Polarisation};
+
+/// What one facet or edge sends back, before the beam's pattern in the plane.
+#[derive(Clone, Copy, Debug)]
+pub struct Echo {
+    /// Half the way out and back from the mirror's centre, metres.
+    pub range: f64,
+    /// Amplitude √σ / (r₁ r₂) with its phase, 1/m: what the radar equation's constant multiplies.
+    pub amplitude: Complex64,
+    /// Direction in which the wave leaves, as a mirror angle in radians.
+    pub out: f64,
+    /// Direction from which it comes back.
+    pub back: f64,
+}
+
+/// What the echoes depend on besides the surfaces.
+pub struct View<'a> {
+    /// Surfaces and edges.
+    pub world: &'a World,
+    /// Their materials.
+    pub materials: &'a [Material],
+    /// Centre of the mirror: the phase centre.
+    pub eye: Vec2,
+    /// Plane of the scan: which way mirror angles count.
+    pub plane: PlaneSpec,
+    /// Pattern.
+    pub beam: &'a Beam,
+    /// 2π / λ at the carrier.
+    pub wavenumber: f64,
+    /// Electric field along or across the edges.
+    pub polarisation: Polarisation,
+    /// Echoes from farther are left out.
+    pub reach: f64,
+}
+
+/// Shorter surfaces make no mirror for the first of two bounces: half a Fresnel zone or less.
+const SHORTEST_MIRROR: f64 = 0.01;
+
+/// One leg of the way, as the receiving facet sees it.
+#[derive(Clone, Copy)]
+struct Leg {
+    /// Length.
+    r: f64,
+    /// Cosine of the incidence angle.
+    cos: f64,
+    /// Its sine, signed along the facet.
+    sin: f64,
+    /// Unit vector from the facet to where the leg comes from.
+    towards: Vec2,
+}
+
+impl Leg {
+    fn new(facet: &Facet, source: Vec2) -> Self {
+        let way = source - facet.at;
+        let r = way.len();
+        let towards = way * (1.0 / r);
+        Self {
+            r,
+            cos: facet.normal.dot(towards),
+            sin: facet.along.dot(towards),
+            towards,
+        }
+    }
+}
+
+/// The first bounce of two: where, and what it does to the phase.
+struct Bounce<'a> {
+    facet: usize,
+    cos: f64,
+    /// Share of the way from the image to the second facet at which it lies.
+    share: f64,
+    shades: [&'a Shade; 2],
+}
+
+impl View<'_> {
+    /// Mirror angle under which `p` is seen, radians.
+    pub fn angle(&self, p: Vec2) -> f64 {
+        let way = p - self.eye;
+        match self.plane {
+            PlaneSpec::Depth => libm::atan2(-way.y, way.x),
+            PlaneSpec::Height => libm::atan2(way.x, -way.y),
+        }
+    }
+
+    /// All echoes: single bounces, edges, and inner corners.
+    pub fn echoes(&self, relief: &Relief, random: &mut Random) -> Vec<Echo> {
+        let mut echoes = Vec::new();
+        let lit: Vec<Option<Shade>> = (relief.facets.iter())
+            .map(|f| self.line_of_sight(f))
+            .collect();
+        for (k, direct) in lit.iter().enumerate() {
+            if let Some(direct) = direct {
+                echoes.extend(self.single(relief, k, direct, random));
+            }
+        }
+        for wedge in &self.world.wedges {
+            echoes.extend(self.edge(wedge));
+        }
+        for mirror in 0..self.world.segments.len() {
+            if self.is_mirror(mirror) {
+                self.corners(relief, mirror, &lit, &mut echoes);
+            }
+        }
+        echoes
+    }
+
+    /// The shade on a facet, or `None` if it is turned away, hidden or too far.
+    fn line_of_sight(&self, facet: &Facet) -> Option<Shade> {
+        let leg = Leg::new(facet, self.eye);
+        if leg.cos <= 0.0 || leg.r > self.reach {
+            return None;
+        }
+        let skip = [facet.segment, usize::MAX];
+        let shade = shade(self.world, self.eye, facet.at, (0.0, 1.0), skip);
+        (!shade.is_full()).then_some(shade)
+    }
+
+    fn material(&self, facet: &Facet) -> (&Material, f64) {
+        let material = &self.materials[self.world.segments[facet.segment].material];
+        let share = if facet.joint {
+            material.spec.joint_reflection
+        } else {
+            1.0
+        };
+        (material, share)
+    }
+
+    /// One bounce off facet `k`: its coherent part and the diffuse one.
+    fn single(&self, relief: &Relief, k: usize, direct: &Shade, rng: &mut Random) -> Option<Echo> {
+        let facet = &relief.facets[k];
+        let (material, share) = self.material(facet);
+        if share == 0.0 {
+            return None;
+        }
+        let leg = Leg::new(facet, self.eye);
+        let mut lit = 0.0;
+        let coherent = self.facet_sum(relief, k, [leg, leg], None, direct, &mut lit)
+            * material.reflection(leg.cos)
+            * share;
+        // σ° = γ cos θ, evenly in azimuth and without memory from facet to facet (Barton, Radar
+        // Equations for Modern Radar, sec. 3.6: constant-γ model).
+        let gamma = power(material.spec.diffuse_db) * share * share;
+        let diffuse = rng.complex(gamma * leg.cos * facet.len * lit);
+        let angle = self.angle(facet.at);
+        Some(Echo {
+            range: leg.r,
+            amplitude: (coherent + diffuse) * cis(2.0 * self.wavenumber * leg.r) / (leg.r * leg.r),
+            out: angle,
+            back: angle,
+        })
+    }
+
+    /// √σ of a facet of reflection 1 between two legs, relative to the phase of its middle. `lit` gets
+    /// the width that the two-way beam lights, in terms of power.
+    fn facet_sum(
+        &self,
+        relief: &Relief,
+        k: usize,
+        [one, two]: [Leg; 2],
+        bounce: Option<&Bounce>,
+        direct: &Shade,
+        lit: &mut f64,
+    ) -> Complex64 {
+        let facet = &relief.facets[k];
+        let wave = self.wavenumber;
+        let (cos, sin) = (one.cos + two.cos, one.sin + two.sin);
+        // Exact for a flat facet: the phase runs linearly along it.
+        let strength = 0.5 * wave * cos * facet.len * sinc(0.5 * wave * facet.len * sin);
+        let lateral = self.world.segments[facet.segment].lateral;
+        let recedes = lateral.round && facet.normal.x.abs() > 0.5;
+        let phase = |z: f64| {
+            let mut path = -relief.height(k, z) * cos;
+            if recedes {
+                path += lateral.recess(z) * cos;
+            }
+            if let Some(b) = bounce {
+                path -= 2.0 * b.cos * relief.height(b.facet, z * b.share);
+            }
+            wave * path
+        };
+        let hidden = |z: f64| {
+            direct.covers(z) || bounce.is_some_and(|b| b.shades.iter().any(|s| s.covers(z)))
+        };
+        let sum = self.across(&lateral, [one.r, two.r], phase, hidden, lit);
+        Complex64::new(0.0, -strength) * sum
+    }
+
+    /// Sum over the columns across the plane: √σ of a line of unit strength per metre at `r` metres
+    /// out and back.
+    fn across(
+        &self,
+        lateral: &Lateral,
+        [out, back]: [f64; 2],
+        phase: impl Fn(f64) -> f64,
+        hidden: impl Fn(f64) -> bool,
+        lit: &mut f64,
+    ) -> Complex64 {
+        let columns = Columns::new(lateral, out.min(back) * self.beam.lateral_reach());
+        let bend = 0.5 * (1.0 / out + 1.0 / back);
+        let mut sum = Complex64::ZERO;
+        for z in columns.centres().filter(|&z| !hidden(z)) {
+            let gain = self.beam.lateral(z / out) * self.beam.lateral(z / back);
+            let turn = self.wavenumber * z * bend * columns.spacing;
+            let weight = gain * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
+            sum += cis(self.wavenumber * z * z * bend + phase(z)) * weight;
+            *lit += gain * gain * columns.spacing;
+        }
+        sum / PI.sqrt()
+    }
+
+    /// What physical optics leaves out at a sharp edge.
+    fn edge(&self, wedge: &super::geometry::Wedge) -> Option<Echo> {
+        let way = self.eye - wedge.at;
+        let r = way.len();
+        if r > self.reach {
+            return None;
+        }
+        let turned = libm::atan2(wedge.face.cross(way), wedge.face.dot(way));
+        let phi = if turned < 0.0 {
+            turned + 2.0 * PI
+        } else {
+            turned
+        };
+        if phi >= wedge.exterior {
+            return None;
+        }
+        let near = wedge.at.towards(self.eye, 1e-4);
+        let seen = shade(self.world, self.eye, near, (0.0, 1.0), [usize::MAX; 2]);
+        if seen.is_full() {
+            return None;
+        }
+        let cos = libm::sin(phi).max(libm::sin(wedge.exterior - phi));
+        let reflection = self.materials[wedge.material].reflection(cos.max(0.0));
+        let fringe = match self.polarisation {
+            Polarisation::Horizontal => edge::fringe(phi, wedge.exterior, true) * -reflection,
+            Polarisation::Vertical => edge::fringe(phi, wedge.exterior, false) * reflection,
+        };
+        let sum = self.across(
+            &wedge.lateral,
+            [r, r],
+            |_| 0.0,
+            |z| seen.covers(z),
+            &mut 0.0,
+        );
+        let angle = self.angle(wedge.at);
+        Some(Echo {
+            range: r,
+            amplitude: fringe * sum * cis(2.0 * self.wavenumber * r) / (r * r),
+            out: angle,
+            back: angle,
+        })
+    }
+
+    /// Whether segment `index` is flat and large enough to mirror a wave, and faces the antenna.
+    fn is_mirror(&self, index: usize) -> bool {
+        let s = &self.world.segments[index];
+        let faces = s.sheet || s.normal().dot(self.eye - s.a) > 0.0;
+        faces && flat(s)
+    }
+
+    /// All echoes of two bounces, the first off segment `mirror`.
+    fn corners(&self, relief: &Relief, mirror: usize, lit: &[Option<Shade>], to: &mut Vec<Echo>) {
+        let s = &self.world.segments[mirror];
+        let side = if s.normal().dot(self.eye - s.a) < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let normal = s.normal() * side;
+        let image = self.eye - normal * (2.0 * normal.dot(self.eye - s.a));
+        for (k, direct) in lit.iter().enumerate() {
+            let facet = &relief.facets[k];
+            let Some(direct) = direct else { continue };
+            let height = normal.dot(facet.at - s.a);
+            if facet.segment == mirror || height <= 0.0 {
+                continue;
+            }
+            let legs = [Leg::new(facet, image), Leg::new(facet, self.eye)];
+            if legs[0].cos <= 0.0 || 0.5 * (legs[0].r + legs[1].r) > self.reach {
+                continue;
+            }
+            let Some(at) = s.crossing(image, facet.at) else {
+                continue;
+            };
+            let point = image.towards(facet.at, at);
+            to.extend(self.corner(relief, (mirror, point, at), k, legs, direct));
+        }
+    }
+
+    /// The echo antenna → `point` on a mirror → facet `k` → antenna.
+    fn corner(
+        &self,
+        relief: &Relief,
+        (mirror, point, share): (usize, Vec2, f64),
+        k: usize,
+        legs: [Leg; 2],
+        direct: &Shade,
+    ) -> Option<Echo> {
+        let facet = &relief.facets[k];
+        let s = &self.world.segments[mirror];
+        let out = shade(
+            self.world,
+            self.eye,
+            point,
+            (0.0, share),
+            [mirror, usize::MAX],
+        );
+        let onward = shade(
+            self.world,
+            point,
+            facet.at,
+            (share, 1.0),
+            [mirror, facet.segment],
+        );
+        if out.is_full() || onward.is_full() {
+            return None;
+        }
+        let first = relief.starts[mirror];
+        let count = relief.starts[mirror + 1] - first;
+        let along = (point - s.a).len() / s.len() * count as f64;
+        let bounce_facet = first + (along as usize).min(count - 1);
+        let cos = s.normal().dot((self.eye - point).unit()).abs();
+        let bounce = Bounce {
+            facet: bounce_facet,
+            cos,
+            share,
+            shades: [&out, &onward],
+        };
+        let (one, one_share) = self.material(&relief.facets[bounce_facet]);
+        let (two, two_share) = self.material(facet);
+        // Half the angle between the legs: the incidence angle wherever the facet mirrors.
+        let half = (0.5 * (1.0 + legs[0].towards.dot(legs[1].towards)))
+            .max(0.0)
+            .sqrt();
+        let reflection = one.reflection(cos) * two.reflection(half) * (one_share * two_share);
+        // The way round backwards is as strong (reciprocity). It comes out by itself when the second
+        // surface takes its turn as mirror, which one too small for that does not.
+        let ways = if self.is_mirror(facet.segment) {
+            1.0
+        } else {
+            2.0
+        };
+        let sum = self.facet_sum(relief, k, legs, Some(&bounce), direct, &mut 0.0);
+        let path = legs[0].r + legs[1].r;
+        Some(Echo {
+            range: 0.5 * path,
+            amplitude: sum * reflection * ways * cis(self.wavenumber * path)
+                / (legs[0].r * legs[1].r),
+            out: self.angle(point),
+            back: self.angle(facet.at),
+        })
+    }
+}
+
+fn flat(s: &Segment) -> bool {
+    s.len() >= SHORTEST_MIRROR && !s.lateral.round && s.lateral.half >= 0.05
+}

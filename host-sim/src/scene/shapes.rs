@@ -1,0 +1,354 @@
+//! From the shapes of a scene file to segments and edges.
+
+use super::geometry::{BuiltStep, Lateral, Skin, World, rounded};
+use super::maths::Vec2;
+use super::spec::{BoxSpec, DoorSpec, SceneSpec, StairsSpec, Way};
+
+/// Index of a material by its name; names are checked before shapes are built.
+pub type Lookup<'a> = &'a dyn Fn(&str) -> usize;
+
+/// Level and upright directions.
+const FORWARD: Vec2 = Vec2::new(1.0, 0.0);
+const UP: Vec2 = Vec2::new(0.0, 1.0);
+const DOWN: Vec2 = Vec2::new(0.0, -1.0);
+
+/// Where a floor without an end ends when no flight goes up from it.
+const FLOOR_END: f64 = 4.0;
+
+/// Builds all shapes of a checked scene.
+pub fn build(spec: &SceneSpec, material: Lookup) -> World {
+    let mut world = World::default();
+    for s in &spec.stairs {
+        stairs(&mut world, s, material);
+    }
+    let foot = spec
+        .stairs
+        .iter()
+        .filter(|s| s.direction == Way::Up && !s.open)
+        .map(|s| s.distance_m + s.nosing_m)
+        .fold(FLOOR_END, f64::min);
+    for f in &spec.floor {
+        let end = f.to_m.unwrap_or(foot);
+        let points = [Vec2::new(f.from_m, f.height_m), Vec2::new(end, f.height_m)];
+        world.outline(&points, false, |_| wide(material(&f.material)));
+    }
+    for r in &spec.ramp {
+        let points = [
+            Vec2::new(r.from_m, r.from_height_m),
+            Vec2::new(r.to_m, r.to_height_m),
+        ];
+        world.outline(&points, false, |_| wide(material(&r.material)));
+    }
+    for w in &spec.wall {
+        let points = [Vec2::new(w.at_m, w.bottom_m), Vec2::new(w.at_m, w.top_m)];
+        world.outline(&points, false, |_| wide(material(&w.material)));
+    }
+    for p in &spec.post {
+        let r = 0.5 * p.diameter_m;
+        let skin = Skin {
+            material: material(&p.material),
+            lateral: Lateral {
+                centre: p.lateral_m,
+                half: r,
+                round: true,
+            },
+        };
+        let corners = [(p.at_m - r, p.bottom_m), (p.at_m + r, p.top_m)];
+        world.outline(&rectangle(corners), true, |_| skin);
+    }
+    for b in &spec.boxes {
+        solid(&mut world, b, material);
+    }
+    for d in &spec.door {
+        door(&mut world, d, material);
+    }
+    for p in &spec.polyline {
+        let points: Vec<Vec2> = p.points.iter().map(|&[x, y]| Vec2::new(x, y)).collect();
+        let skin = Skin {
+            material: material(&p.material),
+            lateral: Lateral::of(p.width_m, p.lateral_m),
+        };
+        if p.closed {
+            world.outline(&points, true, |_| skin);
+        } else {
+            world.sheet(&points, skin);
+        }
+    }
+    world
+}
+
+fn wide(material: usize) -> Skin {
+    Skin {
+        material,
+        lateral: Lateral::WIDE,
+    }
+}
+
+fn rectangle([(x0, y0), (x1, y1)]: [(f64, f64); 2]) -> [Vec2; 4] {
+    [
+        Vec2::new(x0, y0),
+        Vec2::new(x0, y1),
+        Vec2::new(x1, y1),
+        Vec2::new(x1, y0),
+    ]
+}
+
+fn solid(world: &mut World, b: &BoxSpec, material: Lookup) {
+    let skin = Skin {
+        material: material(&b.material),
+        lateral: Lateral::of(b.width_m, b.lateral_m),
+    };
+    let corners = [(b.from_m, b.bottom_m), (b.to_m, b.top_m)];
+    world.outline(&rectangle(corners), true, |_| skin);
+}
+
+fn door(world: &mut World, d: &DoorSpec, material: Lookup) {
+    let part = |bottom: f64, top: f64, lateral: f64, width: Option<f64>| BoxSpec {
+        from_m: d.at_m,
+        to_m: d.at_m + d.depth_m,
+        bottom_m: bottom,
+        top_m: top,
+        width_m: width,
+        lateral_m: lateral,
+        material: d.material.clone(),
+    };
+    let beside = 0.5 * (d.width_m + d.frame_m);
+    for side in [-beside, beside] {
+        let jamb = part(0.0, d.height_m, d.lateral_m + side, Some(d.frame_m));
+        solid(world, &jamb, material);
+    }
+    let lintel = part(d.height_m, d.height_m + d.frame_m, 0.0, None);
+    solid(world, &lintel, material);
+    if d.threshold_m > 0.0 {
+        let sill = part(0.0, d.threshold_m, d.lateral_m, Some(d.width_m));
+        solid(world, &sill, material);
+    }
+}
+
+/// One step of a flight: where its foremost edge lies and how high its tread.
+#[derive(Clone, Copy)]
+struct Tread {
+    edge: f64,
+    height: f64,
+    rise: f64,
+}
+
+/// Foremost edge and height of every tread (up) or of every surface before a drop (down).
+fn treads(s: &StairsSpec) -> Vec<Tread> {
+    let (mut edge, mut height) = (s.distance_m, s.base_m);
+    (0..s.count)
+        .map(|k| {
+            let rise = s.rises_m.get(k).copied().unwrap_or(s.rise_m);
+            if k > 0 {
+                edge += s.goings_m.get(k - 1).copied().unwrap_or(s.going_m);
+            }
+            let before = height;
+            height += if s.direction == Way::Up { rise } else { -rise };
+            let top = if s.direction == Way::Up {
+                height
+            } else {
+                before
+            };
+            Tread {
+                edge,
+                height: top,
+                rise,
+            }
+        })
+        .collect()
+}
+
+fn stairs(world: &mut World, s: &StairsSpec, material: Lookup) {
+    let steps = treads(s);
+    let tread = material(&s.material);
+    let riser = s.riser_material.as_deref().map_or(tread, material);
+    let lateral = Lateral::of(s.width_m, 0.0);
+    let flight = Flight {
+        spec: s,
+        tread: Skin {
+            material: tread,
+            lateral,
+        },
+        riser: Skin {
+            material: riser,
+            lateral,
+        },
+    };
+    match (s.direction, s.open) {
+        (Way::Up, false) => flight.closed_up(world, &steps),
+        (Way::Up, true) => flight.open_up(world, &steps),
+        (Way::Down, false) => flight.closed_down(world, &steps),
+        (Way::Down, true) => flight.open_down(world, &steps),
+    }
+    flight.truth(world, &steps);
+}
+
+struct Flight<'a> {
+    spec: &'a StairsSpec,
+    tread: Skin,
+    riser: Skin,
+}
+
+impl Flight<'_> {
+    /// How thick the part of a tread that stands out is, for a step this high.
+    fn thickness(&self, rise: f64) -> f64 {
+        self.spec.tread_thickness_m.min(0.6 * rise)
+    }
+
+    /// A radius that the tread's thickness leaves room for.
+    fn radius(&self, rise: f64) -> f64 {
+        self.spec.nosing_radius_m.min(0.45 * self.thickness(rise))
+    }
+
+    /// Foot of the riser, underside of the nosing and the rounded edge itself, from below upwards for
+    /// a flight up. The skin of each piece goes to `skins`.
+    fn front(&self, step: Tread, points: &mut Vec<Vec2>, skins: &mut Vec<Skin>) {
+        let s = self.spec;
+        let edge = Vec2::new(step.edge, step.height);
+        if s.nosing_m > 0.0 {
+            let under = step.height - self.thickness(step.rise);
+            points.push(Vec2::new(step.edge + s.nosing_m, under));
+            points.push(Vec2::new(step.edge, under));
+            skins.extend([self.riser, self.tread]);
+        }
+        let face = if s.nosing_m > 0.0 {
+            self.tread
+        } else {
+            self.riser
+        };
+        let arc = rounded(edge, UP, FORWARD, self.radius(step.rise));
+        skins.push(face);
+        skins.extend(core::iter::repeat_n(self.tread, arc.len() - 1));
+        points.extend(arc);
+    }
+
+    fn closed_up(&self, world: &mut World, steps: &[Tread]) {
+        let s = self.spec;
+        let (mut points, mut skins) = (Vec::new(), Vec::new());
+        let mut before = s.base_m;
+        for &step in steps {
+            points.push(Vec2::new(step.edge + s.nosing_m, before));
+            // The piece that ends here is the tread before; the first has none.
+            if points.len() > 1 {
+                skins.push(self.tread);
+            }
+            self.front(step, &mut points, &mut skins);
+            before = step.height;
+        }
+        if let Some(last) = steps.last() {
+            points.push(Vec2::new(last.edge + s.landing_m, before));
+            skins.push(self.tread);
+        }
+        self.emit(world, &points, false, &skins);
+    }
+
+    fn closed_down(&self, world: &mut World, steps: &[Tread]) {
+        let s = self.spec;
+        let Some(first) = steps.first() else { return };
+        let start = (first.edge - 1.5).min(-1.0);
+        let mut points = vec![Vec2::new(start, s.base_m)];
+        let mut skins = Vec::new();
+        for &step in steps {
+            let edge = Vec2::new(step.edge, step.height);
+            let arc = rounded(edge, FORWARD, DOWN, self.radius(step.rise));
+            skins.extend(core::iter::repeat_n(self.tread, arc.len()));
+            points.extend(arc);
+            if s.nosing_m > 0.0 {
+                let under = step.height - self.thickness(step.rise);
+                points.push(Vec2::new(step.edge, under));
+                points.push(Vec2::new(step.edge - s.nosing_m, under));
+                skins.extend([self.tread, self.tread]);
+            }
+            points.push(Vec2::new(step.edge - s.nosing_m, step.height - step.rise));
+            skins.push(self.riser);
+        }
+        if let Some(last) = steps.last() {
+            points.push(Vec2::new(last.edge + s.landing_m, last.height - last.rise));
+            skins.push(self.tread);
+        }
+        self.emit(world, &points, false, &skins);
+    }
+
+    fn open_up(&self, world: &mut World, steps: &[Tread]) {
+        let depth = self.spec.tread_depth_m.unwrap_or(self.spec.going_m + 0.02);
+        for (k, &step) in steps.iter().enumerate() {
+            let long = if k + 1 == steps.len() {
+                depth.max(self.spec.landing_m)
+            } else {
+                depth
+            };
+            self.slab(world, (step.edge, step.edge + long), step.height, step.rise);
+        }
+    }
+
+    fn open_down(&self, world: &mut World, steps: &[Tread]) {
+        let s = self.spec;
+        let depth = s.tread_depth_m.unwrap_or(s.going_m + 0.02);
+        for (k, &step) in steps.iter().enumerate() {
+            let back = if k == 0 {
+                (step.edge - 1.5).min(-1.0)
+            } else {
+                step.edge - depth
+            };
+            self.slab(world, (back, step.edge), step.height, step.rise);
+        }
+        if let Some(last) = steps.last() {
+            let lower = last.height - last.rise;
+            let points = [
+                Vec2::new(last.edge - depth, lower),
+                Vec2::new(last.edge + s.landing_m, lower),
+            ];
+            self.emit(world, &points, false, &[self.tread]);
+        }
+    }
+
+    /// A floating tread with both upper edges rounded.
+    fn slab(&self, world: &mut World, (front, back): (f64, f64), top: f64, rise: f64) {
+        let under = top - self.thickness(rise);
+        let radius = self.radius(rise);
+        let mut points = vec![Vec2::new(front, under)];
+        points.extend(rounded(Vec2::new(front, top), UP, FORWARD, radius));
+        points.extend(rounded(Vec2::new(back, top), FORWARD, DOWN, radius));
+        points.push(Vec2::new(back, under));
+        let skins = vec![self.tread; points.len()];
+        self.emit(world, &points, true, &skins);
+    }
+
+    fn emit(&self, world: &mut World, points: &[Vec2], closed: bool, skins: &[Skin]) {
+        world.outline(points, closed, |k| {
+            skins.get(k).copied().unwrap_or(self.tread)
+        });
+    }
+
+    fn truth(&self, world: &mut World, steps: &[Tread]) {
+        let s = self.spec;
+        for (k, step) in steps.iter().enumerate() {
+            let lower = step.height - step.rise;
+            let edge = Vec2::new(step.edge, step.height);
+            if s.direction == Way::Up {
+                // Nothing belongs to a floating step but its tread.
+                let foot = if s.open {
+                    step.height - self.thickness(step.rise)
+                } else {
+                    lower
+                };
+                world.up.push(BuiltStep {
+                    distance: step.edge,
+                    height: step.height,
+                    edge,
+                    span: (foot, step.height),
+                    below: None,
+                });
+                continue;
+            }
+            let end = steps.get(k + 1).map_or(step.edge + s.landing_m, |n| n.edge);
+            world.down.push(BuiltStep {
+                distance: step.edge,
+                height: lower,
+                edge,
+                span: (lower, step.height),
+                below: Some((Vec2::new(step.edge, lower), Vec2::new(end, lower))),
+            });
+        }
+    }
+}

@@ -1,0 +1,176 @@
+//! What a perfect scanner would report of a scene, and how well each step can be seen.
+
+use core::f64::consts::TAU;
+
+use num_complex::Complex64;
+
+use super::geometry::{BuiltStep, World};
+use super::maths::{Vec2, cis, decibel};
+use super::sight::visible;
+use super::spec::{PlaneSpec, SceneSpec};
+use crate::recording::{TrueStep, Truth};
+
+/// A cell this near to a step, in metres, belongs to it.
+const NEAR: f64 = 0.03;
+
+/// Cells of the polar map that the far end of the range axis keeps from being looked at: the width of
+/// the window's main lobe.
+const EDGE_CELLS: f64 = 4.0;
+
+/// The geometry of the scan, as a reader of the recording has it.
+pub struct ScanGeometry<'a> {
+    /// The scene.
+    pub spec: &'a SceneSpec,
+    /// Recorded angles, degrees.
+    pub angles: &'a [f64],
+    /// Range resolution, metres.
+    pub resolution: f64,
+}
+
+impl ScanGeometry<'_> {
+    /// Points of the transform that a scanner uses.
+    fn fft_len(&self) -> usize {
+        self.spec.radar.samples_per_chirp.next_power_of_two()
+    }
+
+    /// From mirror range and angle in degrees to the plane.
+    fn point(&self, range: f64, angle: f64) -> Vec2 {
+        let (sin, cos) = libm::sincos(angle.to_radians());
+        let height = self.spec.mount.height_m;
+        match self.spec.mount.plane {
+            PlaneSpec::Depth => Vec2::new(range * cos, height - range * sin),
+            PlaneSpec::Height => Vec2::new(range * sin, height - range * cos),
+        }
+    }
+
+    /// Whether the scan's ranges and angles reach `p`, its main lobe included.
+    fn covers(&self, p: Vec2) -> bool {
+        let mount = &self.spec.mount;
+        let way = p - Vec2::new(0.0, mount.height_m);
+        let angle = match mount.plane {
+            PlaneSpec::Depth => libm::atan2(-way.y, way.x),
+            PlaneSpec::Height => libm::atan2(way.x, -way.y),
+        }
+        .to_degrees();
+        let half = 0.5 * mount.beamwidth_deg;
+        let (first, last) = match (self.angles.first(), self.angles.last()) {
+            (Some(a), Some(b)) => (a + half, b - half),
+            _ => return false,
+        };
+        let farthest = self.resolution * (self.spec.radar.samples_per_chirp as f64 - EDGE_CELLS);
+        (first..=last).contains(&angle) && way.len() + mount.mirror_offset_m <= farthest
+    }
+
+    /// Whether the cell at `p` is one of the step's.
+    fn belongs(step: &BuiltStep, p: Vec2) -> bool {
+        match step.below {
+            None => {
+                (p.x - step.edge.x).abs() <= NEAR
+                    && p.y >= step.span.0 - NEAR
+                    && p.y <= step.span.1 + NEAR
+            }
+            Some((from, to)) => {
+                let row =
+                    (p.y - from.y).abs() <= NEAR && p.x >= from.x - NEAR && p.x <= to.x + NEAR;
+                row || (p - step.edge).len() <= NEAR
+            }
+        }
+    }
+
+    /// Power over noise of every step's best cell, from the chirps without receiver noise.
+    ///
+    /// `noise` is the power of the noise of one sample, in the squared units of the chirps.
+    pub fn snr(&self, steps: &[BuiltStep], chirps: &[Vec<Complex64>], noise: f64) -> Vec<f64> {
+        let samples = self.spec.radar.samples_per_chirp;
+        // Hann, as the scanner weighs a chirp.
+        let window: Vec<f64> = (0..samples)
+            .map(|n| 0.5 - 0.5 * libm::cos(TAU * (n as f64 + 0.5) / samples as f64))
+            .collect();
+        let noise = noise * window.iter().fold(0.0, |sum, w| sum + w * w);
+        let fft = self.fft_len();
+        let spacing = self.resolution * samples as f64 / fft as f64;
+        let mut best = vec![0.0_f64; steps.len()];
+        for (angle, chirp) in self.angles.iter().zip(chirps) {
+            for bin in 0..fft {
+                let range = bin as f64 * spacing - self.spec.mount.mirror_offset_m;
+                let p = self.point(range, *angle);
+                let mine = |s: &BuiltStep| range > 0.0 && Self::belongs(s, p);
+                if !steps.iter().any(mine) {
+                    continue;
+                }
+                let power = cell(chirp, &window, bin as f64 / fft as f64);
+                for (step, best) in steps.iter().zip(&mut best) {
+                    if mine(step) {
+                        *best = best.max(power);
+                    }
+                }
+            }
+        }
+        best.into_iter()
+            .map(|p| decibel(p.max(1e-30) / noise))
+            .collect()
+    }
+
+    /// Whether a scanner can be asked for this step.
+    fn counted(&self, world: &World, step: &BuiltStep) -> bool {
+        let eye = Vec2::new(0.0, self.spec.mount.height_m);
+        let in_sight = |p: Vec2| self.covers(p) && visible(world, eye, p);
+        let Some((from, to)) = step.below else {
+            return in_sight(step.edge);
+        };
+        // A drop is known by the surface below it: some of that must be in sight.
+        self.covers(step.edge) && (1..20).any(|k| in_sight(from.towards(to, f64::from(k) / 20.0)))
+    }
+
+    /// The truth, with the steps' signal-to-noise ratios `snr`.
+    pub fn truth(&self, world: &World, snr: impl Fn(&[BuiltStep]) -> Vec<f64>) -> Truth {
+        let (name, mine, others) = match self.spec.mount.plane {
+            PlaneSpec::Depth => ("up", &world.up, &world.down),
+            PlaneSpec::Height => ("down", &world.down, &world.up),
+        };
+        let counted: Vec<BuiltStep> = mine
+            .iter()
+            .filter(|s| self.counted(world, s))
+            .copied()
+            .collect();
+        let rest = mine
+            .iter()
+            .filter(|s| !self.counted(world, s))
+            .chain(others);
+        let steps: Vec<TrueStep> = counted
+            .iter()
+            .zip(snr(&counted))
+            .map(|(s, snr)| true_step(s, Some(rounded(snr, 10.0))))
+            .collect();
+        Truth {
+            direction: if steps.is_empty() { "none" } else { name }.into(),
+            steps,
+            uncounted: rest.map(|s| true_step(s, None)).collect(),
+        }
+    }
+}
+
+fn true_step(s: &BuiltStep, snr_db: Option<f64>) -> TrueStep {
+    TrueStep {
+        distance_m: rounded(s.distance, 1e5),
+        height_m: rounded(s.height, 1e5),
+        snr_db,
+    }
+}
+
+/// Rounded to `1 / unit`, and never -0.
+fn rounded(x: f64, unit: f64) -> f64 {
+    libm::floor(x * unit + 0.5) / unit + 0.0
+}
+
+/// Power of a windowed chirp at `frequency` cycles per sample.
+fn cell(chirp: &[Complex64], window: &[f64], frequency: f64) -> f64 {
+    let turn = cis(-TAU * frequency);
+    let mut phase = Complex64::ONE;
+    let mut sum = Complex64::ZERO;
+    for (s, w) in chirp.iter().zip(window) {
+        sum += s * phase * w;
+        phase *= turn;
+    }
+    sum.norm_sqr()
+}
