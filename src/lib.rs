@@ -17,7 +17,9 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod config;
+pub mod health;
 pub mod math;
+pub mod pipeline;
 pub mod range;
 pub mod report;
 pub mod scan;

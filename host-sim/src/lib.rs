@@ -1,7 +1,10 @@
 //! The other side of the scanner: recordings, scenes, replay, scores, pictures.
 
 pub mod answer;
+pub mod commands;
+pub mod playback;
 pub mod recording;
+pub mod replay;
 pub mod scene;
 pub mod score;
 pub mod setup;

@@ -1,11 +1,18 @@
-//! The program `host-sim`, by alias `cargo sim`.
+//! `cargo sim …`: recordings in, steps, figures and pictures out.
+
+use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+use host_sim::commands;
 use host_sim::scene::command::{SimulateArgs, simulate};
 
-/// The stair scanner's other side.
 #[derive(Parser)]
-#[command(name = "host-sim", version)]
+#[command(
+    name = "sim",
+    bin_name = "cargo sim",
+    version,
+    about = "The stair scanner on the host"
+)]
 struct Cli {
     #[command(subcommand)]
     command: Command,
@@ -13,14 +20,28 @@ struct Cli {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Scans a scene file with the simulated radar and writes the recording.
+    /// Scan recordings with the scanner's own loop and print the steps
+    Replay(commands::replay::Args),
+    /// Show the range profile of one chirp with its CFAR threshold and detections
+    Profile(commands::profile::Args),
+    /// Measure the answers to all recordings of a directory against their truth
+    Score(commands::score::Args),
+    /// Scan a scene file with the simulated radar and write the recording
     Simulate(SimulateArgs),
 }
 
-fn main() {
-    let Command::Simulate(args) = Cli::parse().command;
-    if let Err(error) = simulate(&args) {
-        eprintln!("{error:#}");
-        std::process::exit(1);
+fn main() -> ExitCode {
+    let done = match Cli::parse().command {
+        Command::Replay(args) => commands::replay::run(&args),
+        Command::Profile(args) => commands::profile::run(&args),
+        Command::Score(args) => commands::score::run(&args),
+        Command::Simulate(args) => simulate(&args).map(|()| ExitCode::SUCCESS),
+    };
+    match done {
+        Ok(code) => code,
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            ExitCode::FAILURE
+        }
     }
 }

@@ -46,16 +46,15 @@ pub fn schedule(recording: &Recording) -> Result<Schedule> {
         return Err(anyhow!("{name}.{META_SUFFIX}: captures: holds no angle"));
     };
     let low = first.min(last);
-    let step = angles
-        .windows(2)
-        .map(|w| (w[1] - w[0]).abs())
-        .fold(f64::INFINITY, f64::min);
     ensure!(
         angles.len() >= 3,
         "{name}.{META_SUFFIX}: captures: {} chirps, expected at least 3 angles for a scan",
         angles.len()
     );
-    // The smallest difference is the step, refined over the whole sweep.
+    // The usual difference is the step, refined over the whole sweep.
+    let mut differences: Vec<f64> = angles.windows(2).map(|w| (w[1] - w[0]).abs()).collect();
+    differences.sort_by(f64::total_cmp);
+    let step = differences[differences.len() / 2];
     let steps = ((last - first).abs() / step).round();
     let step = (last - first).abs() / steps;
     let sweep = SweepConfig {

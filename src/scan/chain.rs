@@ -22,3 +22,30 @@ pub trait DataPath {
     /// Whether a known-answer chirp comes out of the arithmetic as it must.
     fn self_test(&mut self) -> bool;
 }
+
+/// So that a data path too large for the stack can stay where it is.
+impl<D: DataPath + ?Sized> DataPath for &mut D {
+    fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
+        (**self).begin(config, scan)
+    }
+
+    fn samples(&mut self) -> &mut [Iq] {
+        (**self).samples()
+    }
+
+    fn row(&mut self, row: u16, beam_angle_rad: f32) {
+        (**self).row(row, beam_angle_rad);
+    }
+
+    fn lost(&mut self, row: u16) {
+        (**self).lost(row);
+    }
+
+    fn finish(&mut self) -> Outcome {
+        (**self).finish()
+    }
+
+    fn self_test(&mut self) -> bool {
+        (**self).self_test()
+    }
+}

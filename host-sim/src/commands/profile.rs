@@ -1,0 +1,156 @@
+//! `profile REC`: one chirp's range profile, for any FMCW radar's recording.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Result, anyhow};
+use serde_json::{Value, json};
+use stairscan::config::{CfarConfig, MountConfig, to_fixed};
+use stairscan::range::{Profile, RangeProcessor};
+
+use super::Format;
+use crate::recording::Recording;
+use crate::setup;
+
+/// Where nothing is tested (leakage, the mirror's echo, what wraps round) the threshold stands
+/// here: above anything that the converter can deliver. Decibels relative to full scale.
+const OUT_OF_REACH_DB: f32 = 10.0;
+
+/// Arguments of `profile`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Recording, with or without suffix
+    recording: PathBuf,
+    /// Chirp, counted from 0
+    #[arg(long, default_value_t = 0)]
+    chirp: usize,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// A profile in physical units: ranges from the radar, powers relative to full scale.
+#[derive(Clone, Debug)]
+pub struct RangeProfile {
+    /// Range of every bin, metres.
+    pub range_m: Vec<f32>,
+    /// Power of every bin, dB.
+    pub power_db: Vec<f32>,
+    /// CFAR threshold of every bin, dB.
+    pub threshold_db: Vec<f32>,
+    /// Range and power of every detection, interpolated between bins.
+    pub detections: Vec<(f32, f32)>,
+}
+
+/// The profile of chirp `k`.
+pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
+    let radar = setup::radar(recording)?;
+    let (mount, cfar) = match &recording.meta.mirror {
+        Some(mirror) => {
+            let mirror_offset = to_fixed(mirror.offset_m, 1e-5)
+                .ok_or_else(|| anyhow!("{}: mirror offset out of range", recording.name))?;
+            (
+                MountConfig {
+                    mirror_offset,
+                    ..MountConfig::default()
+                },
+                CfarConfig::default(),
+            )
+        }
+        None => (
+            MountConfig {
+                mirror_offset: 0,
+                ..MountConfig::default()
+            },
+            CfarConfig {
+                near_margin: 0,
+                ..CfarConfig::default()
+            },
+        ),
+    };
+    let mut processor = RangeProcessor::new(&radar, &mount, &cfar)
+        .map_err(|e| anyhow!("{}: {e}", recording.name))?;
+    let chirp = recording.chirp(k).ok_or_else(|| {
+        anyhow!(
+            "{}: chirp {k}: the recording holds chirps 0 to {}",
+            recording.name,
+            recording.chirps() - 1
+        )
+    })?;
+    let mut profile = Profile::default();
+    processor.profile(chirp, &mut profile)?;
+    let spacing = radar.bin_spacing_m();
+    let bins = 0..profile.bins();
+    Ok(RangeProfile {
+        range_m: bins.clone().map(|b| b as f32 * spacing).collect(),
+        power_db: bins.clone().map(|b| profile.power_db(b)).collect(),
+        threshold_db: bins
+            .map(|b| profile.threshold_db(b).unwrap_or(OUT_OF_REACH_DB))
+            .collect(),
+        detections: profile
+            .detections()
+            .map(|d| (d.bin * spacing, d.power_db))
+            .collect(),
+    })
+}
+
+impl RangeProfile {
+    /// The profile as one JSON object.
+    pub fn json(&self) -> Value {
+        // Shortest decimals of the f32s, not those of their f64 images.
+        let list = |values: &[f32]| {
+            values
+                .iter()
+                .map(|&v| json!(decimal(v)))
+                .collect::<Vec<_>>()
+        };
+        let detection = |&(range, power): &(f32, f32)| json!({"range_m": decimal(range), "power_db": decimal(power)});
+        json!({
+            "range_m": list(&self.range_m),
+            "power_db": list(&self.power_db),
+            "threshold_db": list(&self.threshold_db),
+            "detections": self.detections.iter().map(detection).collect::<Vec<_>>(),
+        })
+    }
+}
+
+fn decimal(value: f32) -> f64 {
+    (f64::from(value) * 1e6).round() / 1e6
+}
+
+/// Prints the profile.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let recording = Recording::read(&args.recording)?;
+    let profile = profile(&recording, args.chirp)?;
+    if args.format == Format::Json {
+        println!("{}", profile.json());
+        return Ok(ExitCode::SUCCESS);
+    }
+    let angle = match recording.meta.angles_deg.get(args.chirp) {
+        Some(angle) => format!(" at {angle:.2}°"),
+        None => String::new(),
+    };
+    println!(
+        "{}, chirp {}{angle}: {} detections",
+        recording.name,
+        args.chirp,
+        profile.detections.len()
+    );
+    for (range, power) in &profile.detections {
+        println!("  {range:7.3} m  {power:6.1} dBFS");
+    }
+    println!("\n  range m   power dBFS   threshold");
+    for ((range, power), threshold) in profile
+        .range_m
+        .iter()
+        .zip(&profile.power_db)
+        .zip(&profile.threshold_db)
+    {
+        let (threshold, mark) = match *threshold {
+            OUT_OF_REACH_DB => ("     -".to_owned(), ""),
+            t => (format!("{t:6.1}"), if *power > t { "  *" } else { "" }),
+        };
+        println!("  {range:7.3}     {power:8.1}      {threshold}{mark}");
+    }
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,71 @@
+//! `replay REC…`: recorded scans through the scanner's own loop.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::Result;
+
+use super::{Format, Settings};
+use crate::answer::Answer;
+use crate::recording::Recording;
+use crate::replay;
+
+/// Arguments of `replay`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Recordings, with or without suffix
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    #[command(flatten)]
+    settings: Settings,
+    /// Scans one after the other, each the other way round
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    scans: u32,
+    /// Turn the mirror from the last angle to the first
+    #[arg(long)]
+    backwards: bool,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Scans every recording; a bad one or a fault makes the exit status 1 and the rest goes on.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let options = replay::Options {
+        scans: args.scans,
+        backwards: args.backwards,
+        ..args.settings.options(args.settings.config()?)
+    };
+    let mut code = ExitCode::SUCCESS;
+    for path in &args.recordings {
+        let answers = Recording::read(path)
+            .and_then(|recording| replay::answers(&recording, &options, |_| ()));
+        let shown = match answers {
+            Ok(answers) => answers
+                .into_iter()
+                .fold(true, |ok, answer| show(Ok(answer), args.format) && ok),
+            Err(error) => show(Err(error), args.format),
+        };
+        if !shown {
+            code = ExitCode::FAILURE;
+        }
+    }
+    Ok(code)
+}
+
+/// Prints an answer or the error; whether it was an answer and no fault.
+pub fn show(answer: Result<Answer>, format: Format) -> bool {
+    match answer {
+        Ok(answer) => {
+            match format {
+                Format::Json => println!("{}", answer.json()),
+                Format::Text => println!("{}", answer.text()),
+            }
+            !answer.is_fault()
+        }
+        Err(error) => {
+            eprintln!("error: {error:#}");
+            false
+        }
+    }
+}

@@ -1,0 +1,144 @@
+//! `score DIR`: all recordings of a directory against their truth.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Result, ensure};
+use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use rayon::prelude::*;
+use serde_json::json;
+
+use super::{Format, Settings};
+use crate::recording::{self, Recording};
+use crate::replay;
+use crate::score::{self, SceneScore, SetScore};
+
+/// Arguments of `score`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Directory of recordings with truth
+    dir: PathBuf,
+    #[command(flatten)]
+    settings: Settings,
+    /// Repeat with this many seeds, from --seed on, and show each figure's median too
+    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    seeds: u32,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Scores every recording and prints the figures; fails if one could not be read.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let recordings = recording::list(&args.dir)?;
+    let base = args.settings.config()?;
+    let jobs: Vec<(u32, &PathBuf)> = (0..args.seeds)
+        .flat_map(|n| {
+            recordings
+                .iter()
+                .map(move |path| (base.seed.wrapping_add(n), path))
+        })
+        .collect();
+    let bar = progress(jobs.len() as u64);
+    let results: Vec<(u32, Result<Option<SceneScore>>)> = jobs
+        .par_iter()
+        .progress_with(bar.clone())
+        .map(|&(seed, path)| {
+            let options = replay::Options {
+                config: stairscan::config::Config { seed, ..base },
+                ..args.settings.options(base)
+            };
+            (seed, score_one(path, &options))
+        })
+        .collect();
+    bar.finish_and_clear();
+    let mut failed = false;
+    let mut runs: Vec<Vec<SceneScore>> = Vec::new();
+    let mut last_seed = None;
+    for (seed, result) in results {
+        if last_seed != Some(seed) {
+            runs.push(Vec::new());
+            last_seed = Some(seed);
+        }
+        match result {
+            Ok(Some(score)) => runs
+                .last_mut()
+                .into_iter()
+                .for_each(|run| run.push(score.clone())),
+            Ok(None) => {}
+            Err(error) => {
+                failed = true;
+                eprintln!("error: {error:#}");
+            }
+        }
+    }
+    ensure!(
+        runs.iter().any(|run| !run.is_empty()),
+        "{}: no recording says what is really there (stairscan:truth)",
+        args.dir.display()
+    );
+    print(args, &runs);
+    Ok(if failed {
+        ExitCode::FAILURE
+    } else {
+        ExitCode::SUCCESS
+    })
+}
+
+fn score_one(path: &std::path::Path, options: &replay::Options) -> Result<Option<SceneScore>> {
+    let recording = Recording::read(path)?;
+    let Some(truth) = recording.meta.truth.clone() else {
+        return Ok(None);
+    };
+    let answer = replay::answer(&recording, options)?;
+    Ok(Some(score::scene(&answer, &truth)))
+}
+
+/// A progress bar on a terminal, nothing elsewhere.
+pub fn progress(length: u64) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {eta}");
+    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+fn print(args: &Args, runs: &[Vec<SceneScore>]) {
+    let scored: Vec<Vec<SetScore>> = runs.iter().map(|run| score::by_set(run)).collect();
+    let estimator = args.settings.estimator_name();
+    let seeds: Vec<u32> = (0..args.seeds)
+        .map(|n| args.settings.seed().wrapping_add(n))
+        .collect();
+    match args.format {
+        Format::Json => {
+            let runs: Vec<_> = scored
+                .iter()
+                .zip(runs)
+                .zip(&seeds)
+                .map(|((sets, scenes), seed)| {
+                    json!({
+                        "estimator": estimator,
+                        "seed": seed,
+                        "sets": sets.iter().map(SetScore::json).collect::<Vec<_>>(),
+                        "not_exact": score::confusions_json(scenes),
+                    })
+                })
+                .collect();
+            for run in runs {
+                println!("{run}");
+            }
+        }
+        Format::Text => {
+            for ((sets, scenes), seed) in scored.iter().zip(runs).zip(&seeds) {
+                println!("estimator {estimator}, seed {seed}\n");
+                print!("{}", score::table(sets));
+                let confusions = score::confusions(scenes);
+                if args.seeds == 1 && !confusions.is_empty() {
+                    println!("\nnot exact:\n{}", confusions.trim_end());
+                }
+                println!();
+            }
+            if args.seeds > 1 {
+                println!("median over {} seeds\n", args.seeds);
+                print!("{}", score::median_table(&scored));
+            }
+        }
+    }
+}

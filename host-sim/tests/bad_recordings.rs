@@ -1,0 +1,243 @@
+//! Bad recordings: one clear message that names file and field, exit status 1, nothing on stdout.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+use serde_json::{Value, json};
+
+/// A directory of one test, removed when it ends.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(test: &str) -> Self {
+        let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+        let _ = fs::remove_dir_all(&dir);
+        fs::create_dir_all(&dir).unwrap();
+        Self(dir)
+    }
+
+    /// Writes a recording of 5 chirps of 16 samples after `change` has spoilt its metadata.
+    fn recording(&self, change: impl FnOnce(&mut Value)) -> PathBuf {
+        let captures: Vec<Value> = (0..5)
+            .map(|k| {
+                json!({
+                    "core:sample_start": 16 * k,
+                    "core:frequency": 94e9,
+                    "stairscan:mirror_angle_deg": -1.0 + 0.5 * f64::from(k),
+                })
+            })
+            .collect();
+        let mut meta = json!({
+            "global": {
+                "core:datatype": "ci16_le",
+                "core:version": "1.2.0",
+                "stairscan:bandwidth_hz": 10e9,
+                "stairscan:samples_per_chirp": 16,
+                "stairscan:mirror_offset_m": 0.0,
+                "stairscan:beamwidth_deg": 5.0,
+                "stairscan:mount_height_m": 0.4,
+                "stairscan:scan_plane": "depth",
+            },
+            "captures": captures,
+            "annotations": [],
+        });
+        change(&mut meta);
+        fs::write(self.0.join("bad.sigmf-meta"), meta.to_string()).unwrap();
+        fs::write(self.0.join("bad.sigmf-data"), vec![0u8; 5 * 16 * 4]).unwrap();
+        self.0.join("bad")
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+fn sim(args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(args)
+        .output()
+        .unwrap()
+}
+
+/// `replay` refuses the recording with a message that holds all of `words`.
+fn refused(recording: &Path, words: &[&str]) {
+    let out = sim(&["replay", recording.to_str().unwrap()]);
+    let message = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{message}");
+    assert!(
+        out.stdout.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&out.stdout)
+    );
+    assert_eq!(message.lines().count(), 1, "{message}");
+    for word in words {
+        assert!(message.contains(word), "{word:?} is not in {message:?}");
+    }
+}
+
+#[test]
+fn wrong_values_name_file_and_key() {
+    let scratch = Scratch::new("values");
+    type Change = fn(&mut Value);
+    let global: &[(Change, &[&str])] = &[
+        (
+            |m| m["global"]["core:datatype"] = json!("cf32_le"),
+            &["core:datatype", "cf32_le", "ci16_le"],
+        ),
+        (
+            |m| m["global"]["stairscan:samples_per_chirp"] = json!(0),
+            &["samples_per_chirp", "16 to 256"],
+        ),
+        (
+            |m| m["global"]["stairscan:samples_per_chirp"] = json!(257),
+            &["samples_per_chirp", "257"],
+        ),
+        (
+            |m| m["global"]["stairscan:bandwidth_hz"] = json!(0),
+            &["bandwidth_hz", "found 0"],
+        ),
+        (
+            |m| m["global"]["stairscan:bandwidth_hz"] = json!("wide"),
+            &["bandwidth_hz", "wide"],
+        ),
+        (
+            |m| m["global"]["stairscan:scan_plane"] = json!("width"),
+            &["scan_plane", "depth", "height"],
+        ),
+        (
+            |m| m["global"]["stairscan:mount_height_m"] = json!(-1),
+            &["mount_height_m", "found -1"],
+        ),
+        (
+            |m| {
+                drop(
+                    m["global"]
+                        .as_object_mut()
+                        .unwrap()
+                        .remove("stairscan:beamwidth_deg"),
+                )
+            },
+            &["beamwidth_deg", "missing"],
+        ),
+        (
+            |m| drop(m.as_object_mut().unwrap().remove("global")),
+            &["global"],
+        ),
+    ];
+    let captures: &[(Change, &[&str])] = &[
+        (
+            |m| m["captures"][2]["stairscan:mirror_angle_deg"] = Value::Null,
+            &["captures[2]", "mirror_angle_deg", "null"],
+        ),
+        (
+            |m| m["captures"][2]["stairscan:mirror_angle_deg"] = json!(-0.5),
+            &["captures[2]", "order"],
+        ),
+        (
+            |m| m["captures"][3]["stairscan:mirror_angle_deg"] = json!(-0.9),
+            &["captures[3]", "order"],
+        ),
+        (
+            |m| m["captures"][1]["stairscan:mirror_angle_deg"] = json!(-1.0),
+            &["captures[1]", "order"],
+        ),
+        (
+            |m| m["captures"][4]["core:sample_start"] = json!(63),
+            &["captures[4]", "sample_start", "64"],
+        ),
+        (
+            |m| m["captures"][3]["stairscan:mirror_angle_deg"] = json!(0.65),
+            &["captures[3]", "mirror_angle_deg", "0.65"],
+        ),
+    ];
+    for (change, words) in global.iter().chain(captures) {
+        let recording = scratch.recording(change);
+        let file: &[&str] = &["bad.sigmf-meta"];
+        refused(&recording, &[file, words].concat());
+    }
+}
+
+#[test]
+fn a_nan_is_no_json_and_still_has_a_name() {
+    let scratch = Scratch::new("nan");
+    let recording = scratch.recording(|_| ());
+    let meta = scratch.0.join("bad.sigmf-meta");
+    let text = fs::read_to_string(&meta).unwrap();
+    let angle = "\"stairscan:mirror_angle_deg\":";
+    fs::write(
+        &meta,
+        text.replace(&format!("{angle}0.5"), &format!("{angle}NaN")),
+    )
+    .unwrap();
+    refused(
+        &recording,
+        &["bad.sigmf-meta", "stairscan:mirror_angle_deg", "line 1"],
+    );
+}
+
+#[test]
+fn wrong_lengths_name_the_data_file() {
+    let scratch = Scratch::new("lengths");
+    let recording = scratch.recording(|_| ());
+    let data = scratch.0.join("bad.sigmf-data");
+    for bytes in [0, 319, 316, 324, 640] {
+        fs::write(&data, vec![0u8; bytes]).unwrap();
+        refused(
+            &recording,
+            &["bad.sigmf-data", &format!("{bytes} bytes"), "320"],
+        );
+    }
+    fs::remove_file(&data).unwrap();
+    refused(&recording, &["bad.sigmf-data"]);
+    fs::remove_file(scratch.0.join("bad.sigmf-meta")).unwrap();
+    refused(&recording, &["bad.sigmf-meta"]);
+}
+
+#[test]
+fn a_radar_without_a_mirror_cannot_scan_but_has_profiles() {
+    let scratch = Scratch::new("no-mirror");
+    let recording = scratch.recording(|m| {
+        let global = m["global"].as_object_mut().unwrap();
+        global.retain(|key, _| {
+            key.starts_with("core:") || key.contains("bandwidth") || key.contains("samples")
+        });
+        m["captures"] = json!([{"core:sample_start": 0}]);
+    });
+    refused(
+        &recording,
+        &["bad.sigmf-meta", "mirror_offset_m", "missing"],
+    );
+    let out = sim(&["profile", recording.to_str().unwrap(), "--format", "json"]);
+    assert_eq!(
+        out.status.code(),
+        Some(0),
+        "{}",
+        String::from_utf8_lossy(&out.stderr)
+    );
+}
+
+#[test]
+fn one_bad_recording_does_not_stop_the_batch() {
+    let scratch = Scratch::new("batch");
+    let bad = scratch.recording(|m| m["global"]["core:datatype"] = json!("ru8"));
+    let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings/table1_A_0");
+    let (bad, good) = (bad.to_str().unwrap(), good.to_str().unwrap());
+    let out = sim(&["replay", bad, good, "--format", "json"]);
+    assert_eq!(out.status.code(), Some(1));
+    assert_eq!(String::from_utf8(out.stdout).unwrap().lines().count(), 1);
+}
+
+#[test]
+fn a_directory_without_recordings() {
+    let scratch = Scratch::new("empty");
+    let out = sim(&["score", scratch.0.to_str().unwrap()]);
+    let message = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{message}");
+    assert!(message.contains("holds no recording"), "{message}");
+    let out = sim(&["score", scratch.0.join("nowhere").to_str().unwrap()]);
+    assert_eq!(out.status.code(), Some(1));
+    assert_eq!(sim(&["replay"]).status.code(), Some(2));
+}
