@@ -356,18 +356,21 @@ impl ParticleConfig {
 /// Which estimator turns the map into steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum EstimatorKind {
-    /// The paper's: particles, clusters, top particle with the 3 dB beam correction.
+    /// Scatterers by matched filter and particles, staircases by likelihood.
     #[default]
+    Likelihood,
+    /// The paper's: particles, clusters, top particle with the 3 dB beam correction.
     Paper,
 }
 
 impl EstimatorKind {
     /// Every estimator.
-    pub const ALL: &'static [EstimatorKind] = &[EstimatorKind::Paper];
+    pub const ALL: &'static [EstimatorKind] = &[EstimatorKind::Likelihood, EstimatorKind::Paper];
 
     /// The name that commands and options use.
     pub const fn as_str(self) -> &'static str {
         match self {
+            EstimatorKind::Likelihood => "likelihood",
             EstimatorKind::Paper => "paper",
         }
     }

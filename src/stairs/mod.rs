@@ -1,6 +1,7 @@
 //! From the polar map to steps: particles, clusters, dimensions, and how sure they are.
 
 pub mod cluster;
+pub mod likelihood;
 pub mod map;
 pub mod particles;
 

@@ -77,15 +77,18 @@ pub fn uniform(rng: &mut impl Rng, below: u32) -> u32 {
     ((u64::from(rng.next_u32()) * u64::from(below)) >> 32) as u32
 }
 
-/// Weighted particles in modes.
+/// Weighted particles in modes: as many as a scan has.
+pub type Cloud = SizedCloud<MAX_PARTICLES>;
+
+/// Weighted particles in modes; `N` at most.
 #[derive(Debug, Default)]
-pub struct Cloud {
-    particles: Vec<Particle, MAX_PARTICLES>,
+pub struct SizedCloud<const N: usize> {
+    particles: Vec<Particle, N>,
     /// Where each mode ends.
     ends: Vec<u16, MAX_CLOUD_MODES>,
 }
 
-impl Cloud {
+impl<const N: usize> SizedCloud<N> {
     /// A cloud without particles.
     pub const fn new() -> Self {
         Self {

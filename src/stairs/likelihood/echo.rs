@@ -1,0 +1,178 @@
+//! From candidates to echoes: what neither the noise nor a stronger echo could have made.
+
+use super::MAX_BINS;
+use super::beam::{self, LEVEL_DB};
+use super::candidate::Candidate;
+use super::scatterer::{self, HANN_CURVATURE, Lobe, Responses};
+use crate::config::Config;
+use crate::stairs::map::{DB_PER_UNIT, PolarMap};
+use crate::stairs::particles::SizedCloud;
+use heapless::Vec;
+use rand_core::Rng;
+
+/// Most echoes of a scan.
+pub const MAX_ECHOES: usize = 64;
+
+/// Filtered power above the noise that counts, dB: noise alone exceeds it once in some hundred
+/// independent places.
+const NOISE_DB: f32 = 2.8;
+/// Where the median over all angles shows side lobes, an echo must stand this high above it, dB.
+const LOBE_DB: f32 = 9.0;
+/// By how much that median must exceed the noise to be taken for side lobes, dB.
+const LOBE_SEEN_DB: f32 = 0.7;
+/// Two-way side lobes of the beam, worst case, any angle at the same range, dB.
+const PEDESTAL_DB: f32 = 17.0;
+/// Range skirts of an echo (sweep non-linearity, oscillator noise near the carrier), dB …
+const SKIRT_DB: f32 = 25.0;
+/// … and how far they reach, native range bins.
+const SKIRT_BINS: f32 = 9.0;
+/// I/Q image at Ns - bin, dB.
+const IMAGE_DB: f32 = 30.0;
+/// Oscillator noise of a strong echo: every range, same angle, dB.
+const PHASE_DB: f32 = 40.0;
+
+/// One echo: a point scatterer, as far as the map tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Echo {
+    /// Filtered power above the noise, dB.
+    pub db: f32,
+    /// Range from the mirror, metres.
+    pub range_m: f32,
+    /// Angle, radians.
+    pub angle_rad: f32,
+    /// Horizontal distance from the mirror, metres.
+    pub x: f32,
+    /// Height above the ground, metres.
+    pub y: f32,
+    /// Standard width of the filtered lobe in angle, in units of a point scatterer's.
+    pub width: f32,
+    /// Standard deviation of the angle, radians.
+    pub angle_sigma: f32,
+    /// Standard deviation of the range, metres.
+    pub range_sigma: f32,
+    /// Native range bin (c/2B) from the radar.
+    bin: f32,
+}
+
+/// What the map shows where there is no echo.
+#[derive(Clone, Copy, Debug)]
+pub struct Background<'a> {
+    /// Median over the angles per stored range bin, map units.
+    pub floors: &'a [u8; MAX_BINS],
+    /// Median over the whole map, map units.
+    pub noise: f32,
+    /// What the filter adds to a level, 1/128 octave.
+    pub gain: u16,
+}
+
+/// Goes through the candidates, strongest first, and keeps what only a scatterer of its own
+/// explains.
+pub fn select(
+    map: &PolarMap,
+    candidates: &[Candidate],
+    background: &Background<'_>,
+    config: &Config,
+    rng: &mut impl Rng,
+) -> Vec<Echo, MAX_ECHOES> {
+    let geometry = map.geometry();
+    let Background {
+        floors,
+        noise,
+        gain,
+    } = *background;
+    let resolution_m = config.radar.range_resolution_m();
+    let offset_m = config.mount.mirror_offset_m();
+    let samples = f32::from(config.radar.samples);
+    let responses = Responses::new(map, resolution_m);
+    let mut modes: Vec<(u16, u8, Lobe), MAX_ECHOES> = Vec::new();
+    // Two-way pattern seen through the matched filter.
+    let lobe_sigma = beam::two_way_sigma(geometry.beamwidth_rad) * core::f32::consts::SQRT_2;
+    let mut echoes = Vec::new();
+    for candidate in candidates {
+        let floor = floors.get(usize::from(candidate.bin)).copied().unwrap_or(0);
+        let floor_db = (f32::from(floor) - noise).max(0.0) * DB_PER_UNIT;
+        let above_gain = f32::from(candidate.level.saturating_sub(gain));
+        let db = above_gain * LEVEL_DB - noise * DB_PER_UNIT;
+        let needed = if floor_db > LOBE_SEEN_DB {
+            LOBE_DB
+        } else {
+            NOISE_DB
+        };
+        if db < floor_db + needed {
+            continue;
+        }
+        let lobe = Lobe::new(candidate, &responses, db);
+        let bin = f32::from(candidate.bin) + lobe.peak[1];
+        let angle_rad =
+            map.angle_rad(usize::from(candidate.row)) + lobe.peak[0] * geometry.step_rad;
+        let range_m = geometry.range_m(bin);
+        let native = (range_m + offset_m) / resolution_m;
+        let ghost = echoes
+            .iter()
+            .map(|e: &Echo| e.db + ghost_db(e, native, angle_rad, lobe_sigma, samples))
+            .fold(f32::NEG_INFINITY, f32::max);
+        if db < ghost {
+            continue;
+        }
+        let (x, y) = geometry.point(range_m, angle_rad);
+        let echo = Echo {
+            db,
+            range_m,
+            angle_rad,
+            x,
+            y,
+            width: lobe.width,
+            bin: native,
+            ..Echo::default()
+        };
+        if echoes.push(echo).is_err() {
+            break;
+        }
+        let _ = modes.push((candidate.row, candidate.bin, lobe));
+    }
+    let mut cloud = SizedCloud::new();
+    scatterer::refine(
+        &mut cloud,
+        &modes,
+        usize::from(config.particles.particles),
+        rng,
+        |k, place| {
+            let Some(echo) = echoes.get_mut(k) else {
+                return;
+            };
+            let row = place.at[0] as usize;
+            echo.range_m = geometry.range_m(place.at[1]);
+            echo.angle_rad = map.angle_rad(row) + (place.at[0] - row as f32) * geometry.step_rad;
+            (echo.x, echo.y) = geometry.point(echo.range_m, echo.angle_rad);
+            echo.angle_sigma = place.sigma[0] * geometry.step_rad;
+            echo.range_sigma = place.sigma[1] * geometry.bin_m;
+        },
+    );
+    echoes
+}
+
+/// Highest level relative to echo `e` that `e` itself could show at the place (native bin, angle).
+fn ghost_db(e: &Echo, native: f32, angle: f32, lobe_sigma: f32, samples: f32) -> f32 {
+    const NEVER: f32 = -99.0;
+    let bins = (native - e.bin).abs();
+    let turn = (angle - e.angle_rad) / lobe_sigma;
+    let lobe = -2.171_472_4 * turn * turn;
+    let mut ghost = lobe + 1.0
+        - if bins <= SKIRT_BINS {
+            SKIRT_DB
+        } else {
+            PHASE_DB
+        };
+    if bins < 2.0 {
+        let response = if bins < 1.7 {
+            -HANN_CURVATURE * bins * bins
+        } else {
+            NEVER
+        };
+        ghost = ghost.max(response + (lobe + 3.0).max(-PEDESTAL_DB));
+    }
+    if (native + e.bin - samples).abs() < 2.5 {
+        ghost = ghost.max(lobe + 1.0 - IMAGE_DB);
+    }
+    ghost
+}
