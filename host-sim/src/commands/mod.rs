@@ -4,6 +4,8 @@ pub mod profile;
 pub mod replay;
 pub mod score;
 
+use std::io::Write as _;
+
 use anyhow::Result;
 use clap::ValueEnum;
 use stairscan::config::{Config, EstimatorKind};
@@ -18,6 +20,18 @@ pub enum Format {
     Text,
     /// For programs; nothing else goes to stdout.
     Json,
+}
+
+/// Writes to stdout. A reader that has seen enough (`| head`) ends the program quietly.
+pub fn emit(text: &str) {
+    let mut out = std::io::stdout().lock();
+    if let Err(error) = out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        let broken_pipe = error.kind() == std::io::ErrorKind::BrokenPipe;
+        if !broken_pipe {
+            eprintln!("error: stdout: {error}");
+        }
+        std::process::exit(if broken_pipe { 0 } else { 1 });
+    }
 }
 
 /// What can be chosen for every scan.

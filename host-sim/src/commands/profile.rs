@@ -1,5 +1,6 @@
 //! `profile REC`: one chirp's range profile, for any FMCW radar's recording.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -8,7 +9,7 @@ use serde_json::{Value, json};
 use stairscan::config::{CfarConfig, MountConfig, to_fixed};
 use stairscan::range::{Profile, RangeProcessor};
 
-use super::Format;
+use super::{Format, emit};
 use crate::recording::Recording;
 use crate::setup;
 
@@ -112,8 +113,39 @@ impl RangeProfile {
             "detections": self.detections.iter().map(detection).collect::<Vec<_>>(),
         })
     }
+
+    /// Detections and a table of all bins.
+    fn text(&self, recording: &Recording, chirp: usize) -> String {
+        let angle = match recording.meta.angles_deg.get(chirp) {
+            Some(angle) => format!(" at {angle:.2}°"),
+            None => String::new(),
+        };
+        let count = self.detections.len();
+        let mut out = format!(
+            "{}, chirp {chirp}{angle}: {count} detections\n",
+            recording.name
+        );
+        for (range, power) in &self.detections {
+            let _ = writeln!(out, "  {range:7.3} m  {power:6.1} dBFS");
+        }
+        out.push_str("\n  range m   power dBFS   threshold\n");
+        let bins = self
+            .range_m
+            .iter()
+            .zip(&self.power_db)
+            .zip(&self.threshold_db);
+        for ((range, power), threshold) in bins {
+            let (threshold, mark) = match *threshold {
+                OUT_OF_REACH_DB => ("     -".to_owned(), ""),
+                t => (format!("{t:6.1}"), if *power > t { "  *" } else { "" }),
+            };
+            let _ = writeln!(out, "  {range:7.3}     {power:8.1}      {threshold}{mark}");
+        }
+        out
+    }
 }
 
+/// Millionths, so that an f32 does not drag its binary digits along.
 fn decimal(value: f32) -> f64 {
     (f64::from(value) * 1e6).round() / 1e6
 }
@@ -122,35 +154,9 @@ fn decimal(value: f32) -> f64 {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
     let profile = profile(&recording, args.chirp)?;
-    if args.format == Format::Json {
-        println!("{}", profile.json());
-        return Ok(ExitCode::SUCCESS);
-    }
-    let angle = match recording.meta.angles_deg.get(args.chirp) {
-        Some(angle) => format!(" at {angle:.2}°"),
-        None => String::new(),
-    };
-    println!(
-        "{}, chirp {}{angle}: {} detections",
-        recording.name,
-        args.chirp,
-        profile.detections.len()
-    );
-    for (range, power) in &profile.detections {
-        println!("  {range:7.3} m  {power:6.1} dBFS");
-    }
-    println!("\n  range m   power dBFS   threshold");
-    for ((range, power), threshold) in profile
-        .range_m
-        .iter()
-        .zip(&profile.power_db)
-        .zip(&profile.threshold_db)
-    {
-        let (threshold, mark) = match *threshold {
-            OUT_OF_REACH_DB => ("     -".to_owned(), ""),
-            t => (format!("{t:6.1}"), if *power > t { "  *" } else { "" }),
-        };
-        println!("  {range:7.3}     {power:8.1}      {threshold}{mark}");
-    }
+    emit(&match args.format {
+        Format::Json => format!("{}\n", profile.json()),
+        Format::Text => profile.text(&recording, args.chirp),
+    });
     Ok(ExitCode::SUCCESS)
 }

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::Result;
 
-use super::{Format, Settings};
+use super::{Format, Settings, emit};
 use crate::answer::Answer;
 use crate::recording::Recording;
 use crate::replay;
@@ -40,12 +40,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for path in &args.recordings {
         let answers = Recording::read(path)
             .and_then(|recording| replay::answers(&recording, &options, |_| ()));
-        let shown = match answers {
+        let mut shown = true;
+        match answers {
             Ok(answers) => answers
                 .into_iter()
-                .fold(true, |ok, answer| show(Ok(answer), args.format) && ok),
-            Err(error) => show(Err(error), args.format),
-        };
+                .for_each(|a| shown &= show(Ok(a), args.format)),
+            Err(error) => shown = show(Err(error), args.format),
+        }
         if !shown {
             code = ExitCode::FAILURE;
         }
@@ -58,8 +59,8 @@ pub fn show(answer: Result<Answer>, format: Format) -> bool {
     match answer {
         Ok(answer) => {
             match format {
-                Format::Json => println!("{}", answer.json()),
-                Format::Text => println!("{}", answer.text()),
+                Format::Json => emit(&format!("{}\n", answer.json())),
+                Format::Text => emit(&format!("{}\n", answer.text())),
             }
             !answer.is_fault()
         }

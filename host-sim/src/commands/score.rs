@@ -1,5 +1,6 @@
 //! `score DIR`: all recordings of a directory against their truth.
 
+use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -8,7 +9,7 @@ use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{Format, Settings};
+use super::{Format, Settings, emit};
 use crate::recording::{self, Recording};
 use crate::replay;
 use crate::score::{self, SceneScore, SetScore};
@@ -77,7 +78,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         "{}: no recording says what is really there (stairscan:truth)",
         args.dir.display()
     );
-    print(args, &runs);
+    emit(&text(args, &runs));
     Ok(if failed {
         ExitCode::FAILURE
     } else {
@@ -100,45 +101,40 @@ pub fn progress(length: u64) -> ProgressBar {
     ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-fn print(args: &Args, runs: &[Vec<SceneScore>]) {
+/// All that is to be printed.
+fn text(args: &Args, runs: &[Vec<SceneScore>]) -> String {
     let scored: Vec<Vec<SetScore>> = runs.iter().map(|run| score::by_set(run)).collect();
     let estimator = args.settings.estimator_name();
-    let seeds: Vec<u32> = (0..args.seeds)
-        .map(|n| args.settings.seed().wrapping_add(n))
-        .collect();
-    match args.format {
-        Format::Json => {
-            let runs: Vec<_> = scored
-                .iter()
-                .zip(runs)
-                .zip(&seeds)
-                .map(|((sets, scenes), seed)| {
-                    json!({
-                        "estimator": estimator,
-                        "seed": seed,
-                        "sets": sets.iter().map(SetScore::json).collect::<Vec<_>>(),
-                        "not_exact": score::confusions_json(scenes),
-                    })
-                })
-                .collect();
-            for run in runs {
-                println!("{run}");
-            }
+    let mut out = String::new();
+    for (n, (sets, scenes)) in (0..).zip(scored.iter().zip(runs)) {
+        let seed = args.settings.seed().wrapping_add(n);
+        if args.format == Format::Json {
+            let run = json!({
+                "estimator": estimator,
+                "seed": seed,
+                "sets": sets.iter().map(SetScore::json).collect::<Vec<_>>(),
+                "not_exact": score::confusions_json(scenes),
+            });
+            let _ = writeln!(out, "{run}");
+            continue;
         }
-        Format::Text => {
-            for ((sets, scenes), seed) in scored.iter().zip(runs).zip(&seeds) {
-                println!("estimator {estimator}, seed {seed}\n");
-                print!("{}", score::table(sets));
-                let confusions = score::confusions(scenes);
-                if args.seeds == 1 && !confusions.is_empty() {
-                    println!("\nnot exact:\n{}", confusions.trim_end());
-                }
-                println!();
-            }
-            if args.seeds > 1 {
-                println!("median over {} seeds\n", args.seeds);
-                print!("{}", score::median_table(&scored));
-            }
+        let _ = writeln!(
+            out,
+            "estimator {estimator}, seed {seed}\n\n{}",
+            score::table(sets)
+        );
+        let confusions = score::confusions(scenes);
+        if args.seeds == 1 && !confusions.is_empty() {
+            let _ = write!(out, "not exact:\n{confusions}");
         }
     }
+    if args.format == Format::Text && args.seeds > 1 {
+        let _ = write!(
+            out,
+            "median over {} seeds\n\n{}",
+            args.seeds,
+            score::median_table(&scored)
+        );
+    }
+    out
 }
