@@ -3,6 +3,7 @@
 pub mod answer;
 pub mod commands;
 pub mod playback;
+pub mod plots;
 pub mod recording;
 pub mod replay;
 pub mod scene;

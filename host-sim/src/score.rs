@@ -15,7 +15,7 @@ use crate::answer::{Answer, metres};
 use crate::recording::{TrueStep, Truth};
 
 /// Farthest that a reported step may lie from the true step that it matches, metres.
-const MATCH_M: f64 = 0.10;
+pub const MATCH_M: f64 = 0.10;
 /// Steps of this signal-to-noise ratio and more must not be missed, decibels.
 const STRONG_DB: f64 = 15.0;
 

@@ -1,0 +1,237 @@
+//! Pictures: what the paper's figures show, of any recording.
+//!
+//! | file | shows | paper |
+//! |---|---|---|
+//! | `NAME-fig02-range-profile.png` | the chirp with the clearest targets | fig. 2 |
+//! | `NAME-fig04-map.png` | the sagittal plane, every cell | fig. 4 |
+//! | `NAME-fig05-particles-uniform.png` | particles spread evenly, before and after resampling | fig. 5 |
+//! | `NAME-fig06-particles-gmm.png` | the same from Gaussian modes | fig. 6 |
+//! | `NAME-fig07-clusters.png` | clusters, the rejected ones marked | fig. 7 |
+//! | `NAME-fig08-clusters-kept.png` | clusters that are steps | fig. 8 |
+//! | `NAME-fig09-cfar-threshold.png` | fig. 2's chirp with its threshold | fig. 9 |
+//! | `NAME-fig10-map-cfar.png` | the sagittal plane, what CA-CFAR lets through | fig. 10 |
+//! | `NAME-fig11-beam-correction.png` | from the top particle to the height | fig. 11 |
+//! | `NAME-fig13-staircase.png` | the reported staircase over the truth | fig. 13 |
+//! | `NAME-fig14-staircase.png` | the same of stairs that lead down | fig. 14 |
+//!
+//! A picture appears whole or not at all.
+
+mod colour;
+mod page;
+mod particles;
+mod plane;
+mod profile;
+mod sector;
+mod sheet;
+mod staircase;
+
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result};
+use stairscan::config::{Config, Plane};
+use stairscan::range::{Profile, RangeProcessor};
+use stairscan::stairs::PolarMap;
+
+pub use particles::{BeamView, ClusterView, ParticleView, Point};
+pub use plane::Ground;
+pub use profile::ProfileView;
+
+use crate::answer::Answer;
+use crate::recording::Recording;
+use crate::setup;
+use plane::{SagittalPlane, Words};
+
+/// What the paper's estimator did with a map.
+#[derive(Clone, Debug, Default)]
+pub struct PaperView {
+    /// Its particles when they start evenly spread.
+    pub uniform: ParticleView,
+    /// Its particles when they start in Gaussian modes.
+    pub modes: ParticleView,
+    /// Its clusters.
+    pub clusters: Vec<ClusterView>,
+    /// How their heights come about, one for each that is kept.
+    pub beams: Vec<BeamView>,
+}
+
+/// One scan as its pictures need it.
+#[derive(Clone, Copy)]
+pub struct ScanView<'a> {
+    /// What was scanned.
+    pub recording: &'a Recording,
+    /// What the scanner was set to.
+    pub config: &'a Config,
+    /// What it saw.
+    pub map: &'a PolarMap,
+    /// What it reported.
+    pub answer: &'a Answer,
+    /// What the paper's estimator makes of the map.
+    pub paper: &'a PaperView,
+}
+
+/// Writes all pictures of a scan into `dir`, which is made if there is none; returns their paths.
+///
+/// # Errors
+/// Names the directory or file that cannot be written.
+pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
+    let name = &scan.recording.name;
+    let mut written = Vec::new();
+    let mut keep = |what: &str, picture: Result<Vec<u8>>| -> Result<()> {
+        let path = dir.join(format!("{name}-{what}.png"));
+        sheet::save(
+            &path,
+            &picture.with_context(|| format!("{}", path.display()))?,
+        )?;
+        written.push(path);
+        Ok(())
+    };
+    if let Some(view) = clearest_profile(scan)? {
+        keep("fig02-range-profile", profile::peaks(&view))?;
+        keep("fig09-cfar-threshold", profile::threshold(&view))?;
+    }
+    let plane = SagittalPlane::new(scan.map, &points_of_interest(scan));
+    let of = |title: &str| Words {
+        title: title.into(),
+        subtitle: format!("{name}, {}", sweep(scan)),
+        legend: Vec::new(),
+    };
+    let raw = of("Radar map of the sagittal plane");
+    keep("fig04-map", plane.map(&raw, Ground::Raw))?;
+    let cfar = of("The map after CA-CFAR");
+    keep("fig10-map-cfar", plane.map(&cfar, Ground::Cfar))?;
+    let paper = scan.paper;
+    let words = of("Particles, uniform at first");
+    let picture = particles::particles(&plane, &words, &paper.uniform);
+    keep("fig05-particles-uniform", picture)?;
+    let words = of("Particles, in Gaussian modes at first");
+    let picture = particles::particles(&plane, &words, &paper.modes);
+    keep("fig06-particles-gmm", picture)?;
+    let words = of("Clusters before rejection");
+    let picture = particles::clusters(&plane, &words, &paper.clusters);
+    keep("fig07-clusters", picture)?;
+    let words = of("Clusters after rejection");
+    let picture = particles::kept_clusters(&plane, &words, &paper.clusters);
+    keep("fig08-clusters-kept", picture)?;
+    let words = of("Heights by the 3 dB beam model");
+    let picture = particles::beam(&plane, &words, &paper.clusters, &paper.beams);
+    keep("fig11-beam-correction", picture)?;
+    let truth = scan.recording.meta.truth.as_ref();
+    let words = Words {
+        subtitle: format!("{name}: {}", conclusion(scan)),
+        ..of("Reconstructed staircase")
+    };
+    let picture = staircase::draw(&plane, &words, scan.answer, truth);
+    let what = match scan.config.mount.plane {
+        Plane::Depth => "fig13-staircase",
+        Plane::Height => "fig14-staircase",
+    };
+    keep(what, picture)?;
+    written.sort();
+    Ok(written)
+}
+
+/// Writes a range profile with its threshold to `file`.
+///
+/// # Errors
+/// Names the file if it cannot be written.
+pub fn write_profile(file: &Path, view: &ProfileView) -> Result<()> {
+    sheet::save(file, &profile::threshold(view)?)
+}
+
+/// The profile of chirp `k` of any radar's recording, with `processor` set up for it.
+///
+/// # Errors
+/// Names the recording if it has no such chirp.
+pub fn profile_view(
+    recording: &Recording,
+    k: usize,
+    processor: &mut RangeProcessor,
+) -> Result<ProfileView> {
+    let name = &recording.name;
+    let chirp = recording
+        .chirp(k)
+        .with_context(|| format!("{name}: no chirp {k}, there are {}", recording.chirps()))?;
+    let mut profile = Profile::default();
+    processor
+        .profile(chirp, &mut profile)
+        .with_context(|| format!("{name}: chirp {k}"))?;
+    let radar = setup::radar(recording)?;
+    let mirror = recording.meta.mirror.as_ref().map(|m| m.offset_m);
+    let angle = recording.meta.angles_deg.get(k);
+    let angle = angle.map_or(String::new(), |a| format!(", {}°", page::number(*a, 2)));
+    Ok(ProfileView::new(
+        format!("{name}, chirp {k}{angle}"),
+        &profile,
+        radar.bin_spacing_m().into(),
+        mirror,
+    ))
+}
+
+/// The profile with the clearest targets: the largest sum of their decibels above the map's noise.
+fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
+    let map = scan.map;
+    let clarity = |row: &usize| -> u32 {
+        let cells = map.row(*row);
+        let peaks = (1..cells.len().saturating_sub(1)).filter(|&bin| {
+            map.hit(*row, bin) && cells[bin - 1] < cells[bin] && cells[bin] >= cells[bin + 1]
+        });
+        peaks.map(|bin| u32::from(cells[bin])).sum()
+    };
+    let schedule = setup::schedule(scan.recording)?;
+    let chirp = |row: &usize| schedule.chirps.get(*row).copied().flatten();
+    let best = (0..map.rows())
+        .filter(|row| chirp(row).is_some())
+        .max_by_key(clarity);
+    let Some(k) = best.as_ref().and_then(chirp) else {
+        return Ok(None);
+    };
+    let config = scan.config;
+    let mut processor = RangeProcessor::new(&config.radar, &config.mount, &config.cfar)?;
+    profile_view(scan.recording, k, &mut processor).map(Some)
+}
+
+/// Places that must be in view: true and reported steps.
+fn points_of_interest(scan: &ScanView<'_>) -> Vec<Point> {
+    let truth = scan.recording.meta.truth.iter();
+    let real = truth.flat_map(|t| t.steps.iter().map(|s| (s.distance_m, s.height_m)));
+    let reported = staircase::steps(scan.answer);
+    let reported = reported.iter().map(|s| (s.distance_m, s.height_m));
+    real.chain(reported).collect()
+}
+
+/// The scan in a few words.
+fn sweep(scan: &ScanView<'_>) -> String {
+    let sweep = &scan.config.sweep;
+    let degrees = |k: u16| page::number(f64::from(sweep.angle(k)) / 1000.0, 0);
+    let last = sweep.angle_count.saturating_sub(1);
+    format!(
+        "{} chirps from {}° to {}°",
+        sweep.angle_count,
+        degrees(0),
+        degrees(last)
+    )
+}
+
+/// The answer in a few words.
+fn conclusion(scan: &ScanView<'_>) -> String {
+    let answer = scan.answer;
+    let reasons: Vec<_> = answer.scan.reasons.iter().map(|r| r.as_str()).collect();
+    let why = if reasons.is_empty() {
+        String::new()
+    } else {
+        format!(" ({})", reasons.join(", "))
+    };
+    let steps = match answer.steps.len() {
+        0 => "no steps".to_owned(),
+        1 => format!("1 step {}", answer.scan.direction.as_str()),
+        n => format!("{n} steps {}", answer.scan.direction.as_str()),
+    };
+    let estimator = scan.config.estimator.as_str();
+    format!(
+        "{}{why}, {steps}, estimator {estimator}",
+        answer.scan.status.as_str()
+    )
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,275 @@
+//! The paper's particle filter: figs. 5 to 8 and 11.
+
+use anyhow::Result;
+use plotters::style::{RGBColor, WHITE};
+use stairscan::stairs::cluster::Fate;
+
+use super::colour::{CONCLUDED, HUES, MEASURED, Palette, TRUE};
+use super::page::{Frame, Swatch, number};
+use super::plane::{Ground, SagittalPlane, Words};
+use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot, Stroke};
+
+/// A point of the plane, metres.
+pub type Point = (f64, f64);
+
+/// Particles before and after they are resampled.
+#[derive(Clone, Debug, Default)]
+pub struct ParticleView {
+    /// Where they start.
+    pub initial: Vec<Point>,
+    /// Where they are after the last round.
+    pub resampled: Vec<Point>,
+    /// Resampling rounds.
+    pub rounds: usize,
+}
+
+/// One cluster.
+#[derive(Clone, Debug)]
+pub struct ClusterView {
+    /// Its particles.
+    pub points: Vec<Point>,
+    /// Its place: weighted mean of the particles.
+    pub centre: Point,
+    /// What became of it.
+    pub fate: Fate,
+}
+
+/// How a cluster's height comes about.
+#[derive(Clone, Copy, Debug)]
+pub struct BeamView {
+    /// Distance of the cluster (eq. 5), metres.
+    pub distance_m: f64,
+    /// Height of its top particle, metres.
+    pub top_m: f64,
+    /// Height less the lower half of the beam, metres.
+    pub height_m: f64,
+}
+
+/// Particles over the raw map (figs. 5 and 6).
+pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) -> Result<Vec<u8>> {
+    let mut words = words.clone();
+    let rounds = match view.rounds {
+        1 => "particles after 1 round of resampling".to_owned(),
+        n => format!("particles after {n} rounds of resampling"),
+    };
+    words.legend = vec![
+        (
+            Swatch::Mark(Shape::Dot, 5.0, HUES[5]),
+            "particles at first".into(),
+        ),
+        (Swatch::Mark(Shape::Dot, 5.0, CONCLUDED), rounds),
+    ];
+    plane.draw(&words, Ground::Raw, Palette::Ground, |sheet, frame| {
+        dots(sheet, frame, &view.initial, 2.2, HUES[5])?;
+        dots(sheet, frame, &view.resampled, 3.2, CONCLUDED)
+    })
+}
+
+fn dots(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    points: &[Point],
+    radius: f64,
+    ink: RGBColor,
+) -> Result<()> {
+    for &(x, y) in points.iter().filter(|p| frame.holds(p.0, p.1)) {
+        sheet.marker(Shape::Dot, frame.spot(x, y), radius, ink, WHITE)?;
+    }
+    Ok(())
+}
+
+/// Clusters before rejection, the doomed ones marked (fig. 7).
+pub fn clusters(
+    plane: &SagittalPlane<'_>,
+    words: &Words,
+    clusters: &[ClusterView],
+) -> Result<Vec<u8>> {
+    draw_clusters(plane, words, clusters, |_| true)
+}
+
+/// The clusters that are left (fig. 8).
+pub fn kept_clusters(
+    plane: &SagittalPlane<'_>,
+    words: &Words,
+    clusters: &[ClusterView],
+) -> Result<Vec<u8>> {
+    draw_clusters(plane, words, clusters, |c| c.fate == Fate::Kept)
+}
+
+fn draw_clusters(
+    plane: &SagittalPlane<'_>,
+    words: &Words,
+    clusters: &[ClusterView],
+    shown: impl Fn(&ClusterView) -> bool,
+) -> Result<Vec<u8>> {
+    let mut words = words.clone();
+    let shown: Vec<(RGBColor, &ClusterView)> = hues(clusters)
+        .into_iter()
+        .zip(clusters)
+        .filter(|(_, c)| shown(c))
+        .collect();
+    words.legend = shown
+        .iter()
+        .filter(|(_, c)| c.fate == Fate::Kept)
+        .enumerate()
+        .map(|(k, (ink, c))| {
+            let label = format!("step {}: {} particles", k + 1, c.points.len());
+            (Swatch::Mark(Shape::Dot, 6.0, *ink), label)
+        })
+        .collect();
+    let rejected = shown.iter().filter(|(_, c)| c.fate != Fate::Kept).count();
+    if rejected > 0 {
+        let label = format!("{rejected} rejected");
+        words
+            .legend
+            .push((Swatch::Mark(Shape::Cross, 7.0, TRUE), label));
+    }
+    if shown.is_empty() {
+        words.subtitle.push_str("; no clusters");
+    }
+    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+        for (ink, cluster) in &shown {
+            dots(sheet, frame, &cluster.points, 3.4, *ink)?;
+        }
+        let mut taken: Vec<Spot> = Vec::new();
+        for (ink, cluster) in shown.iter().filter(|(_, c)| c.fate != Fate::Kept) {
+            let at = frame.spot(cluster.centre.0, cluster.centre.1);
+            sheet.marker(Shape::Cross, at, 10.0, *ink, WHITE)?;
+            let reason = match cluster.fate {
+                Fate::Outlier => "outlier",
+                _ => "redundant",
+            };
+            // Labels of neighbours stand below each other.
+            let inside = at.0 + 130.0 < frame.at.0 + frame.size.0;
+            let face = Face::plain(20.0).ink(FAINT);
+            let (aside, face) = if inside {
+                (20.0, face.left())
+            } else {
+                (-20.0, face.right())
+            };
+            let mut place = (at.0 + aside, at.1);
+            while taken
+                .iter()
+                .any(|t| (t.1 - place.1).abs() < 28.0 && (t.0 - place.0).abs() < 130.0)
+            {
+                place.1 += 28.0;
+            }
+            sheet.note(reason, place, face)?;
+            taken.push(place);
+        }
+        for (ink, cluster) in shown.iter().filter(|(_, c)| c.fate == Fate::Kept) {
+            outline(sheet, frame, &cluster.points, *ink)?;
+        }
+        Ok(())
+    })
+}
+
+/// A colour for each cluster: hues for those that stay, grey for the others.
+fn hues(clusters: &[ClusterView]) -> Vec<RGBColor> {
+    let mut hues = HUES.iter().cycle();
+    let colour = |c: &ClusterView| match c.fate {
+        Fate::Kept => *hues.next().unwrap_or(&INK),
+        _ => TRUE,
+    };
+    clusters.iter().map(colour).collect()
+}
+
+/// The box around a cluster.
+fn outline(sheet: &Sheet<'_>, frame: &Frame, points: &[Point], ink: RGBColor) -> Result<()> {
+    const ROOM: f64 = 9.0;
+    let spots = points.iter().map(|&(x, y)| frame.spot(x, y));
+    let none = (
+        (f64::INFINITY, f64::INFINITY),
+        (f64::NEG_INFINITY, f64::NEG_INFINITY),
+    );
+    let (low, high) = spots.fold(none, |(low, high): (Spot, Spot), s| {
+        (
+            (low.0.min(s.0), low.1.min(s.1)),
+            (high.0.max(s.0), high.1.max(s.1)),
+        )
+    });
+    if low.0 > high.0 {
+        return Ok(());
+    }
+    let (a, b) = ((low.0 - ROOM, low.1 - ROOM), (high.0 + ROOM, high.1 + ROOM));
+    let corners = [a, (b.0, a.1), b, (a.0, b.1), a];
+    sheet.line(&corners, Stroke::solid(ink, 2.0).dashed(7.0, 4.0))
+}
+
+/// From the top particle to the height by the 3 dB beam model (fig. 11).
+pub fn beam(
+    plane: &SagittalPlane<'_>,
+    words: &Words,
+    clusters: &[ClusterView],
+    beams: &[BeamView],
+) -> Result<Vec<u8>> {
+    let half = f64::from(plane.polar().geometry().beamwidth_rad) / 2.0;
+    let degrees = number(half.to_degrees(), 1);
+    let mut words = words.clone();
+    words.legend = vec![
+        (
+            Swatch::Area(HUES[4], 0.22, Stroke::solid(HUES[4], 1.5)),
+            "beam between its 3 dB angles".into(),
+        ),
+        (Swatch::Mark(Shape::Dot, 5.0, MEASURED), "particles".into()),
+        (
+            Swatch::Mark(Shape::Triangle, 7.0, MEASURED),
+            "top particle".into(),
+        ),
+        (
+            Swatch::Mark(Shape::Diamond, 7.0, CONCLUDED),
+            format!("height: top − d tan {degrees}°"),
+        ),
+    ];
+    if beams.is_empty() {
+        words.subtitle.push_str("; no steps");
+    }
+    let mirror = plane.mirror();
+    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+        for beam in beams {
+            wedge(sheet, frame, mirror, beam, half)?;
+        }
+        for cluster in clusters.iter().filter(|c| c.fate == Fate::Kept) {
+            dots(sheet, frame, &cluster.points, 3.0, MEASURED)?;
+        }
+        for beam in beams {
+            correction(sheet, frame, beam)?;
+        }
+        Ok(())
+    })
+}
+
+/// The beam whose middle points at the top particle.
+fn wedge(sheet: &Sheet<'_>, frame: &Frame, from: Point, beam: &BeamView, half: f64) -> Result<()> {
+    let (dx, dy) = (beam.distance_m - from.0, beam.top_m - from.1);
+    let (reach, angle) = (1.04 * dx.hypot(dy), dy.atan2(dx));
+    let at = |angle: f64| frame.spot(from.0 + reach * angle.cos(), from.1 + reach * angle.sin());
+    let arc = (-8..=8).map(|k| at(angle + half * f64::from(k) / 8.0));
+    let start = frame.spot(from.0, from.1);
+    let corners: Vec<Spot> = std::iter::once(start).chain(arc).collect();
+    sheet.fill(&corners, HUES[4], 0.16)?;
+    let edge = Stroke::solid(HUES[4], 1.6);
+    sheet.line(&[at(angle - half), start, at(angle + half)], edge)?;
+    sheet.line(&[start, at(angle)], edge.dashed(9.0, 6.0))
+}
+
+/// Top particle, corrected height, and the arrow between them.
+fn correction(sheet: &Sheet<'_>, frame: &Frame, beam: &BeamView) -> Result<()> {
+    let top = frame.spot(beam.distance_m, beam.top_m);
+    let foot = frame.spot(beam.distance_m, beam.height_m);
+    sheet.line(&[top, foot], Stroke::solid(INK, 2.2))?;
+    sheet.marker(Shape::Triangle, top, 8.0, MEASURED, WHITE)?;
+    sheet.marker(Shape::Diamond, foot, 8.0, CONCLUDED, WHITE)?;
+    let less = format!("−{} cm", number(100.0 * (beam.top_m - beam.height_m), 1));
+    let face = Face::plain(21.0);
+    let inside = top.0 + 190.0 < frame.at.0 + frame.size.0;
+    let (aside, face) = if inside {
+        (24.0, face.left())
+    } else {
+        (-24.0, face.right())
+    };
+    let middle = (top.1 + foot.1) / 2.0;
+    sheet.note(&less, (top.0 + aside, middle - 14.0), face.bold())?;
+    let height = format!("height {} cm", number(100.0 * beam.height_m, 1));
+    sheet.note(&height, (top.0 + aside, middle + 14.0), face.ink(CONCLUDED))
+}

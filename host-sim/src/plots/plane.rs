@@ -1,0 +1,158 @@
+//! The sagittal plane with a map of echoes in it, to be drawn on: figs. 4 and 10, and the ground
+//! for all others.
+
+use anyhow::Result;
+use stairscan::config::Plane;
+use stairscan::stairs::map::PolarMap;
+
+use super::colour::{Palette, Scale};
+use super::page::{Axis, Frame, Page, Swatch};
+use super::sector::{self, Sector};
+use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot};
+
+/// Largest width and height of the data's place, pixels.
+const LARGEST: Spot = (1200.0, 860.0);
+/// The label of every colour bar.
+const BAR_LABEL: &str = "power [dB of full scale]";
+
+/// What the ground of a picture shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ground {
+    /// Every cell (fig. 4).
+    Raw,
+    /// Cells that CA-CFAR let through; the others at the least power (fig. 10, paper III-C).
+    Cfar,
+}
+
+/// Something to be written about the data.
+#[derive(Clone, Debug, Default)]
+pub struct Words {
+    /// What the picture shows.
+    pub title: String,
+    /// Of which recording, and how.
+    pub subtitle: String,
+    /// What the marks mean.
+    pub legend: Vec<(Swatch, String)>,
+}
+
+/// The plane of one scan: all its pictures show the same part in the same colours.
+pub struct SagittalPlane<'a> {
+    map: &'a PolarMap,
+    view: ((f64, f64), (f64, f64)),
+    size: Spot,
+    sector: Sector,
+    scale: Scale,
+}
+
+impl<'a> SagittalPlane<'a> {
+    /// The plane of `map`, with `points` of interest in view.
+    pub fn new(map: &'a PolarMap, points: &[(f64, f64)]) -> Self {
+        let (x, y) = sector::view(map, points);
+        let scale = (LARGEST.0 / (x.1 - x.0)).min(LARGEST.1 / (y.1 - y.0));
+        // Whole pixels, and the same number of them to a metre along both axes.
+        let size = (((x.1 - x.0) * scale).round(), ((y.1 - y.0) * scale).round());
+        let view = ((x.0, x.0 + size.0 / scale), (y.0, y.0 + size.1 / scale));
+        let frame = Frame {
+            at: (0.0, 0.0),
+            size,
+            x: view.0,
+            y: view.1,
+        };
+        Self {
+            map,
+            view,
+            size,
+            sector: Sector::new(map, &frame),
+            scale: span(map),
+        }
+    }
+
+    /// A page of this plane.
+    fn page(&self, words: &Words, scale: Option<Scale>) -> Page {
+        Page {
+            title: words.title.clone(),
+            subtitle: words.subtitle.clone(),
+            x: Axis::new("horizontal distance from the mirror [m]", self.view.0),
+            y: Axis::new("height above the ground [m]", self.view.1),
+            legend: words.legend.clone(),
+            bar: scale.map(|scale| (scale, BAR_LABEL.into())),
+            grid: false,
+        }
+    }
+
+    /// A picture with the map as the ground and `over` drawn on it.
+    pub fn draw(
+        &self,
+        words: &Words,
+        ground: Ground,
+        palette: Palette,
+        over: impl FnOnce(&Sheet<'_>, &Frame) -> Result<()>,
+    ) -> Result<Vec<u8>> {
+        let scale = self.scale.with(palette);
+        self.page(words, Some(scale))
+            .draw(self.size, |sheet, frame| {
+                let colours: Vec<_> = (0..=255_u8)
+                    .map(|cell| scale.colour(sector::decibels(cell)))
+                    .collect();
+                let pixels = self.sector.paint(|row, bin| {
+                    let shown = ground == Ground::Raw || self.map.hit(row, bin);
+                    let cell = if shown { self.map.cell(row, bin) } else { 0 };
+                    colours[usize::from(cell)]
+                });
+                sheet.lay(frame.at, self.sector.size(), pixels)?;
+                over(sheet, frame)?;
+                self.draw_mirror(sheet, frame)
+            })
+    }
+
+    /// A picture of the map alone.
+    pub fn map(&self, words: &Words, ground: Ground) -> Result<Vec<u8>> {
+        self.draw(words, ground, Palette::Viridis, |_, _| Ok(()))
+    }
+
+    /// Where the mirror stands.
+    pub fn mirror(&self) -> (f64, f64) {
+        (0.0, self.map.geometry().mount_height_m.into())
+    }
+
+    /// The map.
+    pub fn polar(&self) -> &PolarMap {
+        self.map
+    }
+
+    fn draw_mirror(&self, sheet: &Sheet<'_>, frame: &Frame) -> Result<()> {
+        let (x, y) = self.mirror();
+        let at = frame.spot(x, y);
+        sheet.marker(Shape::Diamond, at, 8.0, INK, plotters::style::WHITE)?;
+        let (place, face) = match self.map.geometry().plane {
+            Plane::Depth => ((at.0, at.1 - 24.0), Face::plain(20.0)),
+            Plane::Height => ((at.0 + 18.0, at.1), Face::plain(20.0).left()),
+        };
+        sheet.note("mirror", place, face.ink(FAINT))
+    }
+}
+
+/// Decibels from the noise to the strongest echo, rounded outwards.
+fn span(map: &PolarMap) -> Scale {
+    let mut counts = [0_usize; 256];
+    for row in (0..map.rows()).filter(|&row| map.present(row)) {
+        for &cell in map.row(row) {
+            counts[usize::from(cell)] += 1;
+        }
+    }
+    let cells: usize = counts.iter().sum();
+    let mut below = 0;
+    let typical = counts.iter().position(|&count| {
+        below += count;
+        2 * below >= cells
+    });
+    let highest = counts.iter().rposition(|&count| count > 0);
+    let db = |cell: Option<usize>| sector::decibels(cell.unwrap_or(0) as u8);
+    let low = ((db(typical) - 4.0) / 5.0).floor() * 5.0;
+    let high = (db(highest) / 5.0).ceil() * 5.0;
+    Scale {
+        low,
+        high: high.max(low + 20.0),
+        palette: Palette::Viridis,
+    }
+}

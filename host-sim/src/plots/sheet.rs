@@ -1,0 +1,478 @@
+//! A sheet of paper: pixels, letters, lines and markers, and the PNG that comes of them.
+//!
+//! Everything is drawn at twice the final size and averaged down, for `plotters` smooths neither
+//! thick lines nor filled shapes. Places are final pixels, from the top left corner.
+
+use std::path::Path;
+use std::sync::Once;
+
+use anyhow::{Context, Result, anyhow};
+use plotters::coord::Shift;
+use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::{FontStyle, FontTransform, register_font};
+
+use crate::recording::write_whole;
+
+/// A place on the sheet, final pixels.
+pub type Spot = (f64, f64);
+
+/// Pixels that are averaged into one, along each axis.
+pub const OVERSAMPLING: u32 = 2;
+const SCALE: f64 = OVERSAMPLING as f64;
+
+/// The letters' family, under the name that `plotters` gives to its default.
+const FAMILY: FontFamily<'static> = FontFamily::SansSerif;
+
+/// Colour of axes and text.
+pub const INK: RGBColor = RGBColor(34, 38, 46);
+/// Colour of what is said in passing.
+pub const FAINT: RGBColor = RGBColor(105, 112, 122);
+
+/// How a text is set.
+#[derive(Clone, Copy)]
+pub struct Face {
+    /// From the highest to the lowest stroke of the font, pixels.
+    pub size: f64,
+    /// Heavy strokes.
+    pub bold: bool,
+    /// Colour.
+    pub ink: RGBColor,
+    /// Which part of the text stands at its spot.
+    pub anchor: HPos,
+    /// Turned to read from bottom to top.
+    pub upright: bool,
+}
+
+impl Face {
+    /// Plain text, centred.
+    pub const fn plain(size: f64) -> Self {
+        Self {
+            size,
+            bold: false,
+            ink: INK,
+            anchor: HPos::Center,
+            upright: false,
+        }
+    }
+
+    /// The same in heavy strokes.
+    pub const fn bold(self) -> Self {
+        Self { bold: true, ..self }
+    }
+
+    /// The same beginning at its spot.
+    pub const fn left(self) -> Self {
+        Self {
+            anchor: HPos::Left,
+            ..self
+        }
+    }
+
+    /// The same ending at its spot.
+    pub const fn right(self) -> Self {
+        Self {
+            anchor: HPos::Right,
+            ..self
+        }
+    }
+
+    /// The same in another colour.
+    pub const fn ink(self, ink: RGBColor) -> Self {
+        Self { ink, ..self }
+    }
+
+    /// The same turned by a quarter.
+    pub const fn upright(self) -> Self {
+        Self {
+            upright: true,
+            ..self
+        }
+    }
+
+    fn font(&self) -> FontDesc<'static> {
+        let style = if self.bold {
+            FontStyle::Bold
+        } else {
+            FontStyle::Normal
+        };
+        let turn = if self.upright {
+            FontTransform::Rotate270
+        } else {
+            FontTransform::None
+        };
+        FontDesc::new(FAMILY, self.size * SCALE, style).transform(turn)
+    }
+
+    /// Width of `text`, pixels.
+    pub fn width(&self, text: &str) -> f64 {
+        let flat = Self {
+            upright: false,
+            ..*self
+        };
+        register_fonts();
+        flat.font()
+            .box_size(text)
+            .map_or(0.0, |(w, _)| f64::from(w) / SCALE)
+    }
+}
+
+/// The shape of a marker.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// ●
+    Dot,
+    /// ◆
+    Diamond,
+    /// ▲
+    Triangle,
+    /// ▼
+    Fall,
+    /// ✕
+    Cross,
+}
+
+/// How a line is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Stroke {
+    /// Colour.
+    pub ink: RGBColor,
+    /// Opacity, 0…1.
+    pub alpha: f64,
+    /// Width, pixels.
+    pub width: f64,
+    /// Length of dash and gap, pixels; `None` for a solid line.
+    pub dash: Option<(f64, f64)>,
+}
+
+impl Stroke {
+    /// A solid line.
+    pub const fn solid(ink: RGBColor, width: f64) -> Self {
+        Self {
+            ink,
+            alpha: 1.0,
+            width,
+            dash: None,
+        }
+    }
+
+    /// The same in dashes.
+    pub const fn dashed(self, dash: f64, gap: f64) -> Self {
+        Self {
+            dash: Some((dash, gap)),
+            ..self
+        }
+    }
+
+    /// The same, letting through what is below.
+    pub const fn alpha(self, alpha: f64) -> Self {
+        Self { alpha, ..self }
+    }
+}
+
+/// What is drawn on.
+pub struct Sheet<'a> {
+    area: DrawingArea<BitMapBackend<'a>, Shift>,
+}
+
+/// The letters come with the program: a fresh machine has no fonts.
+fn register_fonts() {
+    static ONCE: Once = Once::new();
+    ONCE.call_once(|| {
+        for (style, bytes) in [
+            (FontStyle::Normal, notosans::REGULAR_TTF),
+            (FontStyle::Bold, notosans::BOLD_TTF),
+        ] {
+            // Fails for bytes that are no font only; texts would then report that there is none.
+            let _ = register_font(FAMILY.as_str(), style, bytes);
+        }
+    });
+}
+
+/// Pixel of the enlarged sheet.
+fn enlarged(spot: Spot) -> (i32, i32) {
+    // `as` saturates: what lies far outside stays outside.
+    (
+        (spot.0 * SCALE).round() as i32,
+        (spot.1 * SCALE).round() as i32,
+    )
+}
+
+/// Draws a white sheet of `size` pixels and returns it as the bytes of a PNG file.
+pub fn draw(size: (u32, u32), draw: impl FnOnce(&Sheet<'_>) -> Result<()>) -> Result<Vec<u8>> {
+    register_fonts();
+    let large = (size.0 * OVERSAMPLING, size.1 * OVERSAMPLING);
+    let mut pixels = vec![255; large.0 as usize * large.1 as usize * 3];
+    {
+        let area = BitMapBackend::with_buffer(&mut pixels, large).into_drawing_area();
+        let sheet = Sheet { area };
+        draw(&sheet)?;
+        sheet.area.present().map_err(failed)?;
+    }
+    encode(size, &averaged(size, &pixels))
+}
+
+/// Writes a picture whole or not at all, making its directory where there is none.
+pub fn save(path: &Path, picture: &[u8]) -> Result<()> {
+    if let Some(dir) = path.parent().filter(|d| !d.as_os_str().is_empty()) {
+        std::fs::create_dir_all(dir)
+            .with_context(|| format!("{}: no directory for pictures", dir.display()))?;
+    }
+    write_whole(path, picture)
+}
+
+fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
+    anyhow!("picture: {error}")
+}
+
+/// Each pixel the mean of its enlarged ones.
+fn averaged(size: (u32, u32), pixels: &[u8]) -> Vec<u8> {
+    let n = OVERSAMPLING as usize;
+    let row = size.0 as usize * n * 3;
+    let mut small = Vec::with_capacity(pixels.len() / (n * n));
+    for rows in pixels.chunks_exact(row * n) {
+        for x in 0..size.0 as usize {
+            for channel in 0..3 {
+                let mut sum = 0;
+                for (dy, dx) in (0..n).flat_map(|dy| (0..n).map(move |dx| (dy, dx))) {
+                    sum += usize::from(rows[dy * row + (x * n + dx) * 3 + channel]);
+                }
+                small.push(((sum + n * n / 2) / (n * n)) as u8);
+            }
+        }
+    }
+    small
+}
+
+fn encode(size: (u32, u32), pixels: &[u8]) -> Result<Vec<u8>> {
+    let mut bytes = Vec::new();
+    let mut encoder = png::Encoder::new(&mut bytes, size.0, size.1);
+    encoder.set_color(png::ColorType::Rgb);
+    encoder.set_depth(png::BitDepth::Eight);
+    encoder.set_compression(png::Compression::Balanced);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(bytes)
+}
+
+impl Sheet<'_> {
+    /// Writes `text`, its capitals' middle at the height of `at`.
+    pub fn text(&self, text: &str, at: Spot, face: Face) -> Result<()> {
+        // `plotters` centres a box that hangs below the capitals by this part of the size.
+        const HANG: f64 = 0.165;
+        let shift = HANG * face.size;
+        let at = if face.upright {
+            (at.0 + shift, at.1)
+        } else {
+            (at.0, at.1 + shift)
+        };
+        let style = face
+            .font()
+            .into_text_style(&self.area)
+            .color(&face.ink)
+            .pos(Pos::new(face.anchor, VPos::Center));
+        self.area
+            .draw_text(text, &style, enlarged(at))
+            .map_err(failed)
+    }
+
+    /// Writes `text` on a veil of white, so that it reads on anything.
+    pub fn note(&self, text: &str, at: Spot, face: Face) -> Result<()> {
+        let width = face.width(text);
+        let left = match face.anchor {
+            HPos::Left => at.0,
+            HPos::Center => at.0 - width / 2.0,
+            HPos::Right => at.0 - width,
+        };
+        let (dx, dy) = (5.0, 0.42 * face.size + 2.0);
+        self.fill_box(
+            (left - dx, at.1 - dy),
+            (left + width + dx, at.1 + dy),
+            WHITE,
+            0.82,
+        )?;
+        self.text(text, at, face)
+    }
+
+    /// Fills the box between two corners.
+    pub fn fill_box(&self, a: Spot, b: Spot, ink: RGBColor, alpha: f64) -> Result<()> {
+        let style = ink.mix(alpha).filled();
+        let corners = [enlarged(a), enlarged(b)];
+        self.area
+            .draw(&Rectangle::new(corners, style))
+            .map_err(failed)
+    }
+
+    /// Fills a polygon.
+    pub fn fill(&self, corners: &[Spot], ink: RGBColor, alpha: f64) -> Result<()> {
+        let corners: Vec<_> = corners.iter().map(|&c| enlarged(c)).collect();
+        self.area
+            .draw(&Polygon::new(corners, ink.mix(alpha)))
+            .map_err(failed)
+    }
+
+    /// Draws a line through `spots`.
+    pub fn line(&self, spots: &[Spot], stroke: Stroke) -> Result<()> {
+        match stroke.dash {
+            None => self.solid(spots, stroke),
+            Some((dash, gap)) => dashes(spots, dash, gap)
+                .iter()
+                .try_for_each(|dash| self.solid(dash, stroke)),
+        }
+    }
+
+    fn solid(&self, spots: &[Spot], stroke: Stroke) -> Result<()> {
+        if spots.len() < 2 {
+            return Ok(());
+        }
+        let width = (stroke.width * SCALE).round().max(1.0) as u32;
+        let style = stroke.ink.mix(stroke.alpha).stroke_width(width);
+        let spots: Vec<_> = spots.iter().map(|&s| enlarged(s)).collect();
+        self.area
+            .draw(&PathElement::new(spots, style))
+            .map_err(failed)
+    }
+
+    /// Draws a marker of `radius`, edged in `edge`.
+    pub fn marker(
+        &self,
+        shape: Shape,
+        at: Spot,
+        radius: f64,
+        ink: RGBColor,
+        edge: RGBColor,
+    ) -> Result<()> {
+        let around = |r: f64, corners: &[(f64, f64)]| -> Vec<Spot> {
+            let corner = |&(x, y): &(f64, f64)| (at.0 + r * x, at.1 + r * y);
+            corners.iter().map(corner).collect()
+        };
+        let rim = radius + 1.3;
+        let polygon = |corners: &[(f64, f64)]| {
+            self.fill(&around(rim, corners), edge, 1.0)?;
+            self.fill(&around(radius, corners), ink, 1.0)
+        };
+        match shape {
+            Shape::Dot => {
+                self.disc(at, rim, edge)?;
+                self.disc(at, radius, ink)
+            }
+            Shape::Diamond => polygon(&[(0.0, -1.15), (1.15, 0.0), (0.0, 1.15), (-1.15, 0.0)]),
+            Shape::Triangle => polygon(&[(0.0, -1.15), (1.05, 0.75), (-1.05, 0.75)]),
+            Shape::Fall => polygon(&[(0.0, 1.15), (1.05, -0.75), (-1.05, -0.75)]),
+            Shape::Cross => {
+                let arms = [[(-0.8, -0.8), (0.8, 0.8)], [(-0.8, 0.8), (0.8, -0.8)]];
+                for (r, ink, width) in [(rim, edge, 4.6), (radius, ink, 2.2)] {
+                    for arm in &arms {
+                        self.line(&around(r, arm), Stroke::solid(ink, width))?;
+                    }
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn disc(&self, at: Spot, radius: f64, ink: RGBColor) -> Result<()> {
+        let radius = (radius * SCALE).round().max(1.0) as i32;
+        self.area
+            .draw(&Circle::new(enlarged(at), radius, ink.filled()))
+            .map_err(failed)
+    }
+
+    /// Lays enlarged pixels (three bytes each) on the sheet.
+    pub fn lay(&self, at: Spot, size: (u32, u32), pixels: Vec<u8>) -> Result<()> {
+        let image = BitMapElement::with_owned_buffer(enlarged(at), size, pixels)
+            .ok_or_else(|| anyhow!("picture: {} by {} pixels expected", size.0, size.1))?;
+        self.area.draw(&image).map_err(failed)
+    }
+}
+
+/// Cuts the line through `spots` into dashes.
+fn dashes(spots: &[Spot], dash: f64, gap: f64) -> Vec<Vec<Spot>> {
+    let mut cut: Vec<Vec<Spot>> = Vec::new();
+    let mut open = spots.first().map(|&s| vec![s]);
+    let mut left = dash;
+    for pair in spots.windows(2) {
+        let (from, to) = (pair[0], pair[1]);
+        let length = (to.0 - from.0).hypot(to.1 - from.1);
+        let mut done = 0.0;
+        while length - done >= left {
+            done += left;
+            let t = done / length;
+            let at = (from.0 + t * (to.0 - from.0), from.1 + t * (to.1 - from.1));
+            match open.take() {
+                Some(mut line) => {
+                    line.push(at);
+                    cut.push(line);
+                    left = gap;
+                }
+                None => {
+                    open = Some(vec![at]);
+                    left = dash;
+                }
+            }
+        }
+        left -= length - done;
+        if let Some(line) = &mut open {
+            line.push(to);
+        }
+    }
+    cut.extend(open);
+    cut
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_is_a_png_of_its_size() {
+        let picture = draw((61, 40), |sheet| {
+            sheet.text("Höhe ρ σ −1°", (30.0, 20.0), Face::plain(12.0))
+        });
+        let picture = picture.unwrap();
+        let decoder = png::Decoder::new(std::io::Cursor::new(&picture));
+        let mut reader = decoder.read_info().unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        let info = reader.next_frame(&mut pixels).unwrap();
+        assert_eq!((info.width, info.height), (61, 40));
+        assert_eq!(pixels.len(), 61 * 40 * 3);
+        // Letters are really there, and only near their place.
+        assert!(pixels.iter().any(|&p| p < 120));
+        assert!(pixels[..61 * 3 * 5].iter().all(|&p| p == 255));
+    }
+
+    #[test]
+    fn what_lies_far_outside_does_no_harm() {
+        let far = [(-1e12, 5.0), (1e12, 7.0)];
+        let picture = draw((20, 20), |sheet| {
+            sheet.line(&far[..1], Stroke::solid(INK, 1.0))?;
+            sheet.marker(Shape::Dot, (-1e5, 1e5), 3.0, INK, WHITE)?;
+            sheet.fill_box((-50.0, -50.0), (500.0, 500.0), INK, 1.0)
+        });
+        assert!(!picture.unwrap().is_empty());
+    }
+
+    #[test]
+    fn dashes_have_their_lengths() {
+        let cut = dashes(&[(0.0, 0.0), (10.0, 0.0), (10.0, 7.0)], 4.0, 2.0);
+        let expected: [&[Spot]; 3] = [
+            &[(0.0, 0.0), (4.0, 0.0)],
+            &[(6.0, 0.0), (10.0, 0.0)],
+            &[(10.0, 2.0), (10.0, 6.0)],
+        ];
+        assert_eq!(cut, expected);
+    }
+
+    #[test]
+    fn no_directory_can_be_made_below_a_file() {
+        let dir = std::env::temp_dir().join(format!("stairscan-sheet-{}", std::process::id()));
+        std::fs::create_dir_all(&dir).unwrap();
+        std::fs::write(dir.join("file"), b"").unwrap();
+        let error = save(&dir.join("file/inner/picture.png"), b"x").unwrap_err();
+        assert!(format!("{error:#}").contains("file/inner"), "{error:#}");
+        save(&dir.join("made/picture.png"), b"x").unwrap();
+        assert_eq!(std::fs::read(dir.join("made/picture.png")).unwrap(), b"x");
+        std::fs::remove_dir_all(&dir).unwrap();
+    }
+}

@@ -1,0 +1,197 @@
+//! The reconstructed staircase over the true one: figs. 13 and 14.
+
+use anyhow::Result;
+use plotters::style::WHITE;
+use stairscan::stairs::Direction;
+
+use super::colour::{CONCLUDED, Palette, TRUE};
+use super::page::{Frame, Swatch, number};
+use super::particles::Point;
+use super::plane::{Ground, SagittalPlane, Words};
+use super::sheet::{FAINT, Face, INK, Shape, Sheet, Stroke};
+use crate::answer::{Answer, metres};
+use crate::recording::Truth;
+
+/// One reported step.
+#[derive(Clone, Copy, Debug)]
+pub struct StepView {
+    /// Horizontal distance of its foremost edge, metres.
+    pub distance_m: f64,
+    /// Height of its tread, metres.
+    pub height_m: f64,
+    /// Two standard deviations of both, metres.
+    pub two_sigma_m: Point,
+}
+
+/// The steps of an answer.
+pub fn steps(answer: &Answer) -> Vec<StepView> {
+    let step = |s: &stairscan::report::StepLine| StepView {
+        distance_m: metres(s.distance),
+        height_m: metres(s.height),
+        two_sigma_m: (2.0 * metres(s.distance_sigma), 2.0 * metres(s.height_sigma)),
+    };
+    answer.steps.iter().map(step).collect()
+}
+
+/// The surface from the ground over `edges` (distance and height of the tread that begins there) to
+/// `far`, beginning at `near`.
+fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
+    let mut level = 0.0;
+    let mut line = vec![(near, level)];
+    for &(x, height) in edges {
+        line.push((x, level));
+        line.push((x, height));
+        level = height;
+    }
+    let end = line.last().map_or(far, |last| far.max(last.0));
+    line.push((end, level));
+    line
+}
+
+/// The reported staircase over the truth, as far as that is known.
+pub fn draw(
+    plane: &SagittalPlane<'_>,
+    words: &Words,
+    answer: &Answer,
+    truth: Option<&Truth>,
+) -> Result<Vec<u8>> {
+    let reported = steps(answer);
+    let found = Stroke::solid(CONCLUDED, 3.2);
+    let real = Stroke::solid(TRUE, 2.0);
+    let mut words = words.clone();
+    if !reported.is_empty() {
+        words
+            .legend
+            .push((Swatch::Line(found), "reconstructed".into()));
+        let mark = Swatch::Mark(Shape::Dot, 7.0, CONCLUDED);
+        words.legend.push((mark, "edge, box of ±2σ".into()));
+    }
+    if truth.is_some() {
+        words
+            .legend
+            .push((Swatch::Area(TRUE, 0.3, real), "truth".into()));
+    }
+    if truth.is_some_and(|t| !t.uncounted.is_empty()) {
+        let stroke = real.dashed(6.0, 4.0);
+        words
+            .legend
+            .push((Swatch::Line(stroke), "out of sight".into()));
+    }
+    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+        if let Some(truth) = truth {
+            draw_truth(sheet, frame, truth)?;
+        }
+        let edges: Vec<Point> = reported
+            .iter()
+            .map(|s| (s.distance_m, s.height_m))
+            .collect();
+        if edges.is_empty() {
+            return say_none(sheet, frame, answer);
+        }
+        let line = surface(frame.x.0 - 1.0, beyond(&edges), &edges);
+        let spots: Vec<_> = line.iter().map(|p| frame.spot(p.0, p.1)).collect();
+        sheet.line(&spots, found)?;
+        for (k, step) in reported.iter().enumerate() {
+            draw_step(sheet, frame, k, step, truth)?;
+        }
+        Ok(())
+    })
+}
+
+/// How far the last tread is drawn: as far as the one before it is deep.
+fn beyond(edges: &[Point]) -> f64 {
+    let tread = edges.windows(2).last().map_or(0.3, |w| w[1].0 - w[0].0);
+    edges.last().map_or(0.0, |e| e.0 + tread.clamp(0.15, 0.5))
+}
+
+fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()> {
+    let edge = Stroke::solid(TRUE, 2.2);
+    let steps = |list: &[crate::recording::TrueStep]| -> Vec<Point> {
+        list.iter().map(|s| (s.distance_m, s.height_m)).collect()
+    };
+    let mut all = steps(&truth.steps);
+    all.extend(steps(&truth.uncounted));
+    all.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &all);
+    let mut solid: Vec<_> = line.iter().map(|p| frame.spot(p.0, p.1)).collect();
+    let hidden = truth.uncounted.iter().map(|s| (s.distance_m, s.height_m));
+    sheet.line(&solid, edge)?;
+    let below = frame.y.0 - 1.0;
+    solid.push(frame.spot(frame.x.1 + 1.0, below));
+    solid.push(frame.spot(frame.x.0 - 1.0, below));
+    sheet.fill(&solid, TRUE, 0.22)?;
+    for (x, y) in hidden {
+        let at = frame.spot(x, y);
+        sheet.note(
+            "out of sight",
+            (at.0, at.1 - 18.0),
+            Face::plain(18.0).ink(FAINT),
+        )?;
+    }
+    Ok(())
+}
+
+/// Edge, uncertainty, and how far it is from the truth.
+fn draw_step(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    k: usize,
+    step: &StepView,
+    truth: Option<&Truth>,
+) -> Result<()> {
+    let (x, y) = (step.distance_m, step.height_m);
+    let (sx, sy) = step.two_sigma_m;
+    let (a, b) = (frame.spot(x - sx, y + sy), frame.spot(x + sx, y - sy));
+    sheet.fill_box(a, b, CONCLUDED, 0.18)?;
+    let corners = [a, (b.0, a.1), b, (a.0, b.1), a];
+    sheet.line(&corners, Stroke::solid(CONCLUDED, 1.4))?;
+    let at = frame.spot(x, y);
+    sheet.marker(Shape::Dot, at, 6.0, CONCLUDED, WHITE)?;
+    let cm = |v: f64| number(100.0 * v, 1);
+    // Words stand in the air: before a riser, above the tread after a drop.
+    let face = Face::plain(21.0);
+    let (place, face) = if y >= 0.0 {
+        ((at.0 - 18.0, at.1 - 34.0), face.right())
+    } else {
+        ((at.0 + 16.0, at.1 - 46.0), face.left())
+    };
+    let text = format!("{}:  d {} cm, h {} cm", k + 1, cm(x), cm(y));
+    sheet.note(&text, place, face.bold())?;
+    let nearest = truth.and_then(|t| {
+        let off = |s: &&crate::recording::TrueStep| (s.distance_m - x).abs();
+        t.steps.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
+    });
+    let Some(real) = nearest.filter(|s| (s.distance_m - x).abs() <= crate::score::MATCH_M) else {
+        return Ok(());
+    };
+    let signed = |v: f64| {
+        let text = cm(v);
+        if v > 0.0 && text != "0.0" {
+            format!("+{text}")
+        } else {
+            text
+        }
+    };
+    let text = format!(
+        "error {}, {} cm",
+        signed(x - real.distance_m),
+        signed(y - real.height_m)
+    );
+    sheet.note(&text, (place.0, place.1 + 26.0), face.ink(FAINT))
+}
+
+/// Says in words that there are no steps, and why.
+fn say_none(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
+    let what = if answer.is_fault() {
+        format!("no answer: {}", answer.scan.reasons)
+    } else if answer.scan.direction == Direction::None {
+        "no stairs".to_owned()
+    } else {
+        "no steps".to_owned()
+    };
+    let middle = (
+        frame.at.0 + frame.size.0 / 2.0,
+        frame.at.1 + 0.25 * frame.size.1,
+    );
+    sheet.note(&what, middle, Face::plain(40.0).bold().ink(INK))
+}

@@ -1,0 +1,280 @@
+use super::*;
+use crate::recording::{Metadata, MirrorSetup, TrueStep, Truth};
+use stairscan::Iq;
+use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
+use stairscan::report::{ScanLine, StepLine, Tenths};
+use stairscan::stairs::cluster::Fate;
+use stairscan::stairs::{Direction, Reason, Reasons, Status};
+
+/// Chirps with one echo at 1 m in noise, of a radar with `samples` a chirp.
+fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording {
+    let mut noise = 1_u32;
+    let mut draw = move || {
+        noise = noise.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(noise >> 16) / 65_536.0 - 0.5
+    };
+    let bandwidth_hz = 10e9;
+    let beat = 2.0 * std::f64::consts::PI * 2.0 / 299_792_458.0 * bandwidth_hz / samples as f64;
+    let chirp = (0..samples).map(move |n| {
+        let phase = beat * n as f64;
+        let mut part = |v: f64| (3000.0 * v + 60.0 * draw()).round() as i16;
+        Iq::new(part(phase.cos()), part(phase.sin()))
+    });
+    let chirp: Vec<Iq> = chirp.collect();
+    Recording {
+        name: "echo".into(),
+        meta: Metadata {
+            description: String::new(),
+            sample_rate_hz: None,
+            carrier_hz: 94e9,
+            bandwidth_hz,
+            samples_per_chirp: samples,
+            mirror: mirror.map(|plane| MirrorSetup {
+                offset_m: 0.22,
+                beamwidth_deg: 5.0,
+                mount_height_m: 0.4,
+                plane,
+            }),
+            angles_deg: match mirror {
+                Some(_) => (0..chirps).map(|k| k as f64).collect(),
+                None => Vec::new(),
+            },
+            truth: None,
+            extra: Default::default(),
+        },
+        samples: chirp.repeat(chirps),
+    }
+}
+
+/// What the scanner sees of a recording.
+fn scan(recording: &Recording) -> (Config, Box<PolarMap>) {
+    let (config, schedule) = setup::config(recording, &Config::default()).unwrap();
+    let mut map = Box::new(PolarMap::new());
+    map.begin(&config).unwrap();
+    let mut range = RangeProcessor::new(&config.radar, &config.mount, &config.cfar).unwrap();
+    for (k, chirp) in schedule.chirps.iter().enumerate() {
+        let angle = map.angle_rad(k);
+        let mut row = map.row_mut(k, angle).unwrap();
+        let chirp = recording.chirp(chirp.unwrap()).unwrap();
+        range.process(chirp, &mut row).unwrap();
+    }
+    (config, map)
+}
+
+fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
+    let step = |&(distance, height): &(i32, i32)| StepLine {
+        distance: Tenths(distance),
+        height: Tenths(height),
+        distance_sigma: Tenths(50),
+        height_sigma: Tenths(100),
+        ..StepLine::default()
+    };
+    Answer {
+        recording: "echo".into(),
+        sentences: Vec::new(),
+        scan: ScanLine {
+            scan: 1,
+            status,
+            direction: if steps.is_empty() {
+                Direction::None
+            } else {
+                Direction::Up
+            },
+            steps: steps.len() as u8,
+            lost_rows: 0,
+            reasons: match status {
+                Status::Fault => Reasons::NONE.with(Reason::Silent),
+                _ => Reasons::NONE,
+            },
+        },
+        steps: steps.iter().map(step).collect(),
+    }
+}
+
+/// A directory of its own for each test.
+struct Directory(PathBuf);
+
+impl Directory {
+    fn new(name: &str) -> Self {
+        let unique = format!("stairscan-plots-{name}-{}", std::process::id());
+        Self(std::env::temp_dir().join(unique))
+    }
+}
+
+impl Drop for Directory {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Width, height and number of different colours.
+fn look(path: &Path) -> (u32, u32, usize) {
+    let file = std::io::BufReader::new(std::fs::File::open(path).unwrap());
+    let mut reader = png::Decoder::new(file).read_info().unwrap();
+    let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut pixels).unwrap();
+    let colours: std::collections::HashSet<&[u8]> = pixels.chunks(3).collect();
+    (info.width, info.height, colours.len())
+}
+
+fn names(paths: &[PathBuf]) -> Vec<String> {
+    let name = |p: &PathBuf| p.file_name().unwrap().to_string_lossy().into_owned();
+    paths.iter().map(name).collect()
+}
+
+/// All pictures of a scan; checks that each can be looked at and that there is nothing else.
+fn pictures(test: &str, recording: &Recording, answer: &Answer, paper: &PaperView) -> Vec<String> {
+    let (config, map) = scan(recording);
+    let dir = Directory::new(test);
+    let view = ScanView {
+        recording,
+        config: &config,
+        map: &map,
+        answer,
+        paper,
+    };
+    let inner = dir.0.join("a/b");
+    let written = write_scan(&inner, &view).unwrap();
+    for path in &written {
+        let (width, height, colours) = look(path);
+        assert!(
+            (500..1700).contains(&width) && (500..1300).contains(&height),
+            "{path:?}"
+        );
+        assert!(colours > 50, "{path:?}");
+    }
+    assert_eq!(std::fs::read_dir(&inner).unwrap().count(), written.len());
+    names(&written)
+}
+
+#[test]
+fn a_scan_gives_every_figure_of_the_paper() {
+    let mut recording = recording(200, Some(Plane::Depth), 31);
+    let step = |distance_m, height_m| TrueStep {
+        distance_m,
+        height_m,
+        snr_db: None,
+    };
+    recording.meta.truth = Some(Truth {
+        direction: "up".into(),
+        steps: vec![step(0.5, 0.17), step(0.78, 0.34)],
+        uncounted: vec![step(1.1, 0.5)],
+    });
+    let cluster = |fate, x: f64| ClusterView {
+        points: (0..40).map(|k| (x, 0.1 + 0.005 * f64::from(k))).collect(),
+        centre: (x, 0.2),
+        fate,
+    };
+    let particles = ParticleView {
+        initial: (0..100).map(|k| (0.3 + 0.01 * f64::from(k), 0.3)).collect(),
+        resampled: vec![(0.78, 0.3); 10],
+        rounds: 2,
+    };
+    let paper = PaperView {
+        uniform: particles.clone(),
+        modes: particles,
+        clusters: vec![
+            cluster(Fate::Kept, 0.78),
+            cluster(Fate::Redundant, 0.8),
+            cluster(Fate::Outlier, 1.4),
+        ],
+        beams: vec![BeamView {
+            distance_m: 0.78,
+            top_m: 0.3,
+            height_m: 0.266,
+        }],
+    };
+    let answer = answer(Status::Ok, &[(5030, 1650), (7800, 3400)]);
+    let expected = [
+        "echo-fig02-range-profile.png",
+        "echo-fig04-map.png",
+        "echo-fig05-particles-uniform.png",
+        "echo-fig06-particles-gmm.png",
+        "echo-fig07-clusters.png",
+        "echo-fig08-clusters-kept.png",
+        "echo-fig09-cfar-threshold.png",
+        "echo-fig10-map-cfar.png",
+        "echo-fig11-beam-correction.png",
+        "echo-fig13-staircase.png",
+    ];
+    assert_eq!(pictures("full", &recording, &answer, &paper), expected);
+}
+
+#[test]
+fn a_fault_and_an_empty_room_have_their_pictures_too() {
+    let recording = recording(200, Some(Plane::Height), 5);
+    let nothing = PaperView::default();
+    let fault = pictures("fault", &recording, &answer(Status::Fault, &[]), &nothing);
+    assert_eq!(fault.last().unwrap(), "echo-fig14-staircase.png");
+    pictures("clear", &recording, &answer(Status::Ok, &[]), &nothing);
+}
+
+#[test]
+fn silence_does_no_harm() {
+    let mut recording = recording(200, Some(Plane::Depth), 5);
+    recording.samples.fill(Iq::default());
+    let nothing = PaperView::default();
+    let (config, map) = scan(&recording);
+    let dir = Directory::new("silent");
+    let view = ScanView {
+        recording: &recording,
+        config: &config,
+        map: &map,
+        answer: &answer(Status::Fault, &[]),
+        paper: &nothing,
+    };
+    assert_eq!(write_scan(&dir.0, &view).unwrap().len(), 10);
+}
+
+#[test]
+fn other_radars_have_profiles() {
+    let dir = Directory::new("profile");
+    for samples in [16, 64, 128, 256] {
+        let recording = recording(samples, None, 2);
+        let radar = setup::radar(&recording).unwrap();
+        let mount = MountConfig {
+            mirror_offset: 0,
+            ..MountConfig::default()
+        };
+        let cfar = CfarConfig {
+            near_margin: 0,
+            ..CfarConfig::default()
+        };
+        let mut range = RangeProcessor::new(&radar, &mount, &cfar).unwrap();
+        let view = profile_view(&recording, 1, &mut range).unwrap();
+        assert_eq!(view.power_db.len(), samples);
+        let strongest = view.power_db.iter().copied().fold(f64::MIN, f64::max);
+        let far = RadarConfig::range_resolution_m(&radar) * samples as f32;
+        if far > 1.2 {
+            let (range, power) = view.detections[0];
+            assert!((range - 1.0).abs() < 0.003, "{samples}: {range}");
+            assert!((power - strongest).abs() < 1.6, "{samples}");
+        }
+        let file = dir.0.join(format!("{samples}.png"));
+        write_profile(&file, &view).unwrap();
+        assert!(look(&file).2 > 50);
+        assert!(
+            profile_view(&recording, 2, &mut range).is_err(),
+            "no third chirp"
+        );
+    }
+}
+
+#[test]
+fn a_directory_that_cannot_be_made_is_named() {
+    let dir = Directory::new("refused");
+    std::fs::create_dir_all(&dir.0).unwrap();
+    std::fs::write(dir.0.join("file"), "").unwrap();
+    let recording = recording(200, Some(Plane::Depth), 5);
+    let (config, map) = scan(&recording);
+    let view = ScanView {
+        recording: &recording,
+        config: &config,
+        map: &map,
+        answer: &answer(Status::Ok, &[]),
+        paper: &PaperView::default(),
+    };
+    let error = write_scan(&dir.0.join("file/pictures"), &view).unwrap_err();
+    assert!(format!("{error:#}").contains("file/pictures"), "{error:#}");
+    assert_eq!(std::fs::read(dir.0.join("file")).unwrap(), b"");
+}
