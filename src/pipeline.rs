@@ -5,7 +5,7 @@ use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::health::Health;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
-use crate::stairs::{Outcome, PolarMap};
+use crate::stairs::{Likelihood, Outcome, PolarMap};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 #[derive(Debug)]
@@ -15,6 +15,8 @@ pub struct Pipeline {
     range: RangeProcessor,
     map: PolarMap,
     health: Health,
+    likelihood: Likelihood,
+    scan: u32,
 }
 
 impl Pipeline {
@@ -26,6 +28,8 @@ impl Pipeline {
             range: RangeProcessor::idle(),
             map: PolarMap::new(),
             health: Health::new(),
+            likelihood: Likelihood::new(),
+            scan: 0,
         }
     }
 
@@ -52,11 +56,13 @@ fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
 }
 
 impl DataPath for Pipeline {
-    fn begin(&mut self, config: &Config, _scan: u32) -> Result<(), ConfigError> {
+    fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
         self.range
             .configure(&config.radar, &config.mount, &config.cfar)?;
         self.map.begin(config)?;
         self.health = Health::new();
+        self.likelihood.begin(&self.map);
+        self.scan = scan;
         self.config = *config;
         Ok(())
     }
@@ -79,15 +85,18 @@ impl DataPath for Pipeline {
             return;
         };
         self.health.row(row, chirp, &stats, cells.cells);
+        self.likelihood.row(&self.map, row.into());
     }
 
-    fn lost(&mut self, _row: u16) {}
+    fn lost(&mut self, row: u16) {
+        self.likelihood.row(&self.map, row.into());
+    }
 
     fn finish(&mut self) -> Outcome {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }
-        Outcome::clear()
+        self.likelihood.finish(&self.map, &self.config, self.scan)
     }
 
     fn self_test(&mut self) -> bool {

@@ -7,6 +7,7 @@ pub mod particles;
 
 use core::fmt;
 
+pub use likelihood::Likelihood;
 pub use map::PolarMap;
 
 /// Most steps of one report.

@@ -13,7 +13,6 @@
 //! | [`role`] | likelihood of a riser, a tread, a ramp |
 //! | [`search`] | the best flight |
 //! | [`ascent`], [`descent`] | its dimensions |
-//! | [`health`] | faults of radar and mirror |
 
 mod ascent;
 mod beam;
@@ -22,7 +21,6 @@ mod candidate;
 mod descent;
 mod echo;
 mod evidence;
-mod health;
 mod noise;
 mod role;
 mod scatterer;
@@ -31,7 +29,6 @@ mod search;
 use super::map::PolarMap;
 use super::{Outcome, Reason};
 use crate::config::{Config, Plane};
-use crate::range::RowStats;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -48,7 +45,6 @@ pub struct Likelihood {
     filter: beam::BeamFilter,
     finder: candidate::CandidateFinder,
     noise: noise::NoiseSamples,
-    health: health::Health,
     fed: usize,
     reversed: bool,
 }
@@ -66,7 +62,6 @@ impl Likelihood {
             filter: beam::BeamFilter::new(),
             finder: candidate::CandidateFinder::new(),
             noise: noise::NoiseSamples::new(),
-            health: health::Health::NEW,
             fed: 0,
             reversed: false,
         }
@@ -77,24 +72,15 @@ impl Likelihood {
         self.filter.begin(map.geometry());
         self.finder.begin();
         self.noise.begin();
-        self.health = health::Health::NEW;
         self.fed = 0;
         self.reversed = false;
     }
 
     /// Takes in row `k` of the map. Rows come one after the other from either end; one whose chirp
-    /// was lost comes too, empty as it is and without `stats`.
-    pub fn row(&mut self, map: &PolarMap, k: usize, stats: Option<&RowStats>) {
+    /// was lost comes too, empty as it is.
+    pub fn row(&mut self, map: &PolarMap, k: usize) {
         if self.fed == 0 {
             self.reversed = k > 0;
-        }
-        if let Some(stats) = stats {
-            let before = if self.reversed {
-                k + 1
-            } else {
-                k.wrapping_sub(1)
-            };
-            self.health.row(stats, map.row(before) == map.row(k));
         }
         self.push(map, map.row(k));
     }
@@ -137,10 +123,6 @@ impl Likelihood {
         }
         let mut floors = [0; MAX_BINS];
         let noise = self.noise.medians(map.bins(), &mut floors);
-        let (samples, mirror) = (config.radar.samples, config.mount.mirror_offset > 0);
-        if let Some(reason) = self.health.fault(noise, samples, mirror) {
-            return Outcome::fault(reason);
-        }
         let seed = u64::from(config.seed) << 32 | u64::from(scan);
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
         let background = echo::Background {
