@@ -1,19 +1,25 @@
 //! `simulate`: scene file in, recordings out.
+//!
+//! In place of a file, `random:KIND` stands for the random scenes of [`super::random`]: every seed draws
+//! its own scene as well as its own surfaces and noise.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use anyhow::{Context, Result, ensure};
+use anyhow::{Context, Result, anyhow, ensure};
 use clap::Args;
 use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::Scene;
+use super::random::{Kind, random};
+use crate::recording::Recording;
 
 /// Scans a scene file with the simulated radar and writes the recording.
 #[derive(Args, Debug)]
 pub struct SimulateArgs {
-    /// Scene file (TOML); scenes/ holds commented examples.
+    /// Scene file (TOML; scenes/ holds commented examples), or random:KIND with KIND one of ascending,
+    /// none, descending, irregular.
     scene: PathBuf,
     /// Recording to write, with or without its suffix. With --count: a directory (made if need be)
     /// for SCENE_000, SCENE_001, …, or a name in which {} stands for the number.
@@ -27,11 +33,44 @@ pub struct SimulateArgs {
     count: Option<u32>,
 }
 
+/// Where scenes come from.
+enum Source {
+    /// One scene for all seeds.
+    File(Box<Scene>),
+    /// Another one for every seed.
+    Random(Kind),
+}
+
+impl Source {
+    fn new(name: &Path) -> Result<Self> {
+        let kind = name.to_str().and_then(|text| text.strip_prefix("random:"));
+        Ok(match kind {
+            Some(kind) => Self::Random(kind.parse().map_err(|e| anyhow!("random: {e}"))?),
+            None => Self::File(Box::new(Scene::read(name)?)),
+        })
+    }
+
+    /// Scans with `seed` and writes the recording.
+    fn write(&self, path: &Path, seed: u64) -> Result<()> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        match self {
+            Self::File(scene) => scene.simulate(&name, seed).write(path),
+            Self::Random(kind) => random_scan(*kind, seed)?.write(path),
+        }
+    }
+}
+
+/// Scan of the random scene `seed` of a kind, under the name `KIND_SEED`.
+pub fn random_scan(kind: Kind, seed: u64) -> Result<Recording> {
+    let scene = Scene::new(random(kind, seed))?;
+    Ok(scene.simulate(&format!("{kind}_{seed:03}"), seed))
+}
+
 /// Runs the command.
 pub fn simulate(args: &SimulateArgs) -> Result<()> {
-    let scene = Scene::read(&args.scene)?;
+    let source = Source::new(&args.scene)?;
     let Some(count) = args.count else {
-        return one(&scene, &args.output, args.seed);
+        return source.write(&args.output, args.seed);
     };
     let name = pattern(&args.scene, &args.output)?;
     let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {eta}")?;
@@ -41,14 +80,9 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         .progress_with(bar)
         .map(|k| {
             let path = name.replacen("{}", &format!("{k:03}"), 1);
-            one(&scene, Path::new(&path), args.seed.wrapping_add(k.into()))
+            source.write(Path::new(&path), args.seed.wrapping_add(k.into()))
         })
         .collect()
-}
-
-fn one(scene: &Scene, path: &Path, seed: u64) -> Result<()> {
-    let name = path.file_name().unwrap_or_default().to_string_lossy();
-    scene.simulate(&name, seed).write(path)
 }
 
 /// The path of the recordings, with `{}` for the number.
@@ -60,6 +94,7 @@ fn pattern(scene: &Path, output: &Path) -> Result<String> {
         return Ok(name.into());
     }
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    let stem = stem.strip_prefix("random:").unwrap_or(&stem);
     ensure!(
         !output.is_file(),
         "{name}: a file: expected a directory, or a name with {{}} for the number"

@@ -17,6 +17,7 @@ pub mod facets;
 pub mod geometry;
 pub mod material;
 pub mod maths;
+pub mod random;
 pub mod receiver;
 pub mod scatter;
 pub mod shapes;
@@ -243,7 +244,13 @@ impl Scene {
         let warp = receiver.phase_noise(&mut random);
         let mut grid = self.tones.grid();
         for t in tones {
-            let gain = self.beam.in_plane(angle - t.out) * self.beam.in_plane(angle - t.back);
+            let back = self.beam.in_plane(angle - t.back);
+            let out = if t.out == t.back {
+                back
+            } else {
+                self.beam.in_plane(angle - t.out)
+            };
+            let gain = out * back;
             Tones::add(&mut grid, &t.place, t.amplitude * gain);
         }
         let mut echo = vec![Complex64::ZERO; self.spec.radar.samples_per_chirp];
