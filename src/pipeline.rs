@@ -5,19 +5,26 @@ use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::health::Health;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
-use crate::stairs::{Likelihood, Outcome, PolarMap};
+use crate::stairs::paper::Observer;
+use crate::stairs::{Outcome, PolarMap, StairFinder};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 #[derive(Debug)]
 pub struct Pipeline {
     samples: [Iq; MAX_SAMPLES],
     config: Config,
-    range: RangeProcessor,
-    map: PolarMap,
-    health: Health,
-    likelihood: Likelihood,
     scan: u32,
+    range: RangeProcessor,
+    finder: StairFinder,
+    health: Health,
 }
+
+/// What the scan state may take of the chip's memory, with either estimator.
+const BUDGET: usize = 90 * 1024;
+const _: () = assert!(
+    size_of::<Pipeline>() - size_of::<StairFinder>() + StairFinder::BUDGETED <= BUDGET,
+    "scan state above its budget"
+);
 
 impl Pipeline {
     /// A data path without a configuration; [`DataPath::begin`] brings one.
@@ -25,17 +32,25 @@ impl Pipeline {
         Self {
             samples: [Iq { i: 0, q: 0 }; MAX_SAMPLES],
             config: Config::default(),
-            range: RangeProcessor::idle(),
-            map: PolarMap::new(),
-            health: Health::new(),
-            likelihood: Likelihood::new(),
             scan: 0,
+            range: RangeProcessor::idle(),
+            finder: StairFinder::new(),
+            health: Health::new(),
         }
     }
 
     /// The map of the last scan.
     pub fn map(&self) -> &PolarMap {
-        &self.map
+        self.finder.map()
+    }
+
+    /// [`DataPath::finish`] while somebody looks.
+    pub fn finish_observed(&mut self, observer: &mut impl Observer) -> Outcome {
+        if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
+            return Outcome::fault(reason);
+        }
+        self.finder
+            .finish_observed(&self.config, self.scan, observer)
     }
 
     /// The health of the last scan.
@@ -59,10 +74,9 @@ impl DataPath for Pipeline {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
         self.range
             .configure(&config.radar, &config.mount, &config.cfar)?;
-        self.map.begin(config)?;
-        self.health = Health::new();
-        self.likelihood.begin(&self.map);
+        self.finder.begin(config)?;
         self.scan = scan;
+        self.health = Health::new();
         self.config = *config;
         Ok(())
     }
@@ -77,7 +91,7 @@ impl DataPath for Pipeline {
             .samples
             .get(..chirp(&self.samples, &self.config))
             .unwrap_or(&[]);
-        let Some(mut cells) = self.map.row_mut(row.into(), beam_angle_rad) else {
+        let Some(mut cells) = self.finder.row_mut(row.into(), beam_angle_rad) else {
             return;
         };
         // The sweep hands over whole chirps only.
@@ -85,18 +99,15 @@ impl DataPath for Pipeline {
             return;
         };
         self.health.row(row, chirp, &stats, cells.cells);
-        self.likelihood.row(&self.map, row.into());
+        self.finder.row_done(row.into());
     }
 
     fn lost(&mut self, row: u16) {
-        self.likelihood.row(&self.map, row.into());
+        self.finder.row_lost(row.into());
     }
 
     fn finish(&mut self) -> Outcome {
-        if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
-            return Outcome::fault(reason);
-        }
-        self.likelihood.finish(&self.map, &self.config, self.scan)
+        self.finish_observed(&mut ())
     }
 
     fn self_test(&mut self) -> bool {

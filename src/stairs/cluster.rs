@@ -159,6 +159,8 @@ pub enum Fate {
     Kept,
     /// Too few particles: scatter that did not converge.
     Outlier,
+    /// Part of the same object as the cluster of this number, and one with it now.
+    Fused(u16),
     /// Part of an object that another cluster stands for.
     Redundant,
 }
@@ -168,53 +170,93 @@ pub enum Fate {
 pub struct Extent {
     /// Its particles.
     pub count: u16,
-    /// Its place along the depth, metres.
-    pub depth_m: f32,
-    /// Its place along the height, metres.
-    pub height_m: f32,
+    /// Its place along the beam's reference axis (the depth of stairs going up), metres.
+    pub along_m: f32,
+    /// Its place across that axis (their height), metres.
+    pub across_m: f32,
     /// What became of it.
     pub fate: Fate,
+}
+
+impl Extent {
+    /// Whether this one stands for an object rather than `other`: the one with more particles, of
+    /// equal ones the higher.
+    fn precedes(&self, other: &Self) -> bool {
+        self.count > other.count || (self.count == other.count && self.across_m > other.across_m)
+    }
 }
 
 /// Marks the clusters that hold fewer than 10 % of the mean particle count as outliers.
 pub fn reject_outliers(clusters: &mut [Extent]) {
     const SHARE: u32 = 10;
     let total: u32 = clusters.iter().map(|c| u32::from(c.count)).sum();
-    let number = clusters.len() as u32;
+    let number = clusters.iter().filter(|c| c.count > 0).count() as u32;
     for cluster in clusters {
-        if u32::from(cluster.count) * number * SHARE < total {
+        if u32::from(cluster.count) * number * SHARE < total || cluster.count == 0 {
             cluster.fate = Fate::Outlier;
         }
     }
 }
 
-/// Of two kept clusters closer than `spacing_m` in depth or in height, marks the one with fewer
+/// Calls `judge` with the number of each kept cluster, the largest first, and lets it decide.
+fn by_precedence(
+    clusters: &mut [Extent],
+    mut judge: impl FnMut(&[Extent], usize, &Extent) -> Fate,
+) {
+    let mut judged: u64 = 0;
+    for _ in 0..clusters.len().min(MAX_CLUSTERS) {
+        let next = (clusters.iter().enumerate().take(MAX_CLUSTERS))
+            .filter(|(k, c)| c.fate == Fate::Kept && judged & (1 << k) == 0)
+            .reduce(|best, c| if c.1.precedes(best.1) { c } else { best })
+            .map(|(k, c)| (k, *c));
+        let Some((k, cluster)) = next else { return };
+        let fate = judge(clusters, k, &cluster);
+        judged |= 1 << k;
+        if let Some(cluster) = clusters.get_mut(k) {
+            cluster.fate = fate;
+        }
+    }
+}
+
+/// Fuses each kept cluster that is closer than `spacing_m` along the axis to one with more
+/// particles with the nearest of those: a riser is one object, however high it is and however
+/// unevenly it shines.
+pub fn fuse(clusters: &mut [Extent], spacing_m: f32) {
+    let mut objects: u64 = 0;
+    by_precedence(clusters, |clusters, k, cluster| {
+        let nearest = (clusters.iter().enumerate().take(MAX_CLUSTERS))
+            .filter(|(object, _)| objects & (1 << object) != 0)
+            .map(|(object, c)| (object, (c.along_m - cluster.along_m).abs()))
+            .filter(|&(_, distance)| distance < spacing_m)
+            .reduce(|a, b| if b.1 < a.1 { b } else { a });
+        match nearest {
+            Some((object, _)) => Fate::Fused(object as u16),
+            None => {
+                objects |= 1 << k;
+                Fate::Kept
+            }
+        }
+    });
+}
+
+/// Of two kept clusters closer than `spacing_m` along or across the axis, marks the one with fewer
 /// particles as redundant; of equal ones the lower.
 ///
 /// The largest cluster speaks first, so that one that is itself redundant takes no other with it.
 pub fn reject_redundant(clusters: &mut [Extent], spacing_m: f32) {
-    let precedes = |a: &Extent, b: &Extent| {
-        a.count > b.count || (a.count == b.count && a.height_m > b.height_m)
-    };
-    let mut spoken: u64 = 0;
-    for _ in 0..clusters.len().min(MAX_CLUSTERS) {
-        let next = (clusters.iter().enumerate().take(MAX_CLUSTERS))
-            .filter(|(k, c)| c.fate == Fate::Kept && spoken & (1 << k) == 0)
-            .reduce(|best, c| if precedes(c.1, best.1) { c } else { best })
-            .map(|(k, c)| (k, *c));
-        let Some((speaker, strong)) = next else {
-            return;
-        };
-        spoken |= 1 << speaker;
-        for (k, weak) in clusters.iter_mut().enumerate() {
-            let near = (weak.depth_m - strong.depth_m).abs() < spacing_m
-                || (weak.height_m - strong.height_m).abs() < spacing_m;
-            let silent = k >= MAX_CLUSTERS || spoken & (1 << k) == 0;
-            if weak.fate == Fate::Kept && silent && near {
-                weak.fate = Fate::Redundant;
-            }
+    let mut objects: u64 = 0;
+    by_precedence(clusters, |clusters, k, cluster| {
+        let near = (clusters.iter().enumerate().take(MAX_CLUSTERS)).any(|(object, c)| {
+            objects & (1 << object) != 0
+                && ((c.along_m - cluster.along_m).abs() < spacing_m
+                    || (c.across_m - cluster.across_m).abs() < spacing_m)
+        });
+        if near {
+            return Fate::Redundant;
         }
-    }
+        objects |= 1 << k;
+        Fate::Kept
+    });
 }
 
 #[cfg(test)]
@@ -288,10 +330,10 @@ mod tests {
 
     fn extents(of: &[(u16, f32, f32)]) -> std::vec::Vec<Extent> {
         of.iter()
-            .map(|&(count, depth_m, height_m)| Extent {
+            .map(|&(count, along_m, across_m)| Extent {
                 count,
-                depth_m,
-                height_m,
+                along_m,
+                across_m,
                 fate: Fate::Kept,
             })
             .collect()
@@ -343,6 +385,34 @@ mod tests {
         assert_eq!(fates(&clusters), [Kept, Outlier]);
     }
 
+    #[test]
+    fn an_object_is_fused_from_what_is_close_along_the_axis() {
+        use Fate::{Fused, Kept, Outlier};
+        // 0.125 m is exact in binary, so the bound itself can be tested.
+        let mut clusters = extents(&[
+            (9, 1.1, 0.0),
+            (10, 1.0, 0.5),
+            (8, 1.2, 1.0),
+            (7, 1.125, 1.0),
+            (6, 1.251, 1.0),
+        ]);
+        clusters[4].fate = Outlier;
+        fuse(&mut clusters, 0.125);
+        assert_eq!(fates(&clusters), [Fused(1), Kept, Kept, Fused(2), Outlier],);
+        let mut clusters = extents(&[(10, 1.0, 0.0), (9, 1.125, 0.0)]);
+        fuse(&mut clusters, 0.125);
+        assert_eq!(fates(&clusters), [Kept, Kept]);
+    }
+
+    #[test]
+    fn clusters_that_lost_all_particles_are_outliers_and_do_not_count() {
+        use Fate::{Kept, Outlier};
+        // Mean of the two that are left: 50.5.
+        let mut clusters = extents(&[(96, 0.0, 0.0), (0, 0.0, 0.0), (5, 1.0, 1.0)]);
+        reject_outliers(&mut clusters);
+        assert_eq!(fates(&clusters), [Kept, Outlier, Outlier]);
+    }
+
     proptest! {
         #[test]
         fn settled_boxes_hold_their_inputs_and_obey_the_vigilance(
@@ -376,8 +446,8 @@ mod tests {
                 .collect();
             for (k, a) in kept.iter().enumerate() {
                 for b in &kept[..k] {
-                    prop_assert!((a.depth_m - b.depth_m).abs() >= 0.1);
-                    prop_assert!((a.height_m - b.height_m).abs() >= 0.1);
+                    prop_assert!((a.along_m - b.along_m).abs() >= 0.1);
+                    prop_assert!((a.across_m - b.across_m).abs() >= 0.1);
                 }
             }
         }

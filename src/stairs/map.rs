@@ -203,6 +203,15 @@ impl PolarMap {
             .is_some_and(|word| word & (1 << (bin % 32)) != 0)
     }
 
+    /// The cells of row `k` that CA-CFAR let through: bin and logarithmic power.
+    pub fn hits(&self, k: usize) -> impl Iterator<Item = (usize, u8)> {
+        let cells = self.row(k);
+        let words = self.mask(k).iter().zip(cells.chunks(32)).enumerate();
+        words.flat_map(|(w, (&word, cells))| {
+            Bits(word).filter_map(move |bit| Some((32 * w + bit, *cells.get(bit)?)))
+        })
+    }
+
     /// Whether row `k`'s chirp arrived.
     pub fn present(&self, k: usize) -> bool {
         self.present
@@ -213,6 +222,22 @@ impl PolarMap {
     /// The shaft's angle of row `k`, radians.
     pub fn angle_rad(&self, k: usize) -> f32 {
         self.angles.get(k).copied().unwrap_or(0.0)
+    }
+}
+
+/// The set bits of a word, lowest first.
+struct Bits(u32);
+
+impl Iterator for Bits {
+    type Item = usize;
+
+    fn next(&mut self) -> Option<usize> {
+        if self.0 == 0 {
+            return None;
+        }
+        let bit = self.0.trailing_zeros() as usize;
+        self.0 &= self.0 - 1;
+        Some(bit)
     }
 }
 

@@ -1,12 +1,28 @@
 //! From the polar map to steps: particles, clusters, dimensions, and how sure they are.
+//!
+//! | module | from → to |
+//! |---|---|
+//! | [`map`] | rows of cells → the polar map and where its cells lie |
+//! | [`bright`] | map → high-intensity places, modes around them, weights |
+//! | [`particles`] | modes → weighted particles, resampled |
+//! | [`cluster`] | particles → clusters, and which of them are no steps |
+//! | [`dimension`] | clusters → steps |
+//! | [`paper`] | the paper's estimator, from map to outcome |
+//! | [`likelihood`] | the default estimator: scatterers, and the flight that explains them best |
+//! | [`finder`] | the map, its estimators and their memory |
 
+pub mod bright;
 pub mod cluster;
+pub mod dimension;
+pub mod finder;
 pub mod likelihood;
 pub mod map;
+pub mod paper;
 pub mod particles;
 
 use core::fmt;
 
+pub use finder::StairFinder;
 pub use likelihood::Likelihood;
 pub use map::PolarMap;
 

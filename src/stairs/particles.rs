@@ -32,10 +32,14 @@ pub struct Particle {
 }
 
 impl Particle {
-    /// The cell (row, bin) of the map that a particle with coordinates (angle, range) lies in.
-    pub fn cell(&self) -> (usize, usize) {
-        let [row, bin] = self.at.map(|c| (c.max(0) as usize + 32) / 64);
-        (row, bin)
+    /// The cell (row, bin) of the map that a particle with coordinates (angle, range) lies in;
+    /// `None` short of the first.
+    pub fn cell(&self) -> Option<(usize, usize)> {
+        let unit = i32::from(UNITS_PER_CELL);
+        let [row, bin] = self
+            .at
+            .map(|c| usize::try_from((i32::from(c) + unit / 2).div_euclid(unit)));
+        Some((row.ok()?, bin.ok()?))
     }
 }
 
@@ -402,6 +406,23 @@ mod tests {
         assert!((m.variance[0].sqrt() - 100.0).abs() < 7.0);
         assert!((m.variance[1].sqrt() - 20.0).abs() < 1.5);
         assert!(m.covariance.abs() < 200.0);
+    }
+
+    #[test]
+    fn a_cell_reaches_half_a_cell_around_its_middle() {
+        let cell = |row, bin| {
+            let at = [row, bin];
+            Particle {
+                at,
+                weight: 0,
+                mark: 0,
+            }
+            .cell()
+        };
+        assert_eq!(cell(-32, 31), Some((0, 0)));
+        assert_eq!(cell(32, 95), Some((1, 1)));
+        assert_eq!(cell(-33, 0), None);
+        assert_eq!(cell(i16::MAX, i16::MAX), Some((512, 512)));
     }
 
     #[test]

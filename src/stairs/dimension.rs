@@ -1,0 +1,154 @@
+//! From a cluster to a step: distance, height and what they are worth (paper IV).
+
+use super::cluster::{Extent, Fate};
+use super::map::Geometry;
+use super::particles::{Moments, Particle};
+use super::{Direction, Outcome, Step};
+use crate::config::{ParticleConfig, Plane};
+use crate::math;
+
+/// Particles below the topmost whose mean distance from each other says how far the topmost is
+/// from the end of what they are drawn from.
+const TOP_GAPS: usize = 4;
+
+/// One cluster's particles, in units of their coordinates.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ClusterShape {
+    /// Particles.
+    count: u16,
+    /// Power-weighted mean along the axis (eq. 5).
+    along: f32,
+    /// Its standard deviation.
+    along_sigma: f32,
+    /// Mean across the axis.
+    across: f32,
+    /// The topmost particle across the axis.
+    top: f32,
+    /// Mean distance between the topmost particles.
+    gap: f32,
+}
+
+impl ClusterShape {
+    /// The shape of `members`, the topmost first.
+    pub fn of(members: &[Particle]) -> Self {
+        let peak = members.iter().map(|p| p.weight).max().unwrap_or(0);
+        let power = Moments::of(members, |p| linear_power(peak - p.weight.min(peak)));
+        let places = Moments::of(members, |_| 1);
+        let (Some(power), Some(places), Some(top)) = (power, places, members.first()) else {
+            return Self::default();
+        };
+        let next = (members.get(TOP_GAPS)).or(members.last()).unwrap_or(top);
+        let gaps = TOP_GAPS.min(members.len() - 1).max(1);
+        let across = |p: &Particle| f32::from(p.at[1]);
+        Self {
+            count: members.len() as u16,
+            along: power.mean[0],
+            along_sigma: math::sqrt(power.variance[0]),
+            across: places.mean[1],
+            top: across(top),
+            gap: (across(next) - across(top)) / gaps as f32,
+        }
+    }
+
+    /// What the rules of rejection see of it.
+    pub fn extent(&self, unit_m: f32) -> Extent {
+        Extent {
+            count: self.count,
+            along_m: self.along * unit_m,
+            // Coordinates count downwards.
+            across_m: -self.across * unit_m,
+            fate: Fate::Kept,
+        }
+    }
+
+    /// The step that it is.
+    fn step(&self, geometry: &Geometry, unit_m: f32, config: &ParticleConfig) -> Step {
+        let along = self.along * unit_m;
+        let (sin, cos) = math::sin_cos(0.5 * geometry.beamwidth_rad);
+        // Half the beam's width at the cluster's distance (eq. 3): so far beyond the edge the beam
+        // still sees it. The topmost of some particles lies one gap short of that on average.
+        let half_beam = along * sin / cos;
+        let edge = (self.top - self.gap) * unit_m + half_beam;
+        // The mean is as good as the echo is narrow, but no better than a bin's rounding; the edge
+        // as good as the beam model, whose width depends on how far the echo stands out.
+        let along_sigma = math::hypot(0.5 * self.along_sigma * unit_m, 0.1 * geometry.bin_m);
+        let across_sigma = math::hypot(0.5 * half_beam, self.gap * unit_m);
+        let share = f32::from(config.particles) / f32::from(config.modes.max(1));
+        let quality = (100.0 * f32::from(self.count) / share).min(100.0) as u8;
+        let (distance_m, height_m, distance_sigma_m, height_sigma_m) = match geometry.plane {
+            Plane::Depth => (
+                along,
+                geometry.mount_height_m - edge,
+                along_sigma,
+                across_sigma,
+            ),
+            Plane::Height => (
+                edge,
+                geometry.mount_height_m - along,
+                across_sigma,
+                along_sigma,
+            ),
+        };
+        Step {
+            distance_m,
+            height_m,
+            distance_sigma_m,
+            height_sigma_m,
+            quality,
+            ..Step::default()
+        }
+    }
+}
+
+/// Power this many cells' units (eighth octaves) below 1, Q15.
+fn linear_power(below: u16) -> u16 {
+    /// 2^(-k/8), Q15.
+    const EIGHTHS: [u16; 8] = [32768, 30048, 27554, 25268, 23170, 21247, 19484, 17867];
+    let eighth = EIGHTHS.get(usize::from(below % 8)).copied().unwrap_or(0);
+    eighth.checked_shr(u32::from(below / 8)).unwrap_or(0)
+}
+
+/// The answer that the clusters `kept` make, nearest step first.
+pub fn outcome<'a>(
+    kept: impl Iterator<Item = &'a ClusterShape>,
+    geometry: &Geometry,
+    unit_m: f32,
+    config: &ParticleConfig,
+) -> Outcome {
+    let mut outcome = Outcome::clear();
+    for shape in kept {
+        // A full list has no room for another step, whichever it is.
+        let _ = outcome.steps.push(shape.step(geometry, unit_m, config));
+    }
+    super::particles::shell_sort(&mut outcome.steps, |step| sort_key(step.distance_m));
+    link(&mut outcome.steps);
+    if !outcome.steps.is_empty() {
+        outcome.direction = match geometry.plane {
+            Plane::Depth => Direction::Up,
+            Plane::Height => Direction::Down,
+        };
+    }
+    outcome
+}
+
+/// An integer that orders as the number does.
+fn sort_key(value: f32) -> i32 {
+    let bits = value.to_bits() as i32;
+    if bits < 0 { i32::MIN - bits } else { bits }
+}
+
+/// Tread depths and riser heights of `steps` in the order of their distance: a tread reaches to
+/// the next step's edge, a riser from the level before; the first stands on the ground.
+pub fn link(steps: &mut [Step]) {
+    let mut level = 0.0;
+    for step in steps.iter_mut() {
+        step.riser_m = Some((step.height_m - level).abs());
+        level = step.height_m;
+        step.tread_m = None;
+    }
+    let mut next = None;
+    for step in steps.iter_mut().rev() {
+        step.tread_m = next.map(|distance: f32| distance - step.distance_m);
+        next = Some(step.distance_m);
+    }
+}

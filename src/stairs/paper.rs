@@ -1,0 +1,278 @@
+//! The paper's estimator (sections III and IV): particles converge on bright places, Fuzzy ART
+//! divides them into clusters, and every cluster that is not rejected is a step.
+//!
+//! Where the paper leaves a choice:
+//! - A particle's weight is its power above the minimum in decibels; in a cluster's mean (eq. 5)
+//!   it is linear power, so that the middle of the echo counts and not its skirts.
+//! - Inputs of Fuzzy ART are place and power scaled to 0…1: the particles' extent in depth and in
+//!   height, and [`POWER_SPAN_DB`] above the weakest; they come in order of depth.
+//! - Clusters of one riser are fused (III-B: "must be either fused or …"), those that come too
+//!   close to another in height are rejected.
+
+use heapless::Vec;
+use rand_core::SeedableRng;
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+use super::bright::{Field, Levels};
+use super::cluster::{self, Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
+use super::dimension::{self, ClusterShape};
+use super::map::{DB_PER_UNIT, PolarMap};
+use super::particles::{Cloud, Particle, UNITS_PER_CELL};
+use super::{Outcome, Reason};
+use crate::config::{Config, ParticleConfig, Spread};
+use crate::math;
+
+/// Clusters closer than this in depth or in height are redundant, metres (III-B).
+const REDUNDANT_M: f32 = 0.1;
+
+/// Power above the weakest particle that is 1 to Fuzzy ART, decibels: as far as high-intensity
+/// cells reach.
+const POWER_SPAN_DB: f32 = 20.0;
+
+/// Most epochs of Fuzzy ART. Boxes only grow, so that two or three settle all but odd cases.
+const EPOCHS: u8 = 6;
+
+/// Noise alone lets fewer than this many times the expected false alarms through.
+const FALSE_ALARM_MARGIN: f32 = 3.0;
+
+/// What an [`Observer`] is shown.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Particles as they were drawn, in cells of the map (angle, range).
+    Drawn,
+    /// The same after a round of resampling.
+    Resampled,
+    /// In the sagittal plane (along, across, see [`Places`]), marked with their clusters.
+    Clustered,
+    /// The same after fusion and rejection; particles of rejected clusters keep their marks.
+    Rejected,
+}
+
+/// Looks over the estimator's shoulder: for pictures, at no cost where nobody looks.
+pub trait Observer {
+    /// The particles, after `stage`, and the clusters, where there are any.
+    fn stage(&mut self, stage: Stage, cloud: &Cloud, field: &Field<'_>, clusters: &[Extent]) {
+        let _ = (stage, cloud, field, clusters);
+    }
+}
+
+impl Observer for () {}
+
+/// Coordinates of clustered particles: along the axis that the mirror's angle is measured from
+/// (forward in the depth plane, down in the height plane) and across it (down, forward), both from
+/// the mirror's centre in units of this many metres. The roles of depth and height, which the two
+/// planes exchange, are thus the same to everything that follows.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Places {
+    /// Metres of one unit.
+    pub unit_m: f32,
+}
+
+impl Places {
+    /// The places of `map`'s particles.
+    pub fn of(map: &PolarMap) -> Self {
+        Self {
+            unit_m: map.geometry().bin_m / f32::from(UNITS_PER_CELL),
+        }
+    }
+
+    /// Takes a particle from cells of `map` to its place.
+    fn place(self, map: &PolarMap, particle: &mut Particle) {
+        let geometry = map.geometry();
+        let unit = f32::from(UNITS_PER_CELL);
+        let [row, bin] = particle.at.map(|c| f32::from(c) / unit);
+        // The row's real angle, and a fraction of a step beside it.
+        let nearest = particle.cell().map_or(0, |(row, _)| row);
+        let angle = map.angle_rad(nearest) + (row - nearest as f32) * geometry.step_rad;
+        let (sin, cos) = math::sin_cos(angle);
+        let range = geometry.range_m(bin) / self.unit_m;
+        particle.at = [(range * cos) as i16, (range * sin) as i16];
+    }
+}
+
+/// What the estimator keeps: the map's levels during the scan, the particles after it.
+#[derive(Debug)]
+pub struct Paper {
+    levels: Levels,
+    cloud: Cloud,
+}
+
+impl Paper {
+    /// Before the first scan.
+    pub const fn new() -> Self {
+        Self {
+            levels: Levels::new(),
+            cloud: Cloud::new(),
+        }
+    }
+
+    /// Ready for the first row of a scan.
+    pub fn begin(&mut self) {
+        self.levels.clear();
+    }
+
+    /// Takes in row `k` of the map; rows may come in any order.
+    pub fn row(&mut self, map: &PolarMap, k: usize) {
+        self.levels.add_row(map, k);
+    }
+
+    /// The answer, after the last row. The same map, configuration and scan number give the same
+    /// answer.
+    pub fn finish(
+        &mut self,
+        map: &PolarMap,
+        config: &Config,
+        scan: u32,
+        observer: &mut impl Observer,
+    ) -> Outcome {
+        let Self { levels, cloud } = self;
+        if levels.hits() as f32 <= FALSE_ALARM_MARGIN * expected_false_alarms(map, config) {
+            return Outcome::fault(Reason::NoEcho);
+        }
+        let seed = u64::from(config.seed) << 32 | u64::from(scan);
+        let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
+        let field = Field::new(map, levels, config.particles.spread);
+        converge(&field, &config.particles, &mut rng, cloud, observer);
+
+        let places = Places::of(map);
+        (cloud.particles_mut().iter_mut()).for_each(|p| places.place(map, p));
+        form_clusters(cloud, config.particles.vigilance);
+        let mut shapes = shapes(cloud);
+        let mut extents = extents(&shapes, places.unit_m);
+        observer.stage(Stage::Clustered, cloud, &field, &extents);
+
+        cluster::reject_outliers(&mut extents);
+        cluster::fuse(&mut extents, REDUNDANT_M);
+        join(cloud, &mut extents, &mut shapes, places.unit_m);
+        cluster::reject_redundant(&mut extents, REDUNDANT_M);
+        observer.stage(Stage::Rejected, cloud, &field, &extents);
+
+        let kept = (extents.iter().zip(&shapes))
+            .filter(|(extent, _)| extent.fate == Fate::Kept)
+            .map(|(_, shape)| shape);
+        dimension::outcome(kept, map.geometry(), places.unit_m, &config.particles)
+    }
+}
+
+impl Default for Paper {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Cells that CA-CFAR would let through if there were nothing but noise.
+fn expected_false_alarms(map: &PolarMap, config: &Config) -> f32 {
+    (map.rows() * map.bins()) as f32 * config.cfar.false_alarm
+}
+
+/// Draws the particles and resamples them until they stand on bright places, each place once.
+fn converge(
+    field: &Field<'_>,
+    config: &ParticleConfig,
+    rng: &mut Xoshiro128PlusPlus,
+    cloud: &mut Cloud,
+    observer: &mut impl Observer,
+) {
+    cloud.clear();
+    let number = usize::from(config.particles);
+    if config.spread == Spread::Uniform {
+        cloud.add_mode(number, || field.anywhere(rng));
+    } else {
+        let modes = field.modes(config, rng);
+        let count = modes.len().max(1);
+        for (k, mode) in modes.iter().enumerate() {
+            // As even as whole numbers allow.
+            let share = number * (k + 1) / count - number * k / count;
+            cloud.add_mode(share, || mode.draw(rng));
+        }
+    }
+    cloud.weigh(|particle| field.weight(particle));
+    observer.stage(Stage::Drawn, cloud, field, &[]);
+    for _ in 0..config.rounds {
+        // Particles do not move, so their weights stay what they are.
+        cloud.resample(rng);
+        observer.stage(Stage::Resampled, cloud, field, &[]);
+    }
+    cloud.merge_duplicates();
+}
+
+/// Marks the particles with their clusters.
+fn form_clusters(cloud: &mut Cloud, vigilance: u16) {
+    cloud.sort_by_key(|p| (p.at, p.weight));
+    cloud.merge_duplicates();
+    let particles = cloud.particles_mut();
+    let mut low = [i16::MAX; 2];
+    let mut high = [i16::MIN; 2];
+    let mut weakest = u16::MAX;
+    for particle in particles.iter_mut() {
+        for ((low, high), at) in low.iter_mut().zip(&mut high).zip(particle.at) {
+            *low = at.min(*low);
+            *high = at.max(*high);
+        }
+        weakest = particle.weight.min(weakest);
+        particle.mark = NO_CLUSTER;
+    }
+    let scale = |low: i16, high: i16| 255.0 / (f32::from(high) - f32::from(low)).max(1.0);
+    let scales = [scale(low[0], high[0]), scale(low[1], high[1])];
+    let power_scale = 255.0 * DB_PER_UNIT / POWER_SPAN_DB;
+    let features = |p: &Particle| {
+        // `as` saturates: beyond the span power counts no further.
+        let [along, across] = [0, 1].map(|k: usize| {
+            let offset = f32::from(p.at[k & 1]) - f32::from(low[k & 1]);
+            (offset * scales[k & 1]) as u8
+        });
+        let power = f32::from(p.weight.saturating_sub(weakest)) * power_scale;
+        [along, across, power as u8]
+    };
+    let mut art = FuzzyArt::<3, MAX_CLUSTERS>::new(vigilance);
+    art.settle(particles, EPOCHS, features, |p| &mut p.mark);
+    sort_by_cluster(cloud);
+}
+
+/// Puts the particles of each cluster side by side, the topmost first.
+fn sort_by_cluster(cloud: &mut Cloud) {
+    cloud.sort_by_key(|p| (p.mark, p.at[1], p.at[0], p.weight));
+}
+
+/// The shape of each cluster; empty ones included, so that numbers stay what they are.
+fn shapes(cloud: &Cloud) -> Vec<ClusterShape, MAX_CLUSTERS> {
+    let mut shapes = Vec::new();
+    for members in cloud.particles().chunk_by(|a, b| a.mark == b.mark) {
+        let mark = members.first().map_or(NO_CLUSTER, |p| p.mark);
+        while shapes.len() < usize::from(mark) && shapes.push(ClusterShape::default()).is_ok() {}
+        if mark != NO_CLUSTER {
+            // There are at most as many marks as places.
+            let _ = shapes.push(ClusterShape::of(members));
+        }
+    }
+    shapes
+}
+
+/// What the rules of rejection see of the clusters.
+fn extents(shapes: &[ClusterShape], unit_m: f32) -> Vec<Extent, MAX_CLUSTERS> {
+    (shapes.iter().take(MAX_CLUSTERS))
+        .map(|shape| shape.extent(unit_m))
+        .collect()
+}
+
+/// Gives the particles of fused clusters to the cluster that these are fused with.
+fn join(cloud: &mut Cloud, extents: &mut [Extent], shapes: &mut [ClusterShape], unit_m: f32) {
+    for particle in cloud.particles_mut() {
+        let extent = extents.get(usize::from(particle.mark));
+        if let Some(Fate::Fused(into)) = extent.map(|e| e.fate) {
+            particle.mark = into;
+        }
+    }
+    sort_by_cluster(cloud);
+    for members in cloud.particles().chunk_by(|a, b| a.mark == b.mark) {
+        let mark = members.first().map_or(NO_CLUSTER, |p| p.mark);
+        let place = (extents.get_mut(usize::from(mark))).zip(shapes.get_mut(usize::from(mark)));
+        if let Some((extent, shape)) = place {
+            *shape = ClusterShape::of(members);
+            *extent = Extent {
+                fate: extent.fate,
+                ..shape.extent(unit_m)
+            };
+        }
+    }
+}
