@@ -401,6 +401,43 @@ pub struct Config {
 }
 
 impl Config {
+    /// No configuration at all: every bit zero, valid for nothing. What statics hold before the
+    /// first scan.
+    pub const EMPTY: Self = Self {
+        radar: RadarConfig {
+            carrier_khz: 0,
+            bandwidth_khz: 0,
+            samples: 0,
+        },
+        mount: MountConfig {
+            mirror_offset: 0,
+            mount_height: 0,
+            beamwidth: 0,
+            plane: Plane::Depth,
+        },
+        sweep: SweepConfig {
+            first_angle: 0,
+            angle_step: 0,
+            angle_count: 0,
+        },
+        cfar: CfarConfig {
+            guard: 0,
+            training: 0,
+            false_alarm: 0.0,
+            near_margin: 0,
+        },
+        particles: ParticleConfig {
+            particles: 0,
+            modes: 0,
+            spread: Spread::Uniform,
+            rounds: 0,
+            mode_sigma: 0,
+            vigilance: 0,
+        },
+        estimator: EstimatorKind::ALL[0],
+        seed: 0,
+    };
+
     /// Checks every field, and that the map holds such a scan.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.radar.validate()?;

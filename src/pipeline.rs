@@ -27,11 +27,12 @@ const _: () = assert!(
 );
 
 impl Pipeline {
-    /// A data path without a configuration; [`DataPath::begin`] brings one.
-    pub fn new() -> Self {
+    /// A data path without a configuration; [`DataPath::begin`] brings one. All bits are zero, so
+    /// that a static of it costs no flash.
+    pub const fn new() -> Self {
         Self {
             samples: [Iq { i: 0, q: 0 }; MAX_SAMPLES],
-            config: Config::default(),
+            config: Config::EMPTY,
             scan: 0,
             range: RangeProcessor::idle(),
             finder: StairFinder::new(),

@@ -1,0 +1,187 @@
+//! 168 MHz from the crystal, or 16 MHz without it.
+//!
+//! Every wait is bounded: a crystal that does not come up (a fault on a board, and the emulator,
+//! whose RCC reads as 0) leaves the chip on its internal oscillator, which is slower and does the
+//! same work. The register values are computed here and checked on the host, since the emulator
+//! never takes this path.
+
+/// The board's crystal, Hz.
+#[cfg(test)]
+pub const CRYSTAL_HZ: u32 = 8_000_000;
+
+/// What drives the core, and what follows from it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Clocks {
+    /// The word of the boot and status sentences.
+    pub name: &'static str,
+    /// Core and AHB, Hz.
+    pub core_hz: u32,
+    /// APB1 (USART2), Hz.
+    pub apb1_hz: u32,
+    /// APB2 (USART1), Hz.
+    pub apb2_hz: u32,
+    /// Timers on APB1 (TIM5), Hz: twice APB1 wherever that is divided.
+    pub timer_hz: u32,
+}
+
+/// On the internal oscillator, as after reset.
+pub const HSI: Clocks = Clocks {
+    name: "hsi-16",
+    core_hz: 16_000_000,
+    apb1_hz: 16_000_000,
+    apb2_hz: 16_000_000,
+    timer_hz: 16_000_000,
+};
+
+/// On crystal and PLL.
+pub const HSE: Clocks = Clocks {
+    name: "hse-168",
+    core_hz: 168_000_000,
+    apb1_hz: 42_000_000,
+    apb2_hz: 84_000_000,
+    timer_hz: 84_000_000,
+};
+
+/// The PLL: VCO = crystal / m × n, core = VCO / p.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Pll {
+    /// Input divider.
+    pub m: u32,
+    /// Multiplier.
+    pub n: u32,
+    /// Core divider: 2, 4, 6 or 8.
+    pub p: u32,
+    /// 48 MHz divider.
+    pub q: u32,
+}
+
+/// 8 MHz / 4 × 168 / 2.
+pub const PLL: Pll = Pll {
+    m: 4,
+    n: 168,
+    p: 2,
+    q: 7,
+};
+
+impl Pll {
+    /// RCC_PLLCFGR (RM0090 7.3.2) with the crystal as its source.
+    pub const fn pllcfgr(self) -> u32 {
+        const SOURCE_HSE: u32 = 1 << 22;
+        // Bit 29 is reserved and set after reset.
+        1 << 29 | self.q << 24 | SOURCE_HSE | (self.p / 2 - 1) << 16 | self.n << 6 | self.m
+    }
+}
+
+/// RCC_CFGR (RM0090 7.3.3): PLL as system clock, AHB /1, APB1 /4, APB2 /2.
+pub const CFGR: u32 = 0b100 << 13 | 0b101 << 10 | 0b10;
+
+/// FLASH_ACR (RM0090 3.9.2): 5 wait states for 168 MHz at 3.3 V, prefetch and both caches.
+pub const FLASH_ACR: u32 = 1 << 10 | 1 << 9 | 1 << 8 | 5;
+
+/// USART_BRR for a baud rate: with 16-fold oversampling it is the plain quotient, rounded.
+pub const fn brr(bus_hz: u32, baud: u32) -> u32 {
+    (bus_hz + baud / 2) / baud
+}
+
+/// Timer prescaler for a tick.
+pub const fn prescaler(timer_hz: u32, tick_hz: u32) -> u32 {
+    timer_hz / tick_hz - 1
+}
+
+#[cfg(target_os = "none")]
+mod apply {
+    use super::{CFGR, Clocks, FLASH_ACR, HSE, HSI, PLL};
+    use stm32f4xx_hal::pac;
+
+    /// Polls of the crystal's ready flag: some 60 ms at 16 MHz, where a crystal needs 2 to 10.
+    const CRYSTAL_POLLS: u32 = 100_000;
+    /// Polls for the PLL's lock (300 µs) and for the switch.
+    const PLL_POLLS: u32 = 10_000;
+
+    fn wait(polls: u32, mut ready: impl FnMut() -> bool) -> bool {
+        (0..polls).any(|_| ready())
+    }
+
+    /// Starts crystal and PLL if they come up within their bounds, and says what drives the core.
+    pub fn start(rcc: &pac::RCC, flash: &pac::FLASH) -> Clocks {
+        rcc.cr().modify(|_, w| w.hseon().set_bit());
+        if !wait(CRYSTAL_POLLS, || rcc.cr().read().hserdy().bit_is_set()) {
+            rcc.cr().modify(|_, w| w.hseon().clear_bit());
+            return HSI;
+        }
+        // SAFETY: the values are those of the reference manual, checked by this module's tests.
+        rcc.pllcfgr().write(|w| unsafe { w.bits(PLL.pllcfgr()) });
+        rcc.cr().modify(|_, w| w.pllon().set_bit());
+        if !wait(PLL_POLLS, || rcc.cr().read().pllrdy().bit_is_set()) {
+            rcc.cr().modify(|_, w| w.pllon().clear_bit());
+            return HSI;
+        }
+        // Flash must be slow enough before the core gets fast.
+        // SAFETY: as above.
+        flash.acr().write(|w| unsafe { w.bits(FLASH_ACR) });
+        rcc.cfgr().write(|w| unsafe { w.bits(CFGR) });
+        if wait(PLL_POLLS, || rcc.cfgr().read().sws().is_pll()) {
+            return HSE;
+        }
+        // SAFETY: 0 is the reset value: HSI, nothing divided.
+        rcc.cfgr().write(|w| unsafe { w.bits(0) });
+        HSI
+    }
+}
+
+#[cfg(target_os = "none")]
+pub use apply::start;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pll_stays_within_the_data_sheet() {
+        let input = CRYSTAL_HZ / PLL.m;
+        assert!((950_000..=2_100_000).contains(&input));
+        let vco = input * PLL.n;
+        assert!((100_000_000..=432_000_000).contains(&vco));
+        assert_eq!(vco / PLL.p, HSE.core_hz);
+        assert_eq!(vco / PLL.q, 48_000_000);
+    }
+
+    #[test]
+    fn registers_hold_what_the_reference_manual_says() {
+        let field = |value: u32, low: u32, bits: u32| (value >> low) & ((1 << bits) - 1);
+        let pll = PLL.pllcfgr();
+        assert_eq!(field(pll, 0, 6), 4, "PLLM");
+        assert_eq!(field(pll, 6, 9), 168, "PLLN");
+        assert_eq!(field(pll, 16, 2), 0, "PLLP: 0 divides by 2");
+        assert_eq!(field(pll, 22, 1), 1, "PLLSRC: HSE");
+        assert_eq!(field(pll, 24, 4), 7, "PLLQ");
+        assert_eq!(field(CFGR, 0, 2), 2, "SW: PLL");
+        assert_eq!(field(CFGR, 4, 4), 0, "HPRE: not divided");
+        assert_eq!(field(CFGR, 10, 3), 0b101, "PPRE1: /4");
+        assert_eq!(field(CFGR, 13, 3), 0b100, "PPRE2: /2");
+        assert_eq!(HSE.core_hz / 4, HSE.apb1_hz);
+        assert_eq!(HSE.core_hz / 2, HSE.apb2_hz);
+        assert_eq!(HSE.apb1_hz * 2, HSE.timer_hz);
+        assert_eq!(field(FLASH_ACR, 0, 3), 5, "LATENCY");
+        assert_eq!(
+            field(FLASH_ACR, 8, 3),
+            7,
+            "prefetch, instruction and data cache"
+        );
+        const { assert!(HSE.apb1_hz <= 42_000_000 && HSE.apb2_hz <= 84_000_000) };
+    }
+
+    #[test]
+    fn both_clocks_hit_the_baud_rates() {
+        for clocks in [HSI, HSE] {
+            let exact = brr(clocks.apb2_hz, 1_000_000);
+            assert_eq!(clocks.apb2_hz, exact * 1_000_000, "{}", clocks.name);
+            assert!(exact >= 16, "less than one period of oversampling");
+            let report = brr(clocks.apb1_hz, 115_200);
+            let error = f64::from(clocks.apb1_hz) / f64::from(report) / 115_200.0 - 1.0;
+            assert!(error.abs() < 0.005, "{}: {error}", clocks.name);
+            let division = prescaler(clocks.timer_hz, 1_000_000) + 1;
+            assert_eq!(division * 1_000_000, clocks.timer_hz);
+        }
+    }
+}

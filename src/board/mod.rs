@@ -1,0 +1,21 @@
+//! The only place that knows the STM32F405: clocks, pins, serial ports, timers, watchdog.
+//!
+//! Pins, levels and connectors are in `docs/hardware.md`.
+
+pub mod clock;
+pub mod retained;
+pub mod ring;
+
+#[cfg(target_os = "none")]
+pub mod fault;
+#[cfg(target_os = "none")]
+pub mod motor;
+#[cfg(all(target_os = "none", feature = "provoke"))]
+pub mod provoke;
+#[cfg(target_os = "none")]
+mod start;
+#[cfg(target_os = "none")]
+pub mod uart;
+
+#[cfg(target_os = "none")]
+pub use start::{ChipBoard, Hardware, start};
