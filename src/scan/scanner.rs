@@ -198,6 +198,9 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         self.outbox.pump(&mut self.port);
     }
 
+    // Most functions below are kept out of line: inlined into each other at every place of use they
+    // are three times as much flash, and none of them is hot.
+
     // ----- commands ---------------------------------------------------------------------------
 
     /// Reads at most one line, and only when its answer has room.
@@ -215,6 +218,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         }
     }
 
+    #[inline(never)]
     fn refuse(&mut self, command: &str, field: &str, expected: &str) {
         self.outbox.push(&Sentence::Fail {
             command,
@@ -223,10 +227,12 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         });
     }
 
+    #[inline(never)]
     fn done(&mut self, command: &str) {
         self.outbox.push(&Sentence::Done { command });
     }
 
+    #[inline(never)]
     fn execute(&mut self, now: Micros) {
         let parsed = match command::parse(self.reader.line()) {
             Ok(Command::Set(key, value)) => {
@@ -289,11 +295,13 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         }
     }
 
+    #[inline(never)]
     fn tell_setting(&mut self, key: &str) {
         let value = self.settings.get(key).unwrap_or_default();
         self.outbox.push(&Sentence::Config { key, value: &value });
     }
 
+    #[inline(never)]
     fn tell_version(&mut self) {
         let mut value = heapless::String::<64>::new();
         let _ = value.push_str(self.identity.version);
@@ -304,6 +312,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
     }
 
     /// One more sentence of `get`'s list.
+    #[inline(never)]
     fn list(&mut self) {
         let Some(next) = self.listing else { return };
         if !self.outbox.has_room() {
@@ -357,6 +366,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         }
     }
 
+    #[inline(never)]
     fn boot(&mut self, now: Micros) {
         let Identity {
             version,
@@ -385,6 +395,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
     }
 
     /// Begins a scan, or the self-test if home or link is unknown.
+    #[inline(never)]
     fn begin(&mut self, now: Micros, errand: Errand) {
         self.deadline = now.plus(POLL_US);
         if !self.mirror.homed() || !self.connected {
@@ -407,6 +418,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         }
     }
 
+    #[inline(never)]
     fn self_test(&mut self, now: Micros, test: Test, errand: Errand) {
         match test {
             Test::Arithmetic => {
@@ -444,6 +456,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         self.deadline = now.plus(timeout).plus(POLL_US);
     }
 
+    #[inline(never)]
     fn test_link(&mut self, now: Micros, until: Micros, again: Option<Micros>, errand: Errand) {
         if let Some(again) = again {
             if now.reached(again) {
@@ -478,6 +491,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
 
     /// Keeps what the module says, so that commands are checked against it, unless no scan can be
     /// made of it: then the scan says so, and commands must still work.
+    #[inline(never)]
     fn adopt(&mut self, radar: RadarConfig) {
         let mut settings = self.settings;
         settings.config.radar = radar;
@@ -499,6 +513,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
     }
 
     /// A failed self-test is told as scan 0: the scanner has no answer, and says why.
+    #[inline(never)]
     fn fail_test(&mut self, now: Micros, reason: Reason, errand: Errand) {
         if errand == Errand::Answer {
             self.refuse("selftest", reason.as_str(), "a test that passes");
@@ -507,6 +522,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         self.enter_fault(now, false);
     }
 
+    #[inline(never)]
     fn enter_fault(&mut self, now: Micros, told: bool) {
         self.mirror.disable();
         self.connected = false;
@@ -515,6 +531,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         self.deadline = until.plus(POLL_US);
     }
 
+    #[inline(never)]
     fn fault(&mut self, now: Micros) {
         let reasons = self.reasons;
         let State::Fault { until, told } = &mut self.state else {
@@ -537,6 +554,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
     // ----- results ----------------------------------------------------------------------------
 
     /// From the last row to the outcome.
+    #[inline(never)]
     fn conclude(&mut self, rows: Rows) {
         let mut outcome = match rows.fault {
             Some(reason) => Outcome::fault(reason),
@@ -551,6 +569,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
         self.enter_reporting(outcome, rows.lost);
     }
 
+    #[inline(never)]
     fn enter_reporting(&mut self, outcome: Outcome, lost: u16) {
         self.reasons = outcome.reasons;
         self.outcome = outcome;
@@ -558,6 +577,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
     }
 
     /// Queues the answer's sentences as they fit, and goes on when all are queued.
+    #[inline(never)]
     fn report(&mut self, now: Micros) {
         self.deadline = now.plus(POLL_US);
         let scan = self.scans;
