@@ -1,5 +1,6 @@
 //! The program's commands, one module each.
 
+pub mod accuracy;
 pub mod profile;
 pub mod replay;
 pub mod score;
