@@ -1,9 +1,9 @@
 //! The map and the estimators that read it, in one block of memory.
 
-use super::Outcome;
 use super::likelihood::Likelihood;
 use super::map::{PolarMap, Row};
 use super::paper::{Observer, Paper};
+use super::{Outcome, Reason};
 use crate::config::{Config, ConfigError, EstimatorKind};
 
 /// What one estimator keeps beside the map, during the scan and after it. Only one works at a
@@ -13,7 +13,10 @@ use crate::config::{Config, ConfigError, EstimatorKind};
     clippy::large_enum_variant,
     reason = "it is there to hold the largest: there is no heap to put it on"
 )]
+#[repr(u8)]
 enum Scratch {
+    /// Before the first scan: tag 0, so that a static of it costs no flash.
+    Idle,
     Likelihood(Likelihood),
     Paper(Paper),
 }
@@ -41,7 +44,7 @@ impl StairFinder {
     pub const fn new() -> Self {
         Self {
             map: PolarMap::new(),
-            scratch: Scratch::Paper(Paper::new()),
+            scratch: Scratch::Idle,
         }
     }
 
@@ -60,6 +63,7 @@ impl StairFinder {
             }
         }
         match &mut self.scratch {
+            Scratch::Idle => {}
             Scratch::Likelihood(state) => state.begin(&self.map),
             Scratch::Paper(state) => state.begin(),
         }
@@ -76,6 +80,7 @@ impl StairFinder {
         match &mut self.scratch {
             Scratch::Likelihood(state) => state.row(&self.map, k),
             Scratch::Paper(state) => state.row(&self.map, k),
+            Scratch::Idle => {}
         }
     }
 
@@ -83,7 +88,7 @@ impl StairFinder {
     pub fn row_lost(&mut self, k: usize) {
         match &mut self.scratch {
             Scratch::Likelihood(state) => state.row(&self.map, k),
-            Scratch::Paper(_) => {}
+            Scratch::Paper(_) | Scratch::Idle => {}
         }
     }
 
@@ -102,6 +107,7 @@ impl StairFinder {
         match &mut self.scratch {
             Scratch::Likelihood(state) => state.finish(&self.map, config, scan),
             Scratch::Paper(state) => state.finish(&self.map, config, scan, observer),
+            Scratch::Idle => Outcome::fault(Reason::Silent),
         }
     }
 
