@@ -43,7 +43,7 @@ pub fn answer(recording: &Recording, options: &Options) -> Result<Answer> {
             scans: 1,
             ..*options
         },
-        |_| (),
+        |_, _| (),
     )?;
     match answers.pop() {
         Some(answer) => Ok(answer),
@@ -51,11 +51,11 @@ pub fn answer(recording: &Recording, options: &Options) -> Result<Answer> {
     }
 }
 
-/// The answers of `options.scans` scans. After each of them `look` sees map and estimator.
+/// The answers of `options.scans` scans. With each of them `look` sees map and estimator.
 pub fn answers(
     recording: &Recording,
     options: &Options,
-    mut look: impl FnMut(&Pipeline),
+    mut look: impl FnMut(&Pipeline, &Answer),
 ) -> Result<Vec<Answer>> {
     let playback = Playback::new(recording, &options.config)?;
     let settings = Settings {
@@ -88,8 +88,9 @@ pub fn answers(
         let Some(sentences) = scanner.port_mut().take_scan()? else {
             continue;
         };
-        look(scanner.data());
-        answers.push(Answer::parse(&recording.name, sentences)?);
+        let answer = Answer::parse(&recording.name, sentences)?;
+        look(scanner.data(), &answer);
+        answers.push(answer);
         if answers.len() as u32 == options.scans {
             return Ok(answers);
         }

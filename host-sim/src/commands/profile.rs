@@ -10,6 +10,7 @@ use stairscan::config::{CfarConfig, MountConfig, to_fixed};
 use stairscan::range::{Profile, RangeProcessor};
 
 use super::{Format, emit};
+use crate::plots;
 use crate::recording::Recording;
 use crate::setup;
 
@@ -25,6 +26,9 @@ pub struct Args {
     /// Chirp, counted from 0
     #[arg(long, default_value_t = 0)]
     chirp: usize,
+    /// Draw the profile into this PNG file
+    #[arg(long, value_name = "FILE")]
+    plot: Option<PathBuf>,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -43,8 +47,8 @@ pub struct RangeProfile {
     pub detections: Vec<(f32, f32)>,
 }
 
-/// The profile of chirp `k`.
-pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
+/// The range processing that suits a recording of any radar.
+fn processor(recording: &Recording) -> Result<RangeProcessor> {
     let radar = setup::radar(recording)?;
     let (mount, cfar) = match &recording.meta.mirror {
         Some(mirror) => {
@@ -69,8 +73,13 @@ pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
             },
         ),
     };
-    let mut processor = RangeProcessor::new(&radar, &mount, &cfar)
-        .map_err(|e| anyhow!("{}: {e}", recording.name))?;
+    RangeProcessor::new(&radar, &mount, &cfar).map_err(|e| anyhow!("{}: {e}", recording.name))
+}
+
+/// The profile of chirp `k`.
+pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
+    let radar = setup::radar(recording)?;
+    let mut processor = processor(recording)?;
     let chirp = recording.chirp(k).ok_or_else(|| {
         anyhow!(
             "{}: chirp {k}: the recording holds chirps 0 to {}",
@@ -158,5 +167,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Format::Json => format!("{}\n", profile.json()),
         Format::Text => profile.text(&recording, args.chirp),
     });
+    if let Some(file) = &args.plot {
+        let view = plots::profile_view(&recording, args.chirp, &mut processor(&recording)?)?;
+        plots::write_profile(file, &view)?;
+        if args.format == Format::Text {
+            emit(&format!("\npicture\n  {}\n", file.display()));
+        }
+    }
     Ok(ExitCode::SUCCESS)
 }

@@ -34,15 +34,13 @@ pub struct ClusterView {
     pub fate: Fate,
 }
 
-/// How a cluster's height comes about.
+/// How the beam's width is taken out of a cluster's end.
 #[derive(Clone, Copy, Debug)]
 pub struct BeamView {
-    /// Distance of the cluster (eq. 5), metres.
-    pub distance_m: f64,
-    /// Height of its top particle, metres.
-    pub top_m: f64,
-    /// Height less the lower half of the beam, metres.
-    pub height_m: f64,
+    /// The cluster's end: its topmost particle, at the distance of the cluster (eq. 5).
+    pub end: Point,
+    /// The edge that is reported for it.
+    pub edge: Point,
 }
 
 /// Particles over the raw map (figs. 5 and 6).
@@ -78,36 +76,14 @@ fn dots(
     Ok(())
 }
 
-/// Clusters before rejection, the doomed ones marked (fig. 7).
+/// Clusters, those that are no steps marked (figs. 7 and 8).
 pub fn clusters(
     plane: &SagittalPlane<'_>,
     words: &Words,
     clusters: &[ClusterView],
 ) -> Result<Vec<u8>> {
-    draw_clusters(plane, words, clusters, |_| true)
-}
-
-/// The clusters that are left (fig. 8).
-pub fn kept_clusters(
-    plane: &SagittalPlane<'_>,
-    words: &Words,
-    clusters: &[ClusterView],
-) -> Result<Vec<u8>> {
-    draw_clusters(plane, words, clusters, |c| c.fate == Fate::Kept)
-}
-
-fn draw_clusters(
-    plane: &SagittalPlane<'_>,
-    words: &Words,
-    clusters: &[ClusterView],
-    shown: impl Fn(&ClusterView) -> bool,
-) -> Result<Vec<u8>> {
     let mut words = words.clone();
-    let shown: Vec<(RGBColor, &ClusterView)> = hues(clusters)
-        .into_iter()
-        .zip(clusters)
-        .filter(|(_, c)| shown(c))
-        .collect();
+    let shown: Vec<(RGBColor, &ClusterView)> = hues(clusters).into_iter().zip(clusters).collect();
     words.legend = shown
         .iter()
         .filter(|(_, c)| c.fate == Fate::Kept)
@@ -137,7 +113,7 @@ fn draw_clusters(
             sheet.marker(Shape::Cross, at, 10.0, *ink, WHITE)?;
             let reason = match cluster.fate {
                 Fate::Outlier => "outlier",
-                _ => "redundant",
+                Fate::Kept | Fate::Redundant => "redundant",
             };
             // Labels of neighbours stand below each other.
             let inside = at.0 + 130.0 < frame.at.0 + frame.size.0;
@@ -214,11 +190,11 @@ pub fn beam(
         (Swatch::Mark(Shape::Dot, 5.0, MEASURED), "particles".into()),
         (
             Swatch::Mark(Shape::Triangle, 7.0, MEASURED),
-            "top particle".into(),
+            "outermost particle".into(),
         ),
         (
             Swatch::Mark(Shape::Diamond, 7.0, CONCLUDED),
-            format!("height: top − d tan {degrees}°"),
+            format!("edge, less half the beam: d tan {degrees}°"),
         ),
     ];
     if beams.is_empty() {
@@ -239,9 +215,9 @@ pub fn beam(
     })
 }
 
-/// The beam whose middle points at the top particle.
+/// The beam whose middle points at the cluster's end.
 fn wedge(sheet: &Sheet<'_>, frame: &Frame, from: Point, beam: &BeamView, half: f64) -> Result<()> {
-    let (dx, dy) = (beam.distance_m - from.0, beam.top_m - from.1);
+    let (dx, dy) = (beam.end.0 - from.0, beam.end.1 - from.1);
     let (reach, angle) = (1.04 * dx.hypot(dy), dy.atan2(dx));
     let at = |angle: f64| frame.spot(from.0 + reach * angle.cos(), from.1 + reach * angle.sin());
     let arc = (-8..=8).map(|k| at(angle + half * f64::from(k) / 8.0));
@@ -253,23 +229,35 @@ fn wedge(sheet: &Sheet<'_>, frame: &Frame, from: Point, beam: &BeamView, half: f
     sheet.line(&[start, at(angle)], edge.dashed(9.0, 6.0))
 }
 
-/// Top particle, corrected height, and the arrow between them.
+/// The cluster's end, the edge that is reported, and how far they are apart.
 fn correction(sheet: &Sheet<'_>, frame: &Frame, beam: &BeamView) -> Result<()> {
-    let top = frame.spot(beam.distance_m, beam.top_m);
-    let foot = frame.spot(beam.distance_m, beam.height_m);
-    sheet.line(&[top, foot], Stroke::solid(INK, 2.2))?;
-    sheet.marker(Shape::Triangle, top, 8.0, MEASURED, WHITE)?;
-    sheet.marker(Shape::Diamond, foot, 8.0, CONCLUDED, WHITE)?;
-    let less = format!("−{} cm", number(100.0 * (beam.top_m - beam.height_m), 1));
-    let face = Face::plain(21.0);
-    let inside = top.0 + 190.0 < frame.at.0 + frame.size.0;
-    let (aside, face) = if inside {
-        (24.0, face.left())
+    let (dx, dy) = (beam.edge.0 - beam.end.0, beam.edge.1 - beam.end.1);
+    let end = frame.spot(beam.end.0, beam.end.1);
+    let edge = frame.spot(beam.edge.0, beam.edge.1);
+    sheet.line(&[end, edge], Stroke::solid(INK, 2.2))?;
+    sheet.marker(Shape::Triangle, end, 8.0, MEASURED, WHITE)?;
+    sheet.marker(Shape::Diamond, edge, 8.0, CONCLUDED, WHITE)?;
+    let vertical = dy.abs() > dx.abs();
+    let cm = |v: f64| number(100.0 * v, 1);
+    let (by, result) = if vertical {
+        (dy, format!("height {} cm", cm(beam.edge.1)))
     } else {
-        (-24.0, face.right())
+        (dx, format!("distance {} cm", cm(beam.edge.0)))
     };
-    let middle = (top.1 + foot.1) / 2.0;
-    sheet.note(&less, (top.0 + aside, middle - 14.0), face.bold())?;
-    let height = format!("height {} cm", number(100.0 * beam.height_m, 1));
-    sheet.note(&height, (top.0 + aside, middle + 14.0), face.ink(CONCLUDED))
+    let sign = if by > 0.0 { "+" } else { "" };
+    let face = Face::plain(21.0);
+    let right = end.0.max(edge.0) + 24.0;
+    let inside = right + 190.0 < frame.at.0 + frame.size.0;
+    let (x, face) = if inside {
+        (right, face.left())
+    } else {
+        (end.0.min(edge.0) - 24.0, face.right())
+    };
+    let middle = (end.1 + edge.1) / 2.0;
+    sheet.note(
+        &format!("{sign}{} cm", cm(by)),
+        (x, middle - 14.0),
+        face.bold(),
+    )?;
+    sheet.note(&result, (x, middle + 14.0), face.ink(CONCLUDED))
 }

@@ -131,7 +131,7 @@ fn pictures(test: &str, recording: &Recording, answer: &Answer, paper: &PaperVie
         config: &config,
         map: &map,
         answer,
-        paper,
+        paper: Some(paper),
     };
     let inner = dir.0.join("a/b");
     let written = write_scan(&inner, &view).unwrap();
@@ -178,11 +178,17 @@ fn a_scan_gives_every_figure_of_the_paper() {
             cluster(Fate::Redundant, 0.8),
             cluster(Fate::Outlier, 1.4),
         ],
-        beams: vec![BeamView {
-            distance_m: 0.78,
-            top_m: 0.3,
-            height_m: 0.266,
-        }],
+        kept: vec![cluster(Fate::Kept, 0.78), cluster(Fate::Kept, 1.05)],
+        beams: vec![
+            BeamView {
+                end: (0.78, 0.3),
+                edge: (0.78, 0.266),
+            },
+            BeamView {
+                end: (1.0, 0.2),
+                edge: (1.04, 0.2),
+            },
+        ],
     };
     let answer = answer(Status::Ok, &[(5030, 1650), (7800, 3400)]);
     let expected = [
@@ -221,7 +227,7 @@ fn silence_does_no_harm() {
         config: &config,
         map: &map,
         answer: &answer(Status::Fault, &[]),
-        paper: &nothing,
+        paper: Some(&nothing),
     };
     assert_eq!(write_scan(&dir.0, &view).unwrap().len(), 10);
 }
@@ -272,7 +278,7 @@ fn a_directory_that_cannot_be_made_is_named() {
         config: &config,
         map: &map,
         answer: &answer(Status::Ok, &[]),
-        paper: &PaperView::default(),
+        paper: None,
     };
     let error = write_scan(&dir.0.join("file/pictures"), &view).unwrap_err();
     assert!(format!("{error:#}").contains("file/pictures"), "{error:#}");
