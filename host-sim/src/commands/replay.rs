@@ -9,7 +9,7 @@ use stairscan::pipeline::Pipeline;
 
 use super::{Format, Settings, emit};
 use crate::answer::Answer;
-use crate::plots::{self, ScanView};
+use crate::plots::{self, PaperView, ScanView};
 use crate::recording::Recording;
 use crate::replay;
 use crate::setup;
@@ -82,7 +82,7 @@ fn draw(
         config: &config,
         map: pipeline.map(),
         answer,
-        paper: None,
+        paper: &PaperView::of(pipeline.map(), &config, answer.scan.scan),
     };
     plots::write_scan(dir, &scan)
 }

@@ -18,6 +18,7 @@
 
 mod colour;
 mod page;
+mod paper;
 mod particles;
 mod plane;
 mod profile;
@@ -67,8 +68,8 @@ pub struct ScanView<'a> {
     pub map: &'a PolarMap,
     /// What it reported.
     pub answer: &'a Answer,
-    /// What the paper's estimator makes of the map, if its figures are wanted too.
-    pub paper: Option<&'a PaperView>,
+    /// What the paper's estimator makes of the map.
+    pub paper: &'a PaperView,
 }
 
 /// Writes all pictures of a scan into `dir`, which is made if there is none; returns their paths.
@@ -101,23 +102,22 @@ pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
     keep("fig04-map", plane.map(&raw, Ground::Raw))?;
     let cfar = of("The map after CA-CFAR");
     keep("fig10-map-cfar", plane.map(&cfar, Ground::Cfar))?;
-    if let Some(paper) = scan.paper {
-        let words = of("Particles, uniform at first");
-        let picture = particles::particles(&plane, &words, &paper.uniform);
-        keep("fig05-particles-uniform", picture)?;
-        let words = of("Particles, in Gaussian modes at first");
-        let picture = particles::particles(&plane, &words, &paper.modes);
-        keep("fig06-particles-gmm", picture)?;
-        let words = of("Clusters before rejection");
-        let picture = particles::clusters(&plane, &words, &paper.clusters);
-        keep("fig07-clusters", picture)?;
-        let words = of("Clusters after rejection");
-        let picture = particles::clusters(&plane, &words, &paper.kept);
-        keep("fig08-clusters-kept", picture)?;
-        let words = of("Heights by the 3 dB beam model");
-        let picture = particles::beam(&plane, &words, &paper.kept, &paper.beams);
-        keep("fig11-beam-correction", picture)?;
-    }
+    let paper = scan.paper;
+    let words = of("Particles, uniform at first");
+    let picture = particles::particles(&plane, &words, &paper.uniform);
+    keep("fig05-particles-uniform", picture)?;
+    let words = of("Particles, in Gaussian modes at first");
+    let picture = particles::particles(&plane, &words, &paper.modes);
+    keep("fig06-particles-gmm", picture)?;
+    let words = of("Clusters before rejection");
+    let picture = particles::clusters(&plane, &words, &paper.clusters);
+    keep("fig07-clusters", picture)?;
+    let words = of("Clusters after rejection");
+    let picture = particles::clusters(&plane, &words, &paper.kept);
+    keep("fig08-clusters-kept", picture)?;
+    let words = of("Heights by the 3 dB beam model");
+    let picture = particles::beam(&plane, &words, &paper.kept, &paper.beams);
+    keep("fig11-beam-correction", picture)?;
     let truth = scan.recording.meta.truth.as_ref();
     let words = Words {
         subtitle: format!("{name}: {}", conclusion(scan)),

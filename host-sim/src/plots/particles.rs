@@ -113,6 +113,7 @@ pub fn clusters(
             sheet.marker(Shape::Cross, at, 10.0, *ink, WHITE)?;
             let reason = match cluster.fate {
                 Fate::Outlier => "outlier",
+                Fate::Fused(_) => "fused",
                 Fate::Kept | Fate::Redundant => "redundant",
             };
             // Labels of neighbours stand below each other.

@@ -59,7 +59,7 @@ impl ProfileView {
 
     /// The highest threshold within the width of a label.
     fn threshold_near(&self, range: f64) -> f64 {
-        const REACH_M: f64 = 0.06;
+        const REACH_M: f64 = 0.03;
         let near = |k: &usize| (*k as f64 * self.bin_m - range).abs() <= REACH_M;
         let bins = (0..self.threshold_db.len()).filter(near);
         bins.filter_map(|k| self.threshold_db[k])
@@ -159,7 +159,7 @@ fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result
         sheet.fill_box(spot(from, top), spot(to, bottom), TRUE, 0.16)?;
     }
     let face = Face::plain(20.0).ink(FAINT).upright();
-    let across = |x: f64| spot(x, (top + bottom) / 2.0);
+    let across = |x: f64| spot(x, bottom + 0.8 * (top - bottom));
     if view.mirror_m.is_some_and(|m| m < near) {
         sheet.text("radar and mirror: not tested", across(near - 0.05), face)?;
     } else {

@@ -150,7 +150,10 @@ fn draw_step(
     let cm = |v: f64| number(100.0 * v, 1);
     // Words stand in the air: before a riser, above the tread after a drop.
     let face = Face::plain(21.0);
-    let (place, face) = if y >= 0.0 {
+    let room = at.0 + 260.0 < frame.at.0 + frame.size.0;
+    let (place, face) = if y < 0.0 && !room {
+        ((at.0 - 18.0, at.1 + 22.0), face.right())
+    } else if y >= 0.0 {
         ((at.0 - 18.0, at.1 - 34.0), face.right())
     } else {
         ((at.0 + 16.0, at.1 - 46.0), face.left())

@@ -131,7 +131,7 @@ fn pictures(test: &str, recording: &Recording, answer: &Answer, paper: &PaperVie
         config: &config,
         map: &map,
         answer,
-        paper: Some(paper),
+        paper,
     };
     let inner = dir.0.join("a/b");
     let written = write_scan(&inner, &view).unwrap();
@@ -227,7 +227,7 @@ fn silence_does_no_harm() {
         config: &config,
         map: &map,
         answer: &answer(Status::Fault, &[]),
-        paper: Some(&nothing),
+        paper: &nothing,
     };
     assert_eq!(write_scan(&dir.0, &view).unwrap().len(), 10);
 }
@@ -278,7 +278,7 @@ fn a_directory_that_cannot_be_made_is_named() {
         config: &config,
         map: &map,
         answer: &answer(Status::Ok, &[]),
-        paper: None,
+        paper: &PaperView::default(),
     };
     let error = write_scan(&dir.0.join("file/pictures"), &view).unwrap_err();
     assert!(format!("{error:#}").contains("file/pictures"), "{error:#}");

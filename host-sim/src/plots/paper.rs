@@ -1,0 +1,163 @@
+//! Looks over the shoulder of the paper's estimator.
+
+use stairscan::config::{Config, ParticleConfig, Plane, Spread};
+use stairscan::stairs::Outcome;
+use stairscan::stairs::bright::Field;
+use stairscan::stairs::cluster::{Extent, Fate};
+use stairscan::stairs::map::PolarMap;
+use stairscan::stairs::paper::{Observer, Paper, Places, Stage};
+use stairscan::stairs::particles::{Cloud, Particle, UNITS_PER_CELL};
+
+use super::PaperView;
+use super::particles::{BeamView, ClusterView, ParticleView, Point};
+
+/// What the estimator shows of one scan.
+struct Witness<'a> {
+    map: &'a PolarMap,
+    particles: ParticleView,
+    /// Particles with their clusters, before and after rejection.
+    marked: [Vec<(Point, u16)>; 2],
+    extents: Vec<Extent>,
+}
+
+impl<'a> Witness<'a> {
+    fn new(map: &'a PolarMap) -> Self {
+        Self {
+            map,
+            particles: ParticleView::default(),
+            marked: [Vec::new(), Vec::new()],
+            extents: Vec::new(),
+        }
+    }
+
+    /// Place of a particle that is still in cells of the map.
+    fn drawn(&self, particle: &Particle) -> Point {
+        let unit = f32::from(UNITS_PER_CELL);
+        let [row, bin] = particle.at.map(|c| f32::from(c) / unit);
+        let geometry = self.map.geometry();
+        let nearest = row.round().max(0.0);
+        let angle = self.map.angle_rad(nearest as usize) + (row - nearest) * geometry.step_rad;
+        let (x, y) = geometry.point(geometry.range_m(bin), angle);
+        (x.into(), y.into())
+    }
+
+    /// Place of a particle, or of an extent's middle, from along and across the reference axis
+    /// (across counted downwards or forwards), metres.
+    fn placed(&self, along: f32, across: f32) -> Point {
+        let mount = self.map.geometry().mount_height_m;
+        let (x, y) = match self.map.geometry().plane {
+            Plane::Depth => (along, mount - across),
+            Plane::Height => (across, mount - along),
+        };
+        (x.into(), y.into())
+    }
+
+    fn marks(&self, cloud: &Cloud) -> Vec<(Point, u16)> {
+        let unit = Places::of(self.map).unit_m;
+        let marked = cloud.particles().iter().map(|p| {
+            let [along, across] = p.at.map(|c| f32::from(c) * unit);
+            (self.placed(along, across), p.mark)
+        });
+        marked.collect()
+    }
+
+    /// The clusters of the particles `marked`, with what became of them in the end.
+    fn clusters(&self, marked: &[(Point, u16)]) -> Vec<ClusterView> {
+        let numbered = self.extents.iter().enumerate();
+        let cluster = |(k, extent): (usize, &Extent)| {
+            let members = marked.iter().filter(|(_, mark)| usize::from(*mark) == k);
+            ClusterView {
+                points: members.map(|(point, _)| *point).collect(),
+                centre: self.placed(extent.along_m, -extent.across_m),
+                fate: extent.fate,
+            }
+        };
+        let clusters = numbered.map(cluster);
+        clusters.filter(|c| !c.points.is_empty()).collect()
+    }
+}
+
+impl Observer for Witness<'_> {
+    fn stage(&mut self, stage: Stage, cloud: &Cloud, _: &Field<'_>, clusters: &[Extent]) {
+        match stage {
+            Stage::Drawn => {
+                let drawn = cloud.particles().iter().map(|p| self.drawn(p));
+                self.particles.initial = drawn.collect();
+            }
+            Stage::Resampled => {
+                let drawn = cloud.particles().iter().map(|p| self.drawn(p));
+                self.particles.resampled = drawn.collect();
+                self.particles.rounds += 1;
+            }
+            Stage::Clustered => self.marked[0] = self.marks(cloud),
+            Stage::Rejected => {
+                self.marked[1] = self.marks(cloud);
+                self.extents = clusters.to_vec();
+            }
+        }
+    }
+}
+
+/// The estimator's answer to a map and what it showed on the way.
+fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, Witness<'a>) {
+    let mut paper = Box::new(Paper::new());
+    paper.begin();
+    for row in (0..map.rows()).filter(|&row| map.present(row)) {
+        paper.row(map, row);
+    }
+    let mut witness = Witness::new(map);
+    let outcome = paper.finish(map, config, scan, &mut witness);
+    (outcome, witness)
+}
+
+impl PaperView {
+    /// What the paper's estimator makes of `map`: with uniform particles and with modes on the raw
+    /// map for as many rounds as the paper gives each, and with `config`'s own for all that follows.
+    pub fn of(map: &PolarMap, config: &Config, scan: u32) -> Self {
+        let spread = |spread: Spread| {
+            let particles = ParticleConfig {
+                spread,
+                rounds: spread.rounds(),
+                ..config.particles
+            };
+            let config = Config {
+                particles,
+                ..*config
+            };
+            observe(map, &config, scan).1.particles
+        };
+        let (outcome, witness) = observe(map, config, scan);
+        let kept: Vec<ClusterView> = witness
+            .clusters(&witness.marked[1])
+            .into_iter()
+            .filter(|c| c.fate == Fate::Kept)
+            .collect();
+        Self {
+            uniform: spread(Spread::Uniform),
+            modes: spread(Spread::GmmRaw),
+            clusters: witness.clusters(&witness.marked[0]),
+            beams: beams(map.geometry().plane, &outcome, &kept),
+            kept,
+        }
+    }
+}
+
+/// The end of each step's cluster and the edge that is reported for it.
+fn beams(plane: Plane, outcome: &Outcome, kept: &[ClusterView]) -> Vec<BeamView> {
+    let along = |p: Point| match plane {
+        Plane::Depth => p.0,
+        Plane::Height => p.1,
+    };
+    let beam = |step: &stairscan::stairs::Step| {
+        let edge: Point = (step.distance_m.into(), step.height_m.into());
+        let off = |c: &&ClusterView| (along(c.centre) - along(edge)).abs();
+        let cluster = kept.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;
+        let points = cluster.points.iter();
+        let end = match plane {
+            Plane::Depth => (edge.0, points.map(|p| p.1).max_by(f64::total_cmp)?),
+            Plane::Height => (points.map(|p| p.0).min_by(f64::total_cmp)?, edge.1),
+        };
+        Some(BeamView { end, edge })
+    };
+    outcome.steps.iter().filter_map(beam).collect()
+}
