@@ -19,6 +19,8 @@ pub mod material;
 pub mod maths;
 pub mod random;
 pub mod receiver;
+#[cfg(test)]
+mod scan_tests;
 pub mod scatter;
 pub mod shapes;
 pub mod sight;

@@ -101,7 +101,7 @@ pub fn random(kind: Kind, seed: u64) -> SceneSpec {
 
 /// A scanner like others of its make: dirt and rain on the lens, a mounting that is not quite true.
 fn equipment(scene: &mut SceneSpec, rng: &mut Random) {
-    scene.radar.system_loss_db = rng.between(12.0, 50.0);
+    scene.radar.system_loss_db = rng.between(10.0, 46.0);
     scene.mirror.bias_deg = (0.15 * rng.normal()).clamp(-0.4, 0.4);
     scene.mirror.jitter_deg = rng.between(0.005, 0.05);
     scene.mirror.sidelobe_db = rng.between(18.0, 24.0);

@@ -123,3 +123,238 @@ impl<'a> Receiver<'a> {
         (code * (32768.0 / half)) as i16
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::tones::Tones;
+
+    /// A receiver without any error, to which each test adds one.
+    fn perfect() -> ReceiverSpec {
+        ReceiverSpec {
+            noise_figure_db: -300.0,
+            dc_i: 0.0,
+            dc_q: 0.0,
+            phase_noise_dbc_hz: -300.0,
+            sweep_bow: 0.0,
+            sweep_ripple: 0.0,
+            iq_gain_db: 0.0,
+            iq_phase_deg: 0.0,
+            adc_bits: 16,
+            antialias_order: 0,
+            ..ReceiverSpec::default()
+        }
+    }
+
+    /// A tone of amplitude 0.5 from `range` metres as the receiver digitises it.
+    fn received(spec: &ReceiverSpec, range: f64, seed: u64) -> Vec<Complex64> {
+        let radar = RadarSpec::default();
+        let receiver = Receiver::new(&radar, spec);
+        let tones = Tones::new(&receiver.times(), |f| receiver.filter(f));
+        let mut grid = tones.grid();
+        let place = tones.place(receiver.beat(range)).unwrap();
+        Tones::add(&mut grid, &place, place.centre * 0.5);
+        let mut random = Random::new(seed, 7);
+        let warp = receiver.phase_noise(&mut random);
+        let mut samples = vec![Complex64::ZERO; radar.samples_per_chirp];
+        tones.sum(&grid, &warp, &mut samples);
+        let digital = receiver.digitise(&samples, &mut random);
+        digital
+            .iter()
+            .map(|s| Complex64::new(f64::from(s.i), f64::from(s.q)) / 32768.0)
+            .collect()
+    }
+
+    /// Amplitude of the spectral line at `frequency` cycles per sample, rectangular window.
+    fn line(samples: &[Complex64], frequency: f64) -> f64 {
+        let sum = samples
+            .iter()
+            .enumerate()
+            .map(|(n, s)| s * cis(-TAU * frequency * n as f64))
+            .fold(Complex64::ZERO, |a, b| a + b);
+        sum.norm_sqr().sqrt() / samples.len() as f64
+    }
+
+    /// The range whose beat lies in the middle of bin `k` of 200.
+    fn range_of(k: f64) -> f64 {
+        k * LIGHT / 20e9
+    }
+
+    fn assert_close(found: f64, book: f64, share: f64) {
+        println!(
+            "{found:.5e} of {book:.5e}: {:+.2} %",
+            100.0 * (found / book - 1.0)
+        );
+        assert!(
+            (found / book - 1.0).abs() < share,
+            "{found}, textbook {book}"
+        );
+    }
+
+    #[test]
+    fn a_target_lies_in_the_bin_of_its_range() {
+        // 1.4990 m is 100 range resolutions (eq. 1): the 100th of 200 bins.
+        let samples = received(&perfect(), 1.498_962_29, 1);
+        assert_close(line(&samples, 0.5), 0.5, 1e-3);
+        assert!(line(&samples, 0.49) < 1e-4, "nothing in the bins beside");
+    }
+
+    #[test]
+    fn the_image_of_an_imbalance() {
+        let spec = ReceiverSpec {
+            iq_gain_db: 0.8,
+            iq_phase_deg: 3.0,
+            ..perfect()
+        };
+        let samples = received(&spec, range_of(40.0), 1);
+        let (g, c) = (10_f64.powf(0.04), 3.0_f64.to_radians().cos());
+        let book = (1.0 - 2.0 * g * c + g * g) / (1.0 + 2.0 * g * c + g * g);
+        assert_close(
+            line(&samples, -0.2) / line(&samples, 0.2),
+            book.sqrt(),
+            0.02,
+        );
+    }
+
+    #[test]
+    fn offsets_lie_at_zero_frequency() {
+        let spec = ReceiverSpec {
+            dc_i: 0.03,
+            dc_q: -0.04,
+            ..perfect()
+        };
+        assert_close(line(&received(&spec, range_of(40.0), 1), 0.0), 0.05, 0.01);
+    }
+
+    #[test]
+    fn thermal_noise_is_ktbf() {
+        // -173.98 dBm/Hz at 290 K, 200 kHz, F = 30 dB, against a full scale of -40 dBm.
+        let spec = ReceiverSpec {
+            noise_figure_db: 30.0,
+            full_scale_dbm: -40.0,
+            ..perfect()
+        };
+        let radar = RadarSpec::default();
+        let receiver = Receiver::new(&radar, &spec);
+        let book = power(-173.975 + 53.0103 + 30.0 + 40.0);
+        assert_close(receiver.noise_power(), book, 1e-3);
+        let silence = vec![Complex64::ZERO; 40_000];
+        let noise = receiver.digitise(&silence, &mut Random::new(1, 1));
+        let square = |x: i16| (f64::from(x) / 32768.0).powi(2);
+        let mean = noise.iter().map(|s| square(s.i) + square(s.q)).sum::<f64>() / 40_000.0;
+        assert_close(mean, book, 0.03);
+    }
+
+    #[test]
+    fn quantisation_errors_are_a_twelfth_of_a_squared_step() {
+        let radar = RadarSpec::default();
+        let spec = ReceiverSpec {
+            adc_bits: 10,
+            ..perfect()
+        };
+        let receiver = Receiver::new(&radar, &spec);
+        let tone: Vec<Complex64> = (0..20_000)
+            .map(|n| cis(TAU * 0.123_456_7 * f64::from(n)) * 0.9)
+            .collect();
+        let digital = receiver.digitise(&tone, &mut Random::new(1, 1));
+        assert!(
+            digital.iter().all(|s| s.i % 64 == 0 && s.q % 64 == 0),
+            "left-aligned"
+        );
+        let error = tone.iter().zip(&digital).map(|(t, d)| {
+            (t - Complex64::new(f64::from(d.i), f64::from(d.q)) / 32768.0).norm_sqr()
+        });
+        assert_close(
+            error.sum::<f64>() / 20_000.0,
+            receiver.quantisation_power(),
+            0.05,
+        );
+    }
+
+    #[test]
+    fn the_adc_clips() {
+        let radar = RadarSpec::default();
+        let spec = perfect();
+        let receiver = Receiver::new(&radar, &spec);
+        let loud = [Complex64::new(3.0, -3.0), Complex64::new(0.25, -1.0)];
+        let clipped = receiver.digitise(&loud, &mut Random::new(1, 1));
+        assert_eq!(clipped, [Iq::new(32767, -32768), Iq::new(8192, -32768)]);
+    }
+
+    #[test]
+    fn the_filter_takes_half_the_power_at_its_corner() {
+        let spec = ReceiverSpec {
+            antialias_cutoff: 0.8,
+            antialias_order: 6,
+            ..perfect()
+        };
+        let radar = RadarSpec::default();
+        let receiver = Receiver::new(&radar, &spec);
+        assert_close(receiver.filter(0.8).norm_sqr(), 0.5, 1e-9);
+        assert_close(receiver.filter(1.6).norm_sqr(), 1.0 / 4097.0, 1e-9);
+        // A target beyond the maximum range comes back at the aliased range, weakened so much.
+        let samples = received(&spec, range_of(250.0), 1);
+        assert_close(
+            line(&samples, 0.25),
+            0.5 / (1.0 + (1.25_f64 / 0.8).powi(12)).sqrt(),
+            0.01,
+        );
+    }
+
+    #[test]
+    fn a_rippled_sweep_gives_paired_echoes() {
+        // Phase modulation by 2πτ ΔF in n cycles of the sweep: a pair n bins away, J₁(m) ≈ m/2 high.
+        let spec = ReceiverSpec {
+            sweep_ripple: 1e-4,
+            sweep_ripple_cycles: 9.0,
+            ..perfect()
+        };
+        let range = range_of(100.0);
+        let samples = received(&spec, range, 1);
+        let m = TAU * (2.0 * range / LIGHT) * 1e-4 * 10e9;
+        for side in [91.0, 109.0] {
+            assert_close(line(&samples, side / 200.0) / 0.5, 0.5 * m, 0.02);
+        }
+    }
+
+    #[test]
+    fn a_bowed_sweep_spreads_what_is_far() {
+        // A parabola of ε B at its top turns the phase by 2πτ ε B from the ends to the middle.
+        let spec = ReceiverSpec {
+            sweep_bow: 2e-4,
+            ..perfect()
+        };
+        let range = range_of(150.0);
+        let samples = received(&spec, range, 1);
+        let turned = |n: usize| samples[n] * cis(-TAU * 0.75 * n as f64);
+        let middle = turned(100) * turned(0).conj();
+        let book = TAU * (2.0 * range / LIGHT) * 2e-4 * 10e9;
+        assert_close(libm::atan2(middle.im, middle.re), book, 0.02);
+    }
+
+    #[test]
+    fn phase_noise_grows_with_the_range_as_its_correlation_says() {
+        // Variance of the beat's phase: ∫ 2 L(f) 4 sin²(πfτ) df up to half the sample rate, which for
+        // 20 dB a decade and these delays is 2 L(f₀) f₀² (2πτ)² f_s / 2.
+        let spec = ReceiverSpec {
+            phase_noise_dbc_hz: -50.0,
+            ..perfect()
+        };
+        for bins in [60.0, 180.0] {
+            let range = range_of(bins);
+            let tau = 2.0 * range / LIGHT;
+            let book = 2.0 * 1e-5 * 1e10 * (TAU * tau).powi(2) * 100e3;
+            let mut sum = 0.0;
+            for seed in 0..20 {
+                let samples = received(&spec, range, seed);
+                let turned: Vec<Complex64> = samples
+                    .iter()
+                    .enumerate()
+                    .map(|(n, s)| s * cis(-TAU * bins / 200.0 * n as f64))
+                    .collect();
+                sum += turned.iter().map(|s| (s.im / s.re).powi(2)).sum::<f64>() / 200.0;
+            }
+            assert_close((sum / 20.0).sqrt(), book.sqrt(), 0.05);
+        }
+    }
+}

@@ -195,8 +195,9 @@ impl Default for MirrorSpec {
 #[serde(deny_unknown_fields, default)]
 pub struct ReceiverSpec {
     /// Noise figure at the beat frequencies, dB. White noise of power k T F f_s reaches the ADC
-    /// (Skolnik, ch. 1). Homodyne W-band mixers are ruled by flicker noise at tens of kilohertz,
-    /// which is why this is not the 8 dB of their high-frequency data sheets.
+    /// (Skolnik, ch. 1). Homodyne W-band receivers are ruled by flicker noise and by the transmitter's
+    /// amplitude noise at tens of kilohertz (Maas, Microwave Mixers, ch. 4), which is why this is not
+    /// the 8 dB of their high-frequency data sheets.
     pub noise_figure_db: f64,
     /// Power of the echo that just fills the ADC, dBm: the gain of the receiver.
     pub full_scale_dbm: f64,
@@ -235,7 +236,7 @@ pub struct ReceiverSpec {
 impl Default for ReceiverSpec {
     fn default() -> Self {
         Self {
-            noise_figure_db: 35.0,
+            noise_figure_db: 40.0,
             full_scale_dbm: -26.0,
             leakage_dbfs: -10.0,
             leakage_range_m: 0.025,

@@ -216,7 +216,7 @@ fn a_rounded_edge() {
 #[test]
 fn roughness_takes_from_the_specular_what_ament_says() {
     // Coherent reflection falls with exp(-2 (kσ)²) (Ament, Proc. IRE 41, 1953; normal incidence).
-    let wall = "[[wall]]\nat_m = 1.5\nbottom_m = -1.0\ntop_m = 2.0\nmaterial = \"rough\"\n";
+    let wall = "[[wall]]\nat_m = 1.5\nbottom_m = -0.2\ntop_m = 1.0\nmaterial = \"rough\"\n";
     let k = TAU / WAVELENGTH;
     for rough in [100e-6, 250e-6] {
         let s = scene(&format!(

@@ -1,0 +1,184 @@
+//! Scene files that cannot be scanned: one message with the file and its line or key and what was
+//! expected, exit status 1, and nothing written.
+
+use std::fs;
+use std::path::PathBuf;
+use std::process::Command;
+
+/// Directory of one test, removed when it is done.
+struct Desk(PathBuf);
+
+impl Desk {
+    fn new(name: &str) -> Self {
+        let dir = std::env::temp_dir().join(format!("stairscan-{name}-{}", std::process::id()));
+        fs::create_dir_all(&dir).unwrap();
+        Self(dir)
+    }
+
+    /// Runs `simulate` on `text`; its exit status, its standard error, and what it left behind.
+    fn simulate(&self, text: &str) -> (Option<i32>, String, Vec<String>) {
+        let scene = self.0.join("bad.toml");
+        fs::write(&scene, text).unwrap();
+        let done = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .arg("simulate")
+            .arg(&scene)
+            .arg("-o")
+            .arg(self.0.join("out"))
+            .output()
+            .unwrap();
+        let left = fs::read_dir(&self.0).unwrap();
+        let left = left.map(|e| e.unwrap().file_name().into_string().unwrap());
+        (
+            done.status.code(),
+            String::from_utf8(done.stderr).unwrap(),
+            left.filter(|name| name != "bad.toml").collect(),
+        )
+    }
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+const FLOOR: &str = "[[floor]]\nmaterial = \"concrete\"\n";
+
+fn flight(line: &str) -> String {
+    let keys = [
+        "distance_m = 0.5",
+        "count = 3",
+        "rise_m = 0.17",
+        "going_m = 0.28",
+    ];
+    let name = line.split('=').next().unwrap_or_default();
+    let kept: Vec<&str> = keys.into_iter().filter(|k| !k.starts_with(name)).collect();
+    format!(
+        "[[stairs]]\n{}\n{line}\nmaterial = \"concrete\"\n{FLOOR}",
+        kept.join("\n")
+    )
+}
+
+#[test]
+fn every_bad_scene_gets_one_message() {
+    let desk = Desk::new("bad-scenes");
+    let cases: Vec<(String, &[&str])> = vec![
+        ("[[floor]\n".into(), &["bad.toml:1:"]),
+        (
+            flight("risers_m = 0.2"),
+            &["bad.toml:6:", "unknown field `risers_m`", "rises_m"],
+        ),
+        (
+            flight("rise_m = \"high\""),
+            &["bad.toml:5:", "invalid type", "expected f64"],
+        ),
+        (
+            flight("rise_m = -0.1"),
+            &["bad.toml: stairs[0].rise_m: -0.1: expected a number from"],
+        ),
+        (
+            flight("rise_m = nan"),
+            &["bad.toml: stairs[0].rise_m: NaN: expected a number from"],
+        ),
+        (
+            flight("going_m = inf"),
+            &["bad.toml: stairs[0].going_m: inf: expected"],
+        ),
+        (
+            flight("count = 0"),
+            &["bad.toml: stairs[0].count: 0: expected 1 to 64 steps"],
+        ),
+        (flight("count = -1"), &["bad.toml:5:", "expected usize"]),
+        (
+            flight("rises_m = [0.1]"),
+            &["stairs[0].rises_m: 1 numbers: expected 3 for count = 3"],
+        ),
+        (
+            flight("nosing_m = 0.27"),
+            &["stairs[0].nosing_m: 0.27: expected"],
+        ),
+        (
+            flight("base_m = 0.7"),
+            &["mount.height_m: 0.4: the mirror lies inside"],
+        ),
+        (
+            "description = \"void\"\n".into(),
+            &["bad.toml: no surface: expected at least one of"],
+        ),
+        (
+            FLOOR.replace("concrete", "cheese"),
+            &["floor[0].material: \"cheese\": expected one of"],
+        ),
+        (
+            format!("{FLOOR}height_m = 0.5\n"),
+            &["mount.height_m: 0.4: the mirror lies inside"],
+        ),
+        (
+            format!(
+                "{FLOOR}[[box]]\nfrom_m = -0.1\nto_m = 0.2\ntop_m = 0.6\nmaterial = \"metal\"\n"
+            ),
+            &["mount.height_m: 0.4: the mirror lies inside or behind"],
+        ),
+        (
+            format!(
+                "{FLOOR}[[box]]\nfrom_m = 0.9\nto_m = 0.6\ntop_m = 0.6\nmaterial = \"metal\"\n"
+            ),
+            &["box[0].to_m: 0.6: expected more than from_m, which is 0.9"],
+        ),
+        (
+            "[[floor]]\nto_m = 49.0\nfrom_m = -49.0\nmaterial = \"metal\"\n".into(),
+            &["bad.toml: too much surface:", "expected at most 65536"],
+        ),
+        (
+            format!("[sweep]\nstep_deg = 0.1\n{FLOOR}"),
+            &["sweep.step_deg: 0.1: expected at most 288"],
+        ),
+        (
+            format!("[radar]\nsamples_per_chirp = 300\n{FLOOR}"),
+            &["radar.samples_per_chirp: 300"],
+        ),
+        (
+            format!("[material.odd]\nroughness_m = -1e-3\n{FLOOR}"),
+            &["material.odd.roughness_m"],
+        ),
+        (
+            "[[polyline]]\npoints = [[1.0, 0.0], [1.0, 0.0]]\nmaterial = \"metal\"\n".into(),
+            &["polyline[0].points[1]: the same as the corner before"],
+        ),
+    ];
+    for (text, wanted) in cases {
+        let (code, message, left) = desk.simulate(&text);
+        assert_eq!(code, Some(1), "{text}\n{message}");
+        assert_eq!(message.lines().count(), 1, "one message, not\n{message}");
+        for part in wanted {
+            assert!(
+                message.contains(part),
+                "{part}: not in {message}for\n{text}"
+            );
+        }
+        assert!(left.is_empty(), "half-written: {left:?}");
+    }
+}
+
+#[test]
+fn a_missing_file_and_an_unknown_kind_are_named() {
+    let simulate = |scene: &str| {
+        let done = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+            .args(["simulate", scene, "-o", "/nonexistent/out"])
+            .output()
+            .unwrap();
+        (done.status.code(), String::from_utf8(done.stderr).unwrap())
+    };
+    let (code, message) = simulate("/nonexistent/scene.toml");
+    assert_eq!(code, Some(1));
+    assert!(
+        message.contains("/nonexistent/scene.toml: No such file"),
+        "{message}"
+    );
+    let (code, message) = simulate("random:cheese");
+    assert_eq!(code, Some(1));
+    assert!(
+        message.contains("\"cheese\": expected one of ascending, none"),
+        "{message}"
+    );
+}
