@@ -223,7 +223,7 @@ fn a_radar_without_a_mirror_cannot_scan_but_has_profiles() {
 fn one_bad_recording_does_not_stop_the_batch() {
     let scratch = Scratch::new("batch");
     let bad = scratch.recording(|m| m["global"]["core:datatype"] = json!("ru8"));
-    let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings/table1_A_0");
+    let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings/stair_a");
     let (bad, good) = (bad.to_str().unwrap(), good.to_str().unwrap());
     let out = sim(&["replay", bad, good, "--format", "json"]);
     assert_eq!(out.status.code(), Some(1));
