@@ -17,6 +17,7 @@
 
 use super::BinWindow;
 use super::fft::MAX_POINTS;
+use super::packed::Arithmetic;
 use super::window::Window;
 use crate::config::CfarConfig;
 use crate::math;
@@ -106,36 +107,130 @@ impl Cfar {
 
     /// The cells of a profile (`power` of the kept bins), each with its training sum.
     pub fn run(&mut self, power: &[u32]) -> impl Iterator<Item = Cell> + '_ {
-        for (to, &from) in self.padded.iter_mut().skip(PAD).take(self.cells).zip(power) {
-            *to = from;
-        }
-        // Index into `padded` of what enters and leaves when the window moves on from cell 0.
-        let from = |start: usize| self.padded.get(start..).unwrap_or(&[]).iter();
-        let (guard, window) = (self.guard, self.guard + self.training);
-        let far_in = from(PAD + window + 1);
-        let far_out = from(PAD + guard + 1);
-        let near_in = from(PAD - guard);
-        let near_out = from(PAD - window);
-        let first = from(PAD + guard + 1).take(self.training);
-        let mut training: u64 = first.map(|&p| u64::from(p)).sum();
-        let moves = far_in.zip(far_out).zip(near_in.zip(near_out));
-        let cells = from(PAD).zip(self.ratios.iter().take(self.cells));
-        cells.zip(moves).map(move |((&power, &ratio), moves)| {
-            let cell = Cell {
+        self.load(power);
+        let windows = Windows::new(self.guard, self.training);
+        let from = PAD - windows.reach();
+        let cells = self.padded.get(from..).unwrap_or(&[]);
+        let tested = windows.tested(cells).iter().zip(&self.ratios);
+        let sums = windows
+            .steps(cells)
+            .scan(windows.first_sum(&self.padded), |sum, step| {
+                let training = *sum;
+                *sum = training.wrapping_add_signed(step.into());
+                Some(training)
+            });
+        tested
+            .zip(sums)
+            .take(self.cells)
+            .map(|((&power, &ratio), training)| Cell {
                 power,
                 training,
                 ratio,
-            };
-            let ((far_in, far_out), (near_in, near_out)) = moves;
-            // The four powers stay below 2^30 each, so that the difference fits 32 bits.
-            let step = far_in
-                .wrapping_add(*near_in)
-                .wrapping_sub(*far_out)
-                .wrapping_sub(*near_out);
-            training = training.wrapping_add_signed(i64::from(step as i32));
-            cell
+            })
+    }
+
+    /// Tests the cells of a profile (`power` of the kept bins); bit k % 32 of word k / 32 of
+    /// `mask` becomes whether cell k is a hit.
+    #[inline(never)]
+    pub fn detect<A: Arithmetic>(&mut self, power: &[u32], mask: &mut [u32]) {
+        self.load(power);
+        match (self.guard, self.training) {
+            // The usual windows are compiled with constant distances.
+            (3, 8) => self.test::<A>(Windows::new(3, 8), mask),
+            (guard, training) => self.test::<A>(Windows::new(guard, training), mask),
+        }
+    }
+
+    fn load(&mut self, power: &[u32]) {
+        let cells = self
+            .padded
+            .get_mut(PAD..PAD + self.cells)
+            .unwrap_or(&mut []);
+        // By eights, which move with two instructions.
+        let (to, to_rest) = cells.as_chunks_mut::<8>();
+        let (from, from_rest) = power.as_chunks::<8>();
+        for (to, from) in to.iter_mut().zip(from) {
+            *to = *from;
+        }
+        for (to, from) in to_rest.iter_mut().zip(from_rest) {
+            *to = *from;
+        }
+    }
+
+    /// Whole words of cells at a time: behind the last cell stand zeros, which are no hits.
+    #[inline(always)]
+    fn test<A: Arithmetic>(&self, windows: Windows, mask: &mut [u32]) {
+        // One more than the sum, for a hit exceeds it: p · ratio ≥ sum · 2^24 + 1.
+        let mut limit = (windows.first_sum(&self.padded) << RATIO_BITS) + 1;
+        let (ratios, _) = self.ratios.as_chunks::<32>();
+        let from = self.padded.get(PAD - windows.reach()..).unwrap_or(&[]);
+        let cells = from.windows(2 * windows.reach() + 33).step_by(32);
+        for ((cells, ratios), word) in cells.zip(ratios).zip(mask) {
+            let tested = windows.tested(cells).iter().zip(ratios);
+            let mut bits = 0;
+            for ((power, ratio), step) in tested.zip(windows.steps(cells)) {
+                let value = u64::from(*power) * u64::from(*ratio);
+                (bits, limit) = A::test(bits, value, limit, step, 1 << RATIO_BITS);
+            }
+            *word = bits;
+        }
+    }
+}
+
+/// Where the training cells lie around the cell under test.
+#[derive(Clone, Copy)]
+struct Windows {
+    guard: usize,
+    training: usize,
+}
+
+impl Windows {
+    #[inline(always)]
+    fn new(guard: usize, training: usize) -> Self {
+        Self { guard, training }
+    }
+
+    /// From the cell under test to the farthest training cell.
+    #[inline(always)]
+    fn reach(self) -> usize {
+        self.guard + self.training
+    }
+
+    /// The sum for the first cell, which has no cells before it.
+    #[inline(always)]
+    fn first_sum(self, padded: &[u32]) -> u64 {
+        let behind = padded.iter().skip(PAD + self.guard + 1).take(self.training);
+        behind.map(|&p| u64::from(p)).sum()
+    }
+
+    /// The cells under test of a stretch that begins with the first one's first training cell and
+    /// ends behind the last one's last.
+    #[inline(always)]
+    fn tested(self, cells: &[u32]) -> &[u32] {
+        part(cells, self.reach(), self)
+    }
+
+    /// What the sum gains each time the windows move on by one cell over such a stretch.
+    #[inline(always)]
+    fn steps(self, cells: &[u32]) -> impl Iterator<Item = i32> {
+        let leaves_first = part(cells, 0, self);
+        let enters_first = part(cells, self.training, self);
+        let leaves_last = part(cells, self.reach() + self.guard + 1, self);
+        let enters_last = part(cells, 2 * self.reach() + 1, self);
+        let enters = enters_first.iter().zip(enters_last);
+        let leaves = leaves_first.iter().zip(leaves_last);
+        // Powers stay below 2^30, so that the difference fits.
+        enters.zip(leaves).map(|((e1, e2), (l1, l2))| {
+            e1.wrapping_add(*e2).wrapping_sub(*l1).wrapping_sub(*l2) as i32
         })
     }
+}
+
+/// As many cells as `cells` has cells under test, from `start`.
+#[inline(always)]
+fn part(cells: &[u32], start: usize, windows: Windows) -> &[u32] {
+    let tested = cells.len().saturating_sub(2 * windows.reach() + 1);
+    cells.get(start..start + tested).unwrap_or(&[])
 }
 
 /// n / α for `near` + `far` training cells and false-alarm probability `wanted`; 0 without any.

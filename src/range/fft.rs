@@ -19,7 +19,7 @@
 //! of four cannot exceed that; scaled by 1/2 it is only where both parts lie within ±8192, so that
 //! 4 · √2 · 8192 / 2 = 23 170 bounds it. The rest up to 32 767 takes the roundings.
 
-use super::packed::{Arithmetic, Packed};
+use super::packed::{Arithmetic, Bin, Packed, magnitude_bits, quarters};
 use crate::math::sin_cos;
 
 /// Most points of a transform.
@@ -64,136 +64,13 @@ impl Headroom {
     /// Takes one more number into account.
     #[inline(always)]
     pub fn see(&mut self, x: Packed) {
-        // Where neighbouring bits differ, the number needs the upper one: sign extension has none.
-        self.0 |= x.0 ^ (x.0 << 1);
+        self.0 |= magnitude_bits(x);
     }
 
     /// Whether every part seen lies in -8192…8191.
     #[inline(always)]
     fn is_ample(self) -> bool {
         self.0 & 0xc000_c000 == 0
-    }
-}
-
-/// What the last stage makes of a bin.
-pub trait Bin: Copy {
-    /// From the bin's complex value.
-    fn of<A: Arithmetic>(x: Packed) -> Self;
-}
-
-impl Bin for Packed {
-    #[inline(always)]
-    fn of<A: Arithmetic>(x: Packed) -> Self {
-        x
-    }
-}
-
-/// Power.
-impl Bin for u32 {
-    #[inline(always)]
-    fn of<A: Arithmetic>(x: Packed) -> Self {
-        A::norm(x)
-    }
-}
-
-/// Four-point transform.
-#[inline(always)]
-pub fn butterfly<A: Arithmetic>(t: [Packed; 4]) -> [Packed; 4] {
-    let [t0, t1, t2, t3] = t;
-    let (even_sum, even_diff) = (A::add(t0, t2), A::sub(t0, t2));
-    let (odd_sum, odd_diff) = (A::add(t1, t3), A::sub(t1, t3));
-    [
-        A::add(even_sum, odd_sum),
-        A::sub_j(even_diff, odd_diff),
-        A::sub(even_sum, odd_sum),
-        A::add_j(even_diff, odd_diff),
-    ]
-}
-
-/// Half the four-point transform.
-#[inline(always)]
-fn half_butterfly<A: Arithmetic>(t: [Packed; 4]) -> [Packed; 4] {
-    let [t0, t1, t2, t3] = t;
-    let (even_sum, even_diff) = (A::add(t0, t2), A::sub(t0, t2));
-    let (odd_sum, odd_diff) = (A::add(t1, t3), A::sub(t1, t3));
-    [
-        A::half_add(even_sum, odd_sum),
-        A::half_sub_j(even_diff, odd_diff),
-        A::half_sub(even_sum, odd_sum),
-        A::half_add_j(even_diff, odd_diff),
-    ]
-}
-
-/// Twiddled four-point transform: one step of a radix-4 stage, scaled by 1/2 or 1/4.
-///
-/// The products are halved as they are rounded; the quarter's other half is taken from the last
-/// sums, which costs less noise than rounding all four terms to it.
-#[inline(always)]
-fn join<A: Arithmetic, const QUARTER: bool>(x: [Packed; 4], w: &[Packed; 3]) -> [Packed; 4] {
-    let [x0, x1, x2, x3] = x;
-    let [w1, w2, w3] = *w;
-    let t = [
-        A::half_add(x0, Packed::ONES),
-        A::mul_half(x1, w1),
-        A::mul_half(x2, w2),
-        A::mul_half(x3, w3),
-    ];
-    if QUARTER {
-        half_butterfly::<A>(t)
-    } else {
-        butterfly::<A>(t)
-    }
-}
-
-/// The four quarters of an array.
-#[inline(always)]
-pub fn quarters<T, const N: usize>(x: &mut [T; N]) -> [&mut [T]; 4] {
-    let (lower, upper) = x.split_at_mut(N / 2);
-    let (a, b) = lower.split_at_mut(N / 4);
-    let (c, d) = upper.split_at_mut(N / 4);
-    [a, b, c, d]
-}
-
-/// A radix-4 stage: reads L blocks of 4r numbers, writes four quarters of L blocks of r numbers.
-#[inline(always)]
-fn stage<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
-    src: &[Packed; N],
-    dst: &mut [Packed; N],
-) -> Headroom {
-    let r = N / 4 / L;
-    let mut seen = Headroom::default();
-    let [a, b, c, d] = quarters(dst);
-    let outputs = a
-        .chunks_exact_mut(r)
-        .zip(b.chunks_exact_mut(r))
-        .zip(c.chunks_exact_mut(r).zip(d.chunks_exact_mut(r)));
-    let blocks = src.chunks_exact(4 * r).zip(&Twiddles::<L>::TABLE);
-    for ((block, w), ((y0, y1), (y2, y3))) in blocks.zip(outputs) {
-        let (lower, upper) = block.split_at(2 * r);
-        let (x0, x1) = lower.split_at(r);
-        let (x2, x3) = upper.split_at(r);
-        let inputs = x0.iter().zip(x1).zip(x2.iter().zip(x3));
-        let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
-        for (((x0, x1), (x2, x3)), ((y0, y1), (y2, y3))) in inputs.zip(outputs) {
-            let y = join::<A, QUARTER>([*x0, *x1, *x2, *x3], w);
-            y.into_iter().for_each(|v| seen.see(v));
-            [*y0, *y1, *y2, *y3] = y;
-        }
-    }
-    seen
-}
-
-/// The last radix-4 stage, straight into what is wanted of the bins.
-#[inline(always)]
-fn last<A: Arithmetic, B: Bin, const N: usize, const L: usize, const QUARTER: bool>(
-    src: &[Packed; N],
-    bins: &mut [B; N],
-) {
-    let [a, b, c, d] = quarters(bins);
-    let (blocks, _) = src.as_chunks::<4>();
-    let outputs = a.iter_mut().zip(b).zip(c.iter_mut().zip(d));
-    for ((x, w), ((y0, y1), (y2, y3))) in blocks.iter().zip(&Twiddles::<L>::TABLE).zip(outputs) {
-        [*y0, *y1, *y2, *y3] = join::<A, QUARTER>(*x, w).map(B::of::<A>);
     }
 }
 
@@ -225,10 +102,10 @@ fn scaled_stage<A: Arithmetic, const N: usize, const L: usize>(
 ) -> Headroom {
     if seen.is_ample() {
         *exponent += 1;
-        stage::<A, N, L, false>(src, dst)
+        Headroom(A::stage::<N, L, false>(src, dst, &Twiddles::<L>::TABLE))
     } else {
         *exponent += 2;
-        stage::<A, N, L, true>(src, dst)
+        Headroom(A::stage::<N, L, true>(src, dst, &Twiddles::<L>::TABLE))
     }
 }
 
@@ -240,10 +117,10 @@ fn scaled_last<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
     seen: Headroom,
 ) -> i32 {
     if seen.is_ample() {
-        last::<A, B, N, L, false>(src, bins);
+        B::last::<A, N, L, false>(src, bins, &Twiddles::<L>::TABLE);
         1
     } else {
-        last::<A, B, N, L, true>(src, bins);
+        B::last::<A, N, L, true>(src, bins, &Twiddles::<L>::TABLE);
         2
     }
 }
@@ -252,7 +129,7 @@ fn scaled_last<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
 /// the bins m of four-point transforms) and is used up, like `spare`.
 ///
 /// Returns the exponent e: the true values of the bins are 2^e times the ones given.
-#[inline(always)]
+#[inline(never)]
 pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     data: &mut [Packed; N],
     spare: &mut [Packed; N],
@@ -280,24 +157,26 @@ pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
 }
 
 /// The whole transform of N points (16, 32, 64, 128 or 256) of magnitude up to
-/// [`MAX_MAGNITUDE`]; both buffers are used up.
+/// [`MAX_MAGNITUDE`].
 ///
 /// Returns the exponent e: the true values of the bins are 2^e times the ones given.
 pub fn transform<A: Arithmetic, B: Bin, const N: usize>(
-    data: &mut [Packed; N],
-    spare: &mut [Packed; N],
+    input: &[Packed; N],
+    [data, spare]: &mut [[Packed; N]; 2],
     bins: &mut [B; N],
 ) -> i32 {
     let mut seen = Headroom::default();
-    let [x0, x1, x2, x3] = quarters(data);
-    let [a, b, c, d] = quarters(spare);
+    let (lower, upper) = input.split_at(N / 2);
+    let (x0, x1) = lower.split_at(N / 4);
+    let (x2, x3) = upper.split_at(N / 4);
+    let [a, b, c, d] = quarters(data);
     let inputs = x0.iter().zip(x1).zip(x2.iter().zip(x3));
     let outputs = a.iter_mut().zip(b).zip(c.iter_mut().zip(d));
     for (((x0, x1), (x2, x3)), ((y0, y1), (y2, y3))) in inputs.zip(outputs) {
         let halves = [*x0, *x1, *x2, *x3].map(|x| A::half_add(x, Packed::ONES));
-        let y = half_butterfly::<A>(halves);
+        let y = A::half_butterfly(halves);
         y.into_iter().for_each(|v| seen.see(v));
         [*y0, *y1, *y2, *y3] = y;
     }
-    2 + finish::<A, B, N>(spare, data, bins, seen)
+    2 + finish::<A, B, N>(data, spare, bins, seen)
 }

@@ -36,14 +36,12 @@ use crate::config::{CfarConfig, ConfigError, MAX_SAMPLES, MountConfig, RadarConf
 use crate::stairs::map::Row;
 use cfar::Cfar;
 use core::marker::PhantomData;
+use log::FINE;
 use packed::{Arithmetic, Native, Packed};
 use window::{Levels, Window};
 
 /// Cell of a tone at the converter's full scale.
 pub const FULL_SCALE: u8 = 247;
-
-/// Steps of a [`Profile`]'s logarithm in one step of a cell.
-const FINE: i32 = 32;
 
 /// Native range bins (c/2B) in which the radar's leakage stands, its window's main lobe included.
 const LEAKAGE_BINS: f32 = 4.0;
@@ -216,23 +214,14 @@ impl<A: Arithmetic> Processor<A> {
         let (levels, exponent) = self.transform(chirp)?;
         let offset = self.offset_for(&levels, exponent);
         let power = self.power.get(..self.points).unwrap_or(&[]);
-        let mut cells = self.cfar.run(self.kept.of(power));
-        row.mask.fill(0);
-        for (bytes, word) in row.cells.chunks_mut(32).zip(row.mask.iter_mut()) {
-            let mut hits = 0;
-            for (bit, (byte, cell)) in bytes.iter_mut().zip(&mut cells).enumerate() {
-                *byte = to_cell(log::log2_coarse(cell.power) + offset);
-                hits |= u32::from(cell.is_hit()) << (bit & 31);
-            }
-            *word = hits;
-        }
-        drop(cells);
+        log::fill_cells(self.kept.of(power), offset, row.cells);
+        self.cfar.detect::<A>(self.kept.of(power), row.mask);
         let hits = keep_real(power, self.kept, row.mask);
         let mirror = self.mirror.of(power).iter().max();
         Ok(RowStats {
             saturated: levels.saturated,
             swing: levels.swing.min(u32::from(u16::MAX)) as u16,
-            mirror_echo: mirror.map_or(0, |&p| to_cell(log::log2_fine(p) + offset)),
+            mirror_echo: mirror.map_or(0, |&p| log::to_cell(log::log2_fine(p) + offset)),
             hits,
         })
     }
@@ -321,6 +310,7 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
 
 /// Takes out the hits that are no stronger than what an I/Q imbalance makes of the echo at their
 /// negative frequency (the mirror's own echo, for one); returns the number that stay.
+#[inline(never)]
 fn keep_real(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     let at = |bin: usize| power.get(bin).copied().unwrap_or(0);
     let mut count = 0;
@@ -339,12 +329,6 @@ fn keep_real(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
         }
     }
     count
-}
-
-/// Rounds 1/256 octaves to a cell.
-#[inline(always)]
-fn to_cell(fine: i32) -> u8 {
-    ((fine + FINE / 2) >> 5).clamp(0, 255) as u8
 }
 
 /// Saturates 1/256 octaves to what a profile holds.

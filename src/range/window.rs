@@ -1,11 +1,10 @@
 //! The first pass over a chirp (mean and extremes) and the second: DC removal, normalisation,
 //! window and the transform's first stage in one.
 
-use super::fft::{self, Headroom, MAX_MAGNITUDE, MAX_POINTS};
+use super::fft::{Headroom, MAX_MAGNITUDE, MAX_POINTS};
 use super::packed::{Arithmetic, Packed};
 use crate::Iq;
 use crate::math::sin_cos;
-use core::ops::Range;
 
 /// Hann window of Ns coefficients, scaled so that the transform's first stage cannot overflow.
 ///
@@ -91,17 +90,31 @@ pub struct Levels {
 
 impl Levels {
     /// Measures a chirp of 1 to 256 samples.
-    #[inline(always)]
+    #[inline(never)]
     pub fn of<A: Arithmetic>(chirp: &[Iq]) -> Self {
         let (mut sum_i, mut sum_q) = (0, 0);
         let mut low = Packed::new(i16::MAX, i16::MAX);
         let mut high = Packed::new(i16::MIN, i16::MIN);
-        for &x in chirp {
+        let mut see = |low_high: (Packed, Packed)| {
+            low = A::min(low, low_high.0);
+            high = A::max(high, low_high.1);
+        };
+        let mut add = |x: Iq| {
             let x = Packed::from(x);
             sum_i = A::dot(x, Packed::REAL, sum_i);
             sum_q = A::dot(x, Packed::IMAGINARY, sum_q);
-            low = A::min(low, x);
-            high = A::max(high, x);
+            x
+        };
+        // By fours: sorted pairs save a comparison, and fewer rounds save loop overhead.
+        let (fours, rest) = chirp.as_chunks::<4>();
+        for four in fours {
+            let [x0, x1, x2, x3] = four.map(&mut add);
+            see(A::sort(x0, x1));
+            see(A::sort(x2, x3));
+        }
+        for &x in rest {
+            let x = add(x);
+            see((x, x));
         }
         // 2^31 / n, so that a mean costs a multiplication.
         let reciprocal = i64::from((1u32 << 31) / (chirp.len() as u32).max(1));
@@ -115,11 +128,9 @@ impl Levels {
         };
         let swing_i = swing(mean[0], low.re(), high.re());
         let swing_q = swing(mean[1], low.im(), high.im());
-        let full_scale = |x: i16| x == i16::MAX || x <= -i16::MAX;
-        let extremes = [low.re(), low.im(), high.re(), high.im()];
-        let saturated = if extremes.into_iter().any(full_scale) {
-            let touched = chirp.iter().filter(|x| full_scale(x.i) || full_scale(x.q));
-            touched.count() as u16
+        let extremes = [low, high].map(|x| Iq::new(x.re(), x.im()));
+        let saturated = if extremes.iter().any(at_full_scale) {
+            count_saturated(chirp)
         } else {
             0
         };
@@ -137,16 +148,28 @@ impl Levels {
     }
 }
 
+/// Whether a part of `x` stands at the converter's full scale.
+fn at_full_scale(x: &Iq) -> bool {
+    [x.i, x.q]
+        .iter()
+        .any(|&part| part == i16::MAX || part <= -i16::MAX)
+}
+
+/// Samples of which a part stands at full scale; rarely called.
+#[cold]
+#[inline(never)]
+fn count_saturated(chirp: &[Iq]) -> u16 {
+    chirp.iter().filter(|&x| at_full_scale(x)).count() as u16
+}
+
 /// Windows samples: (x - mean) · c · gain, rounded.
 #[derive(Clone, Copy)]
-struct Weigher<'a, const N: usize> {
-    chirp: &'a [Iq],
-    coefficients: &'a [i16],
+struct Weigher {
     minus_mean: [i32; 2],
     gain: i32,
 }
 
-impl<const N: usize> Weigher<'_, N> {
+impl Weigher {
     #[inline(always)]
     fn weigh<A: Arithmetic>(self, x: Iq, c: i16) -> Packed {
         let (x, c) = (Packed::from(x), i32::from(c));
@@ -157,70 +180,73 @@ impl<const N: usize> Weigher<'_, N> {
             A::mul_high(A::scale_im(x, c, im), self.gain),
         )
     }
-
-    /// The samples n + jN/4 for n in `part`.
-    #[inline(always)]
-    fn tap<A: Arithmetic>(self, j: usize, part: &Range<usize>) -> impl Iterator<Item = Packed> {
-        let samples = j * (N / 4) + part.start..j * (N / 4) + part.end;
-        let x = self.chirp.get(samples.clone()).unwrap_or(&[]);
-        let c = self.coefficients.get(samples).unwrap_or(&[]);
-        x.iter().zip(c).map(move |(&x, &c)| self.weigh::<A>(x, c))
-    }
 }
 
 /// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples
 /// a quarter of the transform apart. The zero padding takes part in none of them.
-#[inline(always)]
+#[inline(never)]
 pub fn open<A: Arithmetic, const N: usize>(
     chirp: &[Iq],
     levels: &Levels,
     window: &Window,
     out: &mut [Packed; N],
 ) -> Headroom {
-    let taps = Weigher::<N> {
-        chirp,
-        coefficients: &window.coefficients,
+    let weigher = Weigher {
         minus_mean: levels.mean.map(i32::saturating_neg),
         gain: levels.gain(),
     };
     let mut seen = Headroom::default();
-    let [a, b, c, d] = fft::quarters(out);
-    let mut outputs = a.iter_mut().zip(b).zip(c.iter_mut().zip(d));
-    let mut write = |y: [Packed; 4]| {
-        y.into_iter().for_each(|v| seen.see(v));
-        if let Some(((y0, y1), (y2, y3))) = outputs.next() {
-            [*y0, *y1, *y2, *y3] = y;
+    let mut write = |n: usize, y: [Packed; 4]| {
+        for (m, v) in y.into_iter().enumerate() {
+            seen.see(v);
+            out[n + m * (N / 4)] = v;
         }
     };
+    let samples = chirp.iter().zip(&window.coefficients).len();
+    let (chirp, c) = (&chirp[..samples], &window.coefficients[..samples]);
     // A chirp is longer than half the transform: the first two taps are always there, the third
-    // up to `three`, the fourth up to `four`.
-    let taps_of = |j: usize| chirp.len().saturating_sub(j * (N / 4)).min(N / 4);
+    // up to `three`, the fourth up to `four`. Each window of the samples holds one point's taps.
+    let taps_of = |j: usize| samples.saturating_sub(j * (N / 4)).min(N / 4);
     let (three, four) = (taps_of(2), taps_of(3));
-    let all = 0..four;
-    let (t0, t1) = (taps.tap::<A>(0, &all), taps.tap::<A>(1, &all));
-    let (t2, t3) = (taps.tap::<A>(2, &all), taps.tap::<A>(3, &all));
-    for ((t0, t1), (t2, t3)) in t0.zip(t1).zip(t2.zip(t3)) {
-        write(fft::butterfly::<A>([t0, t1, t2, t3]));
+    let taps = chirp
+        .windows(3 * (N / 4) + 1)
+        .zip(c.windows(3 * (N / 4) + 1));
+    for (n, (x, c)) in (0..four).zip(taps) {
+        let [t0, t1, t2, t3] = [0, 1, 2, 3]
+            .map(|j| j * (N / 4))
+            .map(|k| weigher.weigh::<A>(x[k], c[k]));
+        write(n, A::butterfly([t0, t1, t2, t3]));
     }
-    let most = four..three;
-    let (t0, t1) = (taps.tap::<A>(0, &most), taps.tap::<A>(1, &most));
-    for ((t0, t1), t2) in t0.zip(t1).zip(taps.tap::<A>(2, &most)) {
+    let taps = chirp.windows(N / 2 + 1).zip(c.windows(N / 2 + 1));
+    for (n, (x, c)) in (four..three).zip(taps.skip(four)) {
+        let [t0, t1, t2] = [0, 1, 2]
+            .map(|j| j * (N / 4))
+            .map(|k| weigher.weigh::<A>(x[k], c[k]));
         let (sum, diff) = (A::add(t0, t2), A::sub(t0, t2));
-        write([
-            A::add(sum, t1),
-            A::sub_j(diff, t1),
-            A::sub(sum, t1),
-            A::add_j(diff, t1),
-        ]);
+        write(
+            n,
+            [
+                A::add(sum, t1),
+                A::sub_j(diff, t1),
+                A::sub(sum, t1),
+                A::add_j(diff, t1),
+            ],
+        );
     }
-    let least = three..N / 4;
-    for (t0, t1) in taps.tap::<A>(0, &least).zip(taps.tap::<A>(1, &least)) {
-        write([
-            A::add(t0, t1),
-            A::sub_j(t0, t1),
-            A::sub(t0, t1),
-            A::add_j(t0, t1),
-        ]);
+    let taps = chirp.windows(N / 4 + 1).zip(c.windows(N / 4 + 1));
+    for (n, (x, c)) in (three..N / 4).zip(taps.skip(three)) {
+        let [t0, t1] = [0, 1]
+            .map(|j| j * (N / 4))
+            .map(|k| weigher.weigh::<A>(x[k], c[k]));
+        write(
+            n,
+            [
+                A::add(t0, t1),
+                A::sub_j(t0, t1),
+                A::sub(t0, t1),
+                A::add_j(t0, t1),
+            ],
+        );
     }
     seen
 }

@@ -35,6 +35,141 @@ macro_rules! packed {
     }};
 }
 
+/// One butterfly on x0…x3 in r2…r5, their twiddles in r8…r10, 0x8000 in r12; r11 is used up.
+///
+/// Leaves y0 in r2, y1 in r3, y2 in r4, y3 in r5. The last sums are the instructions given.
+macro_rules! butterfly {
+    ($add:literal, $sub:literal, $add_j:literal, $sub_j:literal) => {
+        concat!(
+            // x1·w1, x2·w2, x3·w3: real and imaginary part, rounded into the upper half-words.
+            "smlsd r11, r3, r8, r12\n smladx r3, r3, r8, r12\n pkhtb r3, r3, r11, asr #16\n",
+            "smlsd r11, r4, r9, r12\n smladx r4, r4, r9, r12\n pkhtb r4, r4, r11, asr #16\n",
+            "smlsd r11, r5, r10, r12\n smladx r5, r5, r10, r12\n pkhtb r5, r5, r11, asr #16\n",
+            // (x0 + 1) / 2.
+            "mov r11, #0x00010001\n shadd16 r2, r2, r11\n",
+            // Sums and differences of the even terms, then of the odd ones, then of both.
+            "sadd16 r11, r2, r4\n ssub16 r4, r2, r4\n",
+            "sadd16 r2, r3, r5\n ssub16 r5, r3, r5\n",
+            $sub_j,
+            " r3, r4, r5\n",
+            $add_j,
+            " r5, r4, r5\n",
+            $sub,
+            " r4, r11, r2\n",
+            $add,
+            " r2, r11, r2\n",
+        )
+    };
+}
+
+/// One step of a stage: four numbers from [r0], four to [lr], their magnitudes into r1.
+macro_rules! step {
+    ($add:literal, $sub:literal, $add_j:literal, $sub_j:literal) => {
+        concat!(
+            "ldr r3, [r0, #{row}]\n ldr r4, [r0, #2 * {row}]\n ldr r5, [r0, #3 * {row}]\n",
+            "ldr r2, [r0], #4\n",
+            butterfly!($add, $sub, $add_j, $sub_j),
+            "str r3, [lr, #{quarter}]\n str r4, [lr, #2 * {quarter}]\n",
+            "str r5, [lr, #3 * {quarter}]\n str r2, [lr], #4\n",
+            // Bits that differ from their neighbour: those that the number needs.
+            "eor r2, r2, r2, lsl #1\n orr r1, r1, r2\n eor r3, r3, r3, lsl #1\n orr r1, r1, r3\n",
+            "eor r4, r4, r4, lsl #1\n orr r1, r1, r4\n eor r5, r5, r5, lsl #1\n orr r1, r1, r5\n",
+        )
+    };
+}
+
+/// A radix-4 stage. The loop over the numbers that share their twiddles is written out, for the
+/// compiler runs out of registers in it: all that it may use are in use.
+macro_rules! stage {
+    ($n:ident, $l:ident, $src:ident, $dst:ident, $table:ident, $($op:literal),+) => {{
+        let (mut src, mut dst) = ($src.as_ptr(), $dst.as_mut_ptr());
+        let mut seen = 0u32;
+        for [Packed(w1), Packed(w2), Packed(w3)] in $table {
+            // SAFETY: for each of the L twiddles, N / 4L numbers are read from each quarter of a
+            // block of N / L of `src`, and as many written to each quarter of `dst`, one behind
+            // the other: N of both in all. r6 is restored.
+            unsafe {
+                asm!(
+                    "push {{r6}}",
+                    "mov r6, #{rounds}",
+                    "2:",
+                    step!($($op),+),
+                    step!($($op),+),
+                    "subs r6, r6, #1",
+                    "bne 2b",
+                    "add r0, r0, #3 * {row}",
+                    "pop {{r6}}",
+                    row = const $n / $l,
+                    quarter = const $n,
+                    rounds = const $n / $l / 8,
+                    inout("r0") src,
+                    inout("r1") seen,
+                    inout("lr") dst,
+                    in("r8") *w1,
+                    in("r9") *w2,
+                    in("r10") *w3,
+                    in("r12") 0x8000,
+                    out("r2") _,
+                    out("r3") _,
+                    out("r4") _,
+                    out("r5") _,
+                    out("r11") _,
+                );
+            }
+        }
+        let _ = (src, dst);
+        seen
+    }};
+}
+
+/// One step of the last stage: four numbers from [r0], twiddles from [r1], powers to [lr].
+macro_rules! last_step {
+    ($($op:literal),+) => {
+        concat!(
+            "ldm r0!, {{r2, r3, r4, r5}}\n ldm r1!, {{r8, r9, r10}}\n",
+            butterfly!($($op),+),
+            "smuad r3, r3, r3\n str r3, [lr, #{quarter}]\n",
+            "smuad r4, r4, r4\n str r4, [lr, #2 * {quarter}]\n",
+            "smuad r5, r5, r5\n str r5, [lr, #3 * {quarter}]\n",
+            "smuad r2, r2, r2\n str r2, [lr], #4\n",
+        )
+    };
+}
+
+/// The last radix-4 stage, straight into power.
+macro_rules! last_power {
+    ($n:ident, $l:ident, $src:ident, $power:ident, $table:ident, $($op:literal),+) => {
+        // SAFETY: L times four numbers of `src` and three of `table` are read, all there are, and
+        // one number written to each quarter of `power`. r6 is restored.
+        unsafe {
+            asm!(
+                "push {{r6}}",
+                "mov r6, #{rounds}",
+                "2:",
+                last_step!($($op),+),
+                last_step!($($op),+),
+                "subs r6, r6, #1",
+                "bne 2b",
+                "pop {{r6}}",
+                quarter = const $n,
+                rounds = const $l / 2,
+                inout("r0") $src.as_ptr() => _,
+                inout("r1") $table.as_ptr() => _,
+                inout("lr") $power.as_mut_ptr() => _,
+                in("r12") 0x8000,
+                out("r2") _,
+                out("r3") _,
+                out("r4") _,
+                out("r5") _,
+                out("r8") _,
+                out("r9") _,
+                out("r10") _,
+                out("r11") _,
+            );
+        }
+    };
+}
+
 impl Arithmetic for Dsp {
     // Both halves added, subtracted, or crosswise: the products with j cost nothing.
     #[inline(always)]
@@ -81,39 +216,56 @@ impl Arithmetic for Dsp {
     // SSUB16 leaves a half's GE flags set where its difference is not negative (of the full 17
     // bits), SEL chooses by them.
     #[inline(always)]
-    fn max(a: Packed, b: Packed) -> Packed {
-        let (a, b) = (a.0, b.0);
-        let result: u32;
-        // SAFETY: reads its operands, writes its result, declares the flags clobbered.
+    fn sort(a: Packed, b: Packed) -> (Packed, Packed) {
+        let (mut low, high) = (a.0, b.0);
+        let larger: u32;
+        // SAFETY: reads its operands, writes its results, declares the flags clobbered.
         unsafe {
             asm!(
                 "ssub16 {r}, {a}, {b}",
                 "sel {r}, {a}, {b}",
-                r = out(reg) result,
-                a = in(reg) a,
-                b = in(reg) b,
+                "sel {a}, {b}, {a}",
+                r = out(reg) larger,
+                a = inout(reg) low,
+                b = in(reg) high,
                 options(pure, nomem, nostack)
             )
         };
-        Packed(result)
+        (Packed(low), Packed(larger))
     }
 
     #[inline(always)]
-    fn min(a: Packed, b: Packed) -> Packed {
-        let (a, b) = (a.0, b.0);
-        let result: u32;
+    fn max(a: Packed, b: Packed) -> Packed {
+        let (mut a, b) = (a.0, b.0);
         // SAFETY: reads its operands, writes its result, declares the flags clobbered.
         unsafe {
             asm!(
                 "ssub16 {r}, {a}, {b}",
-                "sel {r}, {b}, {a}",
-                r = out(reg) result,
-                a = in(reg) a,
+                "sel {a}, {a}, {b}",
+                r = out(reg) _,
+                a = inout(reg) a,
                 b = in(reg) b,
                 options(pure, nomem, nostack)
             )
         };
-        Packed(result)
+        Packed(a)
+    }
+
+    #[inline(always)]
+    fn min(a: Packed, b: Packed) -> Packed {
+        let (mut a, b) = (a.0, b.0);
+        // SAFETY: reads its operands, writes its result, declares the flags clobbered.
+        unsafe {
+            asm!(
+                "ssub16 {r}, {a}, {b}",
+                "sel {a}, {b}, {a}",
+                r = out(reg) _,
+                a = inout(reg) a,
+                b = in(reg) b,
+                options(pure, nomem, nostack)
+            )
+        };
+        Packed(a)
     }
 
     // Two products and their sum or difference in one cycle.
@@ -164,6 +316,31 @@ impl Arithmetic for Dsp {
         instruction!((a, b) = "smmulr {r}, {a}, {b}") as i32
     }
 
+    // The subtraction leaves value ≥ limit in the carry flag, which RRX takes in at the top: no
+    // branch, no conditional move. SMLAL adds a product of 64 bits.
+    #[inline(always)]
+    fn test(mut bits: u32, value: u64, limit: u64, a: i32, b: i32) -> (u32, u64) {
+        let (mut low, mut high) = (limit as u32, (limit >> 32) as u32);
+        // SAFETY: reads its operands, writes its results, declares the flags clobbered.
+        unsafe {
+            asm!(
+                "subs {value_low}, {value_low}, {low}",
+                "sbcs {value_high}, {value_high}, {high}",
+                "rrx {bits}, {bits}",
+                "smlal {low}, {high}, {a}, {b}",
+                bits = inout(reg) bits,
+                value_low = inout(reg) value as u32 => _,
+                value_high = inout(reg) (value >> 32) as u32 => _,
+                low = inout(reg) low,
+                high = inout(reg) high,
+                a = in(reg) a,
+                b = in(reg) b,
+                options(pure, nomem, nostack)
+            )
+        };
+        (bits, u64::from(high) << 32 | u64::from(low))
+    }
+
     #[inline(always)]
     fn pack_high(re: i32, im: i32) -> Packed {
         Packed(instruction!((re, im) = "pkhtb {r}, {im}, {re}, asr #16"))
@@ -172,5 +349,43 @@ impl Arithmetic for Dsp {
     #[inline(always)]
     fn pack_low(re: i32, im: i32) -> Packed {
         Packed(instruction!((re, im) = "pkhbt {r}, {re}, {im}, lsl #16"))
+    }
+
+    #[inline(always)]
+    fn stage<const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        dst: &mut [Packed; N],
+        table: &[[Packed; 3]; L],
+    ) -> u32 {
+        if N % (8 * L) != 0 {
+            // The loop takes two steps at a time.
+            return super::Portable::stage::<N, L, QUARTER>(src, dst, table);
+        }
+        if QUARTER {
+            stage!(
+                N, L, src, dst, table, "shadd16", "shsub16", "shasx", "shsax"
+            )
+        } else {
+            stage!(N, L, src, dst, table, "sadd16", "ssub16", "sasx", "ssax")
+        }
+    }
+
+    #[inline(always)]
+    fn last_power<const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        power: &mut [u32; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        if N != 4 * L || L % 2 != 0 {
+            // The loop takes two steps at a time.
+            return super::Portable::last_power::<N, L, QUARTER>(src, power, table);
+        }
+        if QUARTER {
+            last_power!(
+                N, L, src, power, table, "shadd16", "shsub16", "shasx", "shsax"
+            )
+        } else {
+            last_power!(N, L, src, power, table, "sadd16", "ssub16", "sasx", "ssax")
+        }
     }
 }

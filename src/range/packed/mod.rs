@@ -81,6 +81,8 @@ pub trait Arithmetic {
     fn half_add_j(a: Packed, b: Packed) -> Packed;
     /// ⌊(a - jb) / 2⌋ of each part, without overflow.
     fn half_sub_j(a: Packed, b: Packed) -> Packed;
+    /// The smaller and the larger of each part.
+    fn sort(a: Packed, b: Packed) -> (Packed, Packed);
     /// The larger of each part.
     fn max(a: Packed, b: Packed) -> Packed;
     /// The smaller of each part.
@@ -104,6 +106,10 @@ pub trait Arithmetic {
     /// a·b / 2³², rounded.
     fn mul_high(a: i32, b: i32) -> i32;
 
+    /// One cell against a running limit: shifts `bits` right by one, takes in at the top whether
+    /// `value` reaches `limit`, and moves the limit on by a·b.
+    fn test(bits: u32, value: u64, limit: u64, a: i32, b: i32) -> (u32, u64);
+
     /// The upper half-words of `re` and `im` as one complex number.
     fn pack_high(re: i32, im: i32) -> Packed;
     /// The lower half-words of `re` and `im` as one complex number.
@@ -117,5 +123,168 @@ pub trait Arithmetic {
     fn mul_half(a: Packed, b: Packed) -> Packed {
         const ROUND: i32 = 0x8000;
         Self::pack_high(Self::mul_re(a, b, ROUND), Self::mul_im(a, b, ROUND))
+    }
+
+    /// Four-point transform.
+    #[inline(always)]
+    fn butterfly([t0, t1, t2, t3]: [Packed; 4]) -> [Packed; 4] {
+        let (even_sum, even_diff) = (Self::add(t0, t2), Self::sub(t0, t2));
+        let (odd_sum, odd_diff) = (Self::add(t1, t3), Self::sub(t1, t3));
+        [
+            Self::add(even_sum, odd_sum),
+            Self::sub_j(even_diff, odd_diff),
+            Self::sub(even_sum, odd_sum),
+            Self::add_j(even_diff, odd_diff),
+        ]
+    }
+
+    /// Half the four-point transform.
+    #[inline(always)]
+    fn half_butterfly([t0, t1, t2, t3]: [Packed; 4]) -> [Packed; 4] {
+        let (even_sum, even_diff) = (Self::add(t0, t2), Self::sub(t0, t2));
+        let (odd_sum, odd_diff) = (Self::add(t1, t3), Self::sub(t1, t3));
+        [
+            Self::half_add(even_sum, odd_sum),
+            Self::half_sub_j(even_diff, odd_diff),
+            Self::half_sub(even_sum, odd_sum),
+            Self::half_add_j(even_diff, odd_diff),
+        ]
+    }
+
+    /// A radix-4 stage of the transform of N points: joins transforms of L points by fours, scaled
+    /// by 1/2 or 1/4. Reads L blocks of N / L numbers, writes four quarters of L blocks.
+    ///
+    /// Returns the bits that the numbers written need (see [`magnitude_bits`]).
+    #[inline(always)]
+    fn stage<const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        dst: &mut [Packed; N],
+        table: &[[Packed; 3]; L],
+    ) -> u32 {
+        let r = N / 4 / L;
+        let mut seen = 0;
+        let [y0, y1, y2, y3] = quarters(dst);
+        let outputs = y0
+            .chunks_exact_mut(r)
+            .zip(y1.chunks_exact_mut(r))
+            .zip(y2.chunks_exact_mut(r).zip(y3.chunks_exact_mut(r)));
+        for ((block, w), ((y0, y1), (y2, y3))) in src.chunks_exact(4 * r).zip(table).zip(outputs) {
+            let (lower, upper) = block.split_at(2 * r);
+            let (x0, x1) = lower.split_at(r);
+            let (x2, x3) = upper.split_at(r);
+            let inputs = x0.iter().zip(x1).zip(x2.iter().zip(x3));
+            let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
+            for (((x0, x1), (x2, x3)), ((y0, y1), (y2, y3))) in inputs.zip(outputs) {
+                let y = join::<Self, QUARTER>([*x0, *x1, *x2, *x3], w);
+                seen |= y.into_iter().fold(0, |bits, y| bits | magnitude_bits(y));
+                [*y0, *y1, *y2, *y3] = y;
+            }
+        }
+        seen
+    }
+
+    /// The last stage, N = 4L, into what is wanted of the bins.
+    #[inline(always)]
+    fn last<B: Bin, const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        bins: &mut [B; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        let [y0, y1, y2, y3] = quarters(bins);
+        let (blocks, _) = src.as_chunks::<4>();
+        let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
+        for ((x, w), ((y0, y1), (y2, y3))) in blocks.iter().zip(table).zip(outputs) {
+            [*y0, *y1, *y2, *y3] = join::<Self, QUARTER>(*x, w).map(B::of::<Self>);
+        }
+    }
+
+    /// The last stage, N = 4L, into power.
+    #[inline(always)]
+    fn last_power<const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        power: &mut [u32; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        Self::last::<u32, N, L, QUARTER>(src, power, table);
+    }
+}
+
+/// What the last stage makes of a bin.
+pub trait Bin: Copy {
+    /// From the bin's complex value.
+    fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self;
+
+    /// The last stage; power has one of its own.
+    #[inline(always)]
+    fn last<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        bins: &mut [Self; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        A::last::<Self, N, L, QUARTER>(src, bins, table);
+    }
+}
+
+/// The bin itself.
+impl Bin for Packed {
+    #[inline(always)]
+    fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
+        x
+    }
+}
+
+/// Its power.
+impl Bin for u32 {
+    #[inline(always)]
+    fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
+        A::norm(x)
+    }
+
+    #[inline(always)]
+    fn last<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        bins: &mut [Self; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        A::last_power::<N, L, QUARTER>(src, bins, table);
+    }
+}
+
+/// The four quarters of an array.
+#[inline(always)]
+pub fn quarters<T, const N: usize>(x: &mut [T; N]) -> [&mut [T]; 4] {
+    let (lower, upper) = x.split_at_mut(N / 2);
+    let (a, b) = lower.split_at_mut(N / 4);
+    let (c, d) = upper.split_at_mut(N / 4);
+    [a, b, c, d]
+}
+
+/// Bits that differ from their lower neighbour: the highest says how many bits a part needs, for
+/// sign extension has none.
+#[inline(always)]
+pub fn magnitude_bits(x: Packed) -> u32 {
+    x.0 ^ (x.0 << 1)
+}
+
+/// One step of a radix-4 stage: the four-point transform of x0 and of the products of x1, x2, x3
+/// with `w`, scaled by 1/2 or 1/4, products and x0 rounded.
+///
+/// The quarter's second halving is that of the last sums: less noise than rounding the terms to
+/// quarters.
+#[inline(always)]
+fn join<A: Arithmetic + ?Sized, const QUARTER: bool>(
+    [x0, x1, x2, x3]: [Packed; 4],
+    [w1, w2, w3]: &[Packed; 3],
+) -> [Packed; 4] {
+    let terms = [
+        A::half_add(x0, Packed::ONES),
+        A::mul_half(x1, *w1),
+        A::mul_half(x2, *w2),
+        A::mul_half(x3, *w3),
+    ];
+    if QUARTER {
+        A::half_butterfly(terms)
+    } else {
+        A::butterfly(terms)
     }
 }

@@ -77,6 +77,11 @@ impl Arithmetic for Portable {
     }
 
     #[inline(always)]
+    fn sort(a: Packed, b: Packed) -> (Packed, Packed) {
+        (Self::min(a, b), Self::max(a, b))
+    }
+
+    #[inline(always)]
     fn max(a: Packed, b: Packed) -> Packed {
         each(a, b, i32::max)
     }
@@ -127,6 +132,14 @@ impl Arithmetic for Portable {
     #[inline(always)]
     fn mul_high(a: i32, b: i32) -> i32 {
         ((i64::from(a) * i64::from(b) + (1 << 31)) >> 32) as i32
+    }
+
+    #[inline(always)]
+    fn test(bits: u32, value: u64, limit: u64, a: i32, b: i32) -> (u32, u64) {
+        (
+            u32::from(value >= limit) << 31 | bits >> 1,
+            limit.wrapping_add_signed(i64::from(a) * i64::from(b)),
+        )
     }
 
     #[inline(always)]

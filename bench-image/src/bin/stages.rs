@@ -1,0 +1,139 @@
+//! In the emulator: instruction counts of every stage, one `name count` a line.
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod image {
+    use bench_image::counter::Counter;
+    use core::hint::black_box;
+    use cortex_m_rt::entry;
+    use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
+    use cortex_m_semihosting::hprintln;
+    use microfft::Complex32;
+    use stairscan::Iq;
+    use stairscan::config::Config;
+    use stairscan::range::cfar::Cfar;
+    use stairscan::range::packed::{Native, Packed};
+    use stairscan::range::window::{self, Levels, Window};
+    use stairscan::range::{BinWindow, RangeProcessor, fft, log};
+    use stairscan::stairs::map::Row;
+
+    /// Repetitions: the timer's grain of 6 instructions vanishes.
+    const ROUNDS: u32 = 100;
+
+    #[entry]
+    fn main() -> ! {
+        if let Some(peripherals) = cortex_m::Peripherals::take() {
+            let mut counter = Counter::new(peripherals.SYST);
+            transforms(&mut counter);
+            chirp_stages(&mut counter);
+            debug::exit(EXIT_SUCCESS);
+        }
+        loop {}
+    }
+
+    /// A chirp with leakage, mirror, two echoes and noise-like dither, peaking near half scale.
+    fn chirp(samples: usize) -> impl Iterator<Item = Iq> {
+        let mut dither = 1u32;
+        (0..samples).map(move |n| {
+            let mut sum = (1000.0, -500.0);
+            for (turns, amplitude) in [(1.6, 8000.0), (14.7, 2000.0), (60.2, 900.0), (90.0, 60.0)] {
+                let angle = core::f32::consts::TAU * turns * n as f32 / samples as f32;
+                let (sin, cos) = stairscan::math::sin_cos(angle % core::f32::consts::TAU);
+                sum = (sum.0 + amplitude * cos, sum.1 + amplitude * sin);
+            }
+            dither = dither.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            Iq::new(
+                sum.0 as i16 + (dither >> 28) as i16,
+                sum.1 as i16 + (dither >> 24 & 15) as i16,
+            )
+        })
+    }
+
+    /// One transform of 256 complex points, in and out, beside its peer.
+    fn transforms(counter: &mut Counter) {
+        let mut input = [Packed::ZERO; 256];
+        for (to, x) in input.iter_mut().zip(chirp(256)) {
+            *to = x.into();
+        }
+        let mut buffers = [[Packed::ZERO; 256]; 2];
+        let mut bins = [Packed::ZERO; 256];
+        let count = counter.count(ROUNDS, || {
+            fft::transform::<Native, Packed, 256>(black_box(&input), &mut buffers, &mut bins)
+        });
+        hprintln!("fft256 {}", count);
+        let mut floats = input.map(|x| Complex32::new(x.re().into(), x.im().into()));
+        let count = counter.count(ROUNDS, || {
+            let _ = microfft::complex::cfft_256(black_box(&mut floats));
+        });
+        hprintln!("microfft_f32 {}", count);
+    }
+
+    /// The passes over one chirp of 200 samples, and all of them.
+    fn chirp_stages(counter: &mut Counter) {
+        let mut samples = [Iq::default(); 200];
+        for (to, x) in samples.iter_mut().zip(chirp(200)) {
+            *to = x;
+        }
+        let config = Config::default();
+        let mut window = Window::empty();
+        window.shape(200, 256);
+        let count = counter.count(ROUNDS, || Levels::of::<Native>(black_box(&samples)));
+        hprintln!("levels {}", count);
+        let levels = Levels::of::<Native>(&samples);
+        let mut data = [Packed::ZERO; 256];
+        let count = counter.count(ROUNDS, || {
+            window::open::<Native, 256>(black_box(&samples), &levels, &window, &mut data)
+        });
+        hprintln!("window {}", count);
+        let seen = window::open::<Native, 256>(&samples, &levels, &window, &mut data);
+        let (mut spare, mut power) = ([Packed::ZERO; 256], [0u32; 256]);
+        let count = counter.count(ROUNDS, || {
+            fft::finish::<Native, u32, 256>(black_box(&mut data), &mut spare, &mut power, seen)
+        });
+        hprintln!("stages {}", count);
+        row_stages(counter, &config, &window, &power);
+        let mut processor = RangeProcessor::idle();
+        let Ok(()) = processor.configure(&config.radar, &config.mount, &config.cfar) else {
+            return;
+        };
+        let bins = usize::from(processor.kept().count);
+        let (mut cells, mut mask) = ([0; 256], [0; 8]);
+        let count = counter.count(ROUNDS, || {
+            let mut row = Row {
+                cells: &mut cells[..bins],
+                mask: &mut mask[..bins.div_ceil(32)],
+            };
+            processor.process(black_box(&samples), &mut row)
+        });
+        hprintln!("chirp {}", count);
+    }
+
+    /// From power to a row.
+    fn row_stages(counter: &mut Counter, config: &Config, window: &Window, power: &[u32; 256]) {
+        let kept = BinWindow::new(&config.radar, &config.mount, &config.cfar);
+        let power = &power[kept.first.into()..][..kept.count.into()];
+        let (mut cells, mut mask) = ([0; 256], [0; 8]);
+        let count = counter.count(ROUNDS, || {
+            log::fill_cells(black_box(power), 1000, &mut cells)
+        });
+        hprintln!("cells {}", count);
+        let mut cfar = Cfar::empty();
+        cfar.shape(&config.cfar, kept, window);
+        let count = counter.count(ROUNDS, || {
+            cfar.detect::<Native>(black_box(power), &mut mask)
+        });
+        hprintln!("cfar {}", count);
+    }
+
+    #[panic_handler]
+    fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
+        hprintln!("{}", info);
+        debug::exit(EXIT_FAILURE);
+        loop {}
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("an image for the emulator: see `cargo sim bench`");
+}

@@ -1,0 +1,33 @@
+//! In the emulator: do the DSP instructions give the same bits as their definitions?
+#![cfg_attr(target_os = "none", no_std, no_main)]
+
+#[cfg(target_os = "none")]
+mod image {
+    use bench_image::twins;
+    use cortex_m_rt::entry;
+    use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
+    use cortex_m_semihosting::hprintln;
+    use stairscan::range::packed::{Dsp, Portable};
+
+    #[entry]
+    fn main() -> ! {
+        let found = twins::compare::<Dsp, Portable>();
+        hprintln!("chirps {}", twins::TOTAL);
+        hprintln!("mismatches {}", found.mismatches);
+        hprintln!("digest {:08x}", found.digest);
+        debug::exit(EXIT_SUCCESS);
+        loop {}
+    }
+
+    #[panic_handler]
+    fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
+        hprintln!("{}", info);
+        debug::exit(EXIT_FAILURE);
+        loop {}
+    }
+}
+
+#[cfg(not(target_os = "none"))]
+fn main() {
+    println!("an image for the emulator: see `cargo sim twins`");
+}

@@ -1,0 +1,59 @@
+//! Counts instructions by the emulator's SysTick: under `-icount shift=0` time is their number.
+
+use core::hint::black_box;
+use cortex_m::peripheral::SYST;
+use cortex_m::peripheral::syst::SystClkSource;
+
+/// The largest count of the 24-bit timer.
+const RELOAD: u32 = 0x00ff_ffff;
+
+/// A stopwatch in instructions, calibrated against a loop of known length.
+pub struct Counter {
+    _timer: SYST,
+    instructions_per_tick: f32,
+}
+
+impl Counter {
+    /// Starts the timer and measures how many instructions its tick lasts.
+    pub fn new(mut timer: SYST) -> Self {
+        timer.set_clock_source(SystClkSource::Core);
+        timer.set_reload(RELOAD);
+        timer.clear_current();
+        timer.enable_counter();
+        let mut counter = Self {
+            _timer: timer,
+            instructions_per_tick: 1.0,
+        };
+        const ROUNDS: u32 = 1_000_000;
+        let ticks = counter.ticks(|| {
+            // SAFETY: counts a register of its own down; two instructions a round.
+            unsafe {
+                core::arch::asm!(
+                    "2: subs {n}, #1",
+                    "bne 2b",
+                    n = inout(reg) ROUNDS => _,
+                    options(nomem, nostack)
+                );
+            }
+        });
+        counter.instructions_per_tick = 2.0 * ROUNDS as f32 / ticks as f32;
+        counter
+    }
+
+    fn ticks(&mut self, work: impl FnOnce()) -> u32 {
+        let from = SYST::get_current();
+        work();
+        // It counts down, and wraps once at most: 100 million instructions.
+        from.wrapping_sub(SYST::get_current()) & RELOAD
+    }
+
+    /// Instructions of one `work`, averaged over `rounds` so that the tick's grain vanishes.
+    pub fn count<T>(&mut self, rounds: u32, mut work: impl FnMut() -> T) -> u32 {
+        let ticks = self.ticks(|| {
+            for _ in 0..rounds {
+                black_box(work());
+            }
+        });
+        (ticks as f32 * self.instructions_per_tick / rounds as f32 + 0.5) as u32
+    }
+}
