@@ -16,6 +16,7 @@ mod image {
     use stairscan::range::window::{self, Levels, Window};
     use stairscan::range::{BinWindow, RangeProcessor, fft, log};
     use stairscan::stairs::map::Row;
+    use stm32f4xx_hal as _;
 
     /// Repetitions: the timer's grain of 6 instructions vanishes.
     const ROUNDS: u32 = 100;
@@ -28,7 +29,9 @@ mod image {
             chirp_stages(&mut counter);
             debug::exit(EXIT_SUCCESS);
         }
-        loop {}
+        loop {
+            cortex_m::asm::wfi();
+        }
     }
 
     /// A chirp with leakage, mirror, two echoes and noise-like dither, peaking near half scale.
@@ -129,7 +132,9 @@ mod image {
     fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
         hprintln!("{}", info);
         debug::exit(EXIT_FAILURE);
-        loop {}
+        loop {
+            cortex_m::asm::wfi();
+        }
     }
 }
 

@@ -8,6 +8,7 @@ mod image {
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
     use stairscan::range::packed::{Dsp, Portable};
+    use stm32f4xx_hal as _;
 
     #[entry]
     fn main() -> ! {
@@ -16,14 +17,18 @@ mod image {
         hprintln!("mismatches {}", found.mismatches);
         hprintln!("digest {:08x}", found.digest);
         debug::exit(EXIT_SUCCESS);
-        loop {}
+        loop {
+            cortex_m::asm::wfi();
+        }
     }
 
     #[panic_handler]
     fn panic(info: &core::panic::PanicInfo<'_>) -> ! {
         hprintln!("{}", info);
         debug::exit(EXIT_FAILURE);
-        loop {}
+        loop {
+            cortex_m::asm::wfi();
+        }
     }
 }
 

@@ -357,7 +357,7 @@ impl Arithmetic for Dsp {
         dst: &mut [Packed; N],
         table: &[[Packed; 3]; L],
     ) -> u32 {
-        if N % (8 * L) != 0 {
+        if !N.is_multiple_of(8 * L) {
             // The loop takes two steps at a time.
             return super::Portable::stage::<N, L, QUARTER>(src, dst, table);
         }
@@ -376,7 +376,7 @@ impl Arithmetic for Dsp {
         power: &mut [u32; N],
         table: &[[Packed; 3]; L],
     ) {
-        if N != 4 * L || L % 2 != 0 {
+        if N != 4 * L || !L.is_multiple_of(2) {
             // The loop takes two steps at a time.
             return super::Portable::last_power::<N, L, QUARTER>(src, power, table);
         }
