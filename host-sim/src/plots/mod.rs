@@ -115,7 +115,10 @@ pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
     let words = of("Clusters after rejection");
     let picture = particles::clusters(&plane, &words, &paper.kept);
     keep("fig08-clusters-kept", picture)?;
-    let words = of("Heights by the 3 dB beam model");
+    let words = of(match scan.config.mount.plane {
+        Plane::Depth => "Heights by the 3 dB beam model",
+        Plane::Height => "Distances by the 3 dB beam model",
+    });
     let picture = particles::beam(&plane, &words, &paper.kept, &paper.beams);
     keep("fig11-beam-correction", picture)?;
     let truth = scan.recording.meta.truth.as_ref();

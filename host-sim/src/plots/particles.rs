@@ -4,7 +4,7 @@ use anyhow::Result;
 use plotters::style::{RGBColor, WHITE};
 use stairscan::stairs::cluster::Fate;
 
-use super::colour::{CONCLUDED, HUES, MEASURED, Palette, TRUE};
+use super::colour::{CONCLUDED, HUES, MEASURED, Palette};
 use super::page::{Frame, Swatch, number};
 use super::plane::{Ground, SagittalPlane, Words};
 use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot, Stroke};
@@ -47,8 +47,8 @@ pub struct BeamView {
 pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) -> Result<Vec<u8>> {
     let mut words = words.clone();
     let rounds = match view.rounds {
-        1 => "particles after 1 round of resampling".to_owned(),
-        n => format!("particles after {n} rounds of resampling"),
+        1 => "after 1 round of resampling (large: many copies)".to_owned(),
+        n => format!("after {n} rounds of resampling (large: many copies)"),
     };
     words.legend = vec![
         (
@@ -59,7 +59,7 @@ pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) 
     ];
     plane.draw(&words, Ground::Raw, Palette::Ground, |sheet, frame| {
         dots(sheet, frame, &view.initial, 2.2, HUES[5])?;
-        dots(sheet, frame, &view.resampled, 3.2, CONCLUDED)
+        heaps(sheet, frame, &view.resampled, 2.6, CONCLUDED)
     })
 }
 
@@ -72,6 +72,25 @@ fn dots(
 ) -> Result<()> {
     for &(x, y) in points.iter().filter(|p| frame.holds(p.0, p.1)) {
         sheet.marker(Shape::Dot, frame.spot(x, y), radius, ink, WHITE)?;
+    }
+    Ok(())
+}
+
+/// Dots whose area grows with the number of particles at the same place.
+fn heaps(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    points: &[Point],
+    radius: f64,
+    ink: RGBColor,
+) -> Result<()> {
+    /// Copies from which a dot grows no further.
+    const MOST: usize = 12;
+    let mut sorted = points.to_vec();
+    sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
+    for heap in sorted.chunk_by(|a, b| a == b) {
+        let copies = heap.len().min(MOST) as f64;
+        dots(sheet, frame, &heap[..1], radius * copies.sqrt(), ink)?;
     }
     Ok(())
 }
@@ -93,12 +112,20 @@ pub fn clusters(
             (Swatch::Mark(Shape::Dot, 6.0, *ink), label)
         })
         .collect();
-    let rejected = shown.iter().filter(|(_, c)| c.fate != Fate::Kept).count();
-    if rejected > 0 {
-        let label = format!("{rejected} rejected");
-        words
-            .legend
-            .push((Swatch::Mark(Shape::Cross, 7.0, TRUE), label));
+    let fates = [
+        (Fate::Outlier, "outlier"),
+        (Fate::Fused(0), "fused into another"),
+        (Fate::Redundant, "redundant"),
+    ];
+    let lost: Vec<String> = fates
+        .iter()
+        .map(|(fate, name)| (count_of(clusters, *fate), name))
+        .filter(|(count, _)| *count > 0)
+        .map(|(count, name)| format!("{count} {name}"))
+        .collect();
+    if !lost.is_empty() {
+        let mark = Swatch::Mark(Shape::Cross, 7.0, INK);
+        words.legend.push((mark, lost.join(", ")));
     }
     if shown.is_empty() {
         words.subtitle.push_str("; no clusters");
@@ -108,9 +135,9 @@ pub fn clusters(
             dots(sheet, frame, &cluster.points, 3.4, *ink)?;
         }
         let mut taken: Vec<Spot> = Vec::new();
-        for (ink, cluster) in shown.iter().filter(|(_, c)| c.fate != Fate::Kept) {
+        for (_, cluster) in shown.iter().filter(|(_, c)| c.fate != Fate::Kept) {
             let at = frame.spot(cluster.centre.0, cluster.centre.1);
-            sheet.marker(Shape::Cross, at, 10.0, *ink, WHITE)?;
+            sheet.marker(Shape::Cross, at, 10.0, INK, WHITE)?;
             let reason = match cluster.fate {
                 Fate::Outlier => "outlier",
                 Fate::Fused(_) => "fused",
@@ -141,12 +168,23 @@ pub fn clusters(
     })
 }
 
-/// A colour for each cluster: hues for those that stay, grey for the others.
+/// Clusters of a fate, whichever they are fused into.
+fn count_of(clusters: &[ClusterView], fate: Fate) -> usize {
+    let same = |c: &&ClusterView| std::mem::discriminant(&c.fate) == std::mem::discriminant(&fate);
+    clusters.iter().filter(same).count()
+}
+
+/// A colour for each cluster: first those that stay, so that they have the same in all pictures.
 fn hues(clusters: &[ClusterView]) -> Vec<RGBColor> {
-    let mut hues = HUES.iter().cycle();
-    let colour = |c: &ClusterView| match c.fate {
-        Fate::Kept => *hues.next().unwrap_or(&INK),
-        _ => TRUE,
+    let kept = count_of(clusters, Fate::Kept);
+    let (mut next_kept, mut next_other) = (0, kept);
+    let colour = |c: &ClusterView| {
+        let next = match c.fate {
+            Fate::Kept => &mut next_kept,
+            _ => &mut next_other,
+        };
+        *next += 1;
+        HUES[(*next - 1) % HUES.len()]
     };
     clusters.iter().map(colour).collect()
 }
@@ -195,7 +233,7 @@ pub fn beam(
         ),
         (
             Swatch::Mark(Shape::Diamond, 7.0, CONCLUDED),
-            format!("edge, less half the beam: d tan {degrees}°"),
+            format!("edge: less d tan {degrees}°, plus the particles' gap"),
         ),
     ];
     if beams.is_empty() {
@@ -254,11 +292,9 @@ fn correction(sheet: &Sheet<'_>, frame: &Frame, beam: &BeamView) -> Result<()> {
     } else {
         (end.0.min(edge.0) - 24.0, face.right())
     };
-    let middle = (end.1 + edge.1) / 2.0;
-    sheet.note(
-        &format!("{sign}{} cm", cm(by)),
-        (x, middle - 14.0),
-        face.bold(),
-    )?;
+    // Beside a vertical correction, below a horizontal one: off the particles.
+    let middle = (end.1 + edge.1) / 2.0 + if vertical { 0.0 } else { 46.0 };
+    let by = format!("{sign}{} cm", cm(by));
+    sheet.note(&by, (x, middle - 14.0), face.bold())?;
     sheet.note(&result, (x, middle + 14.0), face.ink(CONCLUDED))
 }

@@ -159,7 +159,7 @@ fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result
         sheet.fill_box(spot(from, top), spot(to, bottom), TRUE, 0.16)?;
     }
     let face = Face::plain(20.0).ink(FAINT).upright();
-    let across = |x: f64| spot(x, bottom + 0.8 * (top - bottom));
+    let across = |x: f64| spot(x, (top + bottom) / 2.0);
     if view.mirror_m.is_some_and(|m| m < near) {
         sheet.text("radar and mirror: not tested", across(near - 0.05), face)?;
     } else {
@@ -181,10 +181,12 @@ fn label_peaks(
     order.sort_by(|a, b| b.1.total_cmp(&a.1));
     let mut taken: Vec<Spot> = Vec::new();
     if let Some(mirror) = view.mirror_m {
-        let at = view.power_db.get((mirror / view.bin_m).round() as usize);
-        let spot = frame.spot(mirror, at.copied().unwrap_or(frame.y.0));
-        let face = Face::plain(20.0).ink(FAINT).left();
-        sheet.text("mirror", (spot.0 + 14.0, spot.1 + 8.0), face)?;
+        let bin = (mirror / view.bin_m).round() as usize;
+        let peak = view.power_db.iter().skip(bin.saturating_sub(2)).take(5);
+        let peak = peak.copied().fold(f64::NEG_INFINITY, f64::max);
+        let spot = frame.spot(mirror, peak.max(frame.y.0));
+        let spot = (spot.0, spot.1 - 16.0);
+        sheet.text("mirror", spot, Face::plain(20.0).ink(FAINT))?;
         taken.push(spot);
     }
     for (range, db) in order {
