@@ -165,7 +165,9 @@ fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result
     } else {
         sheet.text("radar itself: not tested", across(near / 2.0), face)?;
     }
-    sheet.text("wraps round", across((far + end) / 2.0), face)
+    // What wraps round rises from the lower left.
+    let corner = spot((far + end) / 2.0, bottom + 0.85 * (top - bottom));
+    sheet.text("wraps round", corner, face)
 }
 
 /// Writes the range of each peak above it, the strongest first, where there is room,

@@ -31,7 +31,8 @@ pub fn cell_at(map: &PolarMap, x: f64, y: f64) -> Option<(usize, usize)> {
     map.present(row).then_some((row, bin as usize))
 }
 
-/// The row whose real angle is nearest to `angle`, at most half a step away from it.
+/// The row whose real angle is nearest to `angle`; before the first and beyond the last at most
+/// half a step away. In between a shaft in microsteps is nowhere exactly on its schedule.
 fn nearest_row(map: &PolarMap, angle: f32) -> Option<usize> {
     let (mut low, mut high) = (0, map.rows());
     while low < high {
@@ -48,7 +49,8 @@ fn nearest_row(map: &PolarMap, angle: f32) -> Option<usize> {
         .into_iter()
         .flatten()
         .min_by(|a, b| off(a).total_cmp(&off(b)))?;
-    (off(&row) <= 0.5001 * map.geometry().step_rad.abs()).then_some(row)
+    let between = low > 0 && low < map.rows();
+    (between || off(&row) <= 0.5 * map.geometry().step_rad.abs()).then_some(row)
 }
 
 /// The cell of every (enlarged) pixel of a frame: worked out once for all pictures of a scan.
@@ -245,6 +247,29 @@ pub mod tests {
         let mut map = Box::new(PolarMap::new());
         map.begin(&config).unwrap();
         assert_eq!(cell_at(&map, 1.0, 0.74), None, "no chirp arrived");
+    }
+
+    #[test]
+    fn a_shaft_off_its_schedule_leaves_no_gaps() {
+        let config = Config::default();
+        let mut map = Box::new(PolarMap::new());
+        map.begin(&config).unwrap();
+        for k in 0..map.rows() {
+            // Up to 0.4 steps off, to either side.
+            let off = 0.4 * (k as f32 * 2.4).sin() * map.geometry().step_rad;
+            let angle = map.angle_rad(k) + off;
+            map.row_mut(k, angle).unwrap();
+        }
+        for k in 0..10_000 {
+            let angle = (-20.0 + 70.0 * f64::from(k) / 10_000.0).to_radians();
+            let at = cell_at(&map, angle.cos(), 0.4 - angle.sin());
+            let (row, _) = at.unwrap();
+            let off = |row: usize| (map.angle_rad(row) - angle as f32).abs();
+            assert!(
+                (0..map.rows()).all(|other| off(row) <= off(other) + 1e-6),
+                "{k}"
+            );
+        }
     }
 
     #[test]
