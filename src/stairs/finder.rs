@@ -104,11 +104,13 @@ impl StairFinder {
         scan: u32,
         observer: &mut impl Observer,
     ) -> Outcome {
-        match &mut self.scratch {
+        let mut outcome = match &mut self.scratch {
             Scratch::Likelihood(state) => state.finish(&self.map, config, scan),
             Scratch::Paper(state) => state.finish(&self.map, config, scan, observer),
             Scratch::Idle => Outcome::fault(Reason::Silent),
-        }
+        };
+        super::dimension::link(&mut outcome.steps);
+        outcome
     }
 
     /// The map as it stands.
