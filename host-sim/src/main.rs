@@ -30,6 +30,8 @@ enum Command {
     Score(commands::score::Args),
     /// Scan a scene file with the simulated radar and write the recording
     Simulate(SimulateArgs),
+    /// Scan the paper's stairs A, B and C and compare with its table I
+    Table1(commands::table1::Args),
 }
 
 fn main() -> ExitCode {
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Score(args) => commands::score::run(&args),
         Command::Simulate(args) => simulate(&args).map(|()| ExitCode::SUCCESS),
+        Command::Table1(args) => commands::table1::run(&args),
     };
     match done {
         Ok(code) => code,

@@ -4,6 +4,7 @@ pub mod accuracy;
 pub mod profile;
 pub mod replay;
 pub mod score;
+pub mod table1;
 
 use std::io::Write as _;
 

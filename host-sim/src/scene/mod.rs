@@ -82,7 +82,7 @@ impl Scene {
     }
 
     /// Builds a scene from the text of a scene file. Errors begin with the line or key.
-    fn parse(text: &str) -> Result<Self> {
+    pub fn parse(text: &str) -> Result<Self> {
         let spec: SceneSpec = toml::from_str(text).map_err(|e| {
             let start = e.span().map_or(0, |s| s.start);
             let line = text.get(..start).unwrap_or_default().matches('\n').count() + 1;

@@ -173,7 +173,8 @@ fn a_sharp_edge() {
     // Keller's wedge of 270° free space: a line of echo width |f|²/k, off the normals of both faces. Its
     // length √σ = √(2/λ) L √(|f|²/k) = L f / √π, with the wave front's curvature over that length.
     let (r, b) = (2.0, 0.02);
-    for below in [20.0_f64, 30.0, 55.0] {
+    let cases = [20.0_f64, 30.0, 55.0].map(|t| [(t, true), (t, false)]);
+    for (below, soft) in cases.into_iter().flatten() {
         let t = below.to_radians();
         let (x, y) = (r * t.cos(), 0.4 - r * t.sin());
         let text = format!(
@@ -184,9 +185,10 @@ fn a_sharp_edge() {
             x + 0.7,
             y - 0.9
         );
-        let s = scene(&text);
+        let field = if soft { "horizontal" } else { "vertical" };
+        let s = scene(&format!("{text}[radar]\npolarisation = \"{field}\"\n"));
         let found = windowed(&s.echoes(1), r);
-        let f = edge::keller(PI - t, 1.5 * PI, true);
+        let f = edge::keller(PI - t, 1.5 * PI, soft);
         assert_close(found, b * f.abs() / PI.sqrt(), 0.10, "edge √σ");
     }
 }
@@ -215,19 +217,24 @@ fn a_rounded_edge() {
 
 #[test]
 fn roughness_takes_from_the_specular_what_ament_says() {
-    // Coherent reflection falls with exp(-2 (kσ)²) (Ament, Proc. IRE 41, 1953; normal incidence).
+    // Coherent reflection falls with exp(-2 (kσ)²) (Ament, Proc. IRE 41, 1953; normal incidence). The
+    // beam is narrow, for what the roughness scatters besides grows with the area that it lights.
     let wall = "[[wall]]\nat_m = 1.5\nbottom_m = -0.2\ntop_m = 1.0\nmaterial = \"rough\"\n";
     let k = TAU / WAVELENGTH;
-    for rough in [100e-6, 250e-6] {
-        let s = scene(&format!(
+    let mut smooth = 0.0;
+    for rough in [0.0, 100e-6, 250e-6] {
+        let s = Scene::parse(&format!(
             "{wall}[material.rough]\npermittivity = 1.0\nconductivity = 1e9\nroughness_m = {rough}\n\
              correlation_m = 1e-3\ndiffuse_db = -300.0\n"
-        ));
+        ))
+        .unwrap();
         let mean = (0..12)
             .map(|seed| sum(&s, &s.echoes(seed), 0.0))
             .fold(Complex64::ZERO, |a, b| a + b)
             / 12.0;
-        let smooth = (4.0 * PI).sqrt() / 3.0;
+        if rough == 0.0 {
+            smooth = mean.norm_sqr().sqrt();
+        }
         let book = smooth * (-2.0 * (k * rough).powi(2)).exp();
         assert_close(mean.norm_sqr().sqrt(), book, 0.08, "coherent amplitude");
     }
@@ -259,6 +266,24 @@ fn diffuse_echoes_have_the_power_of_constant_gamma() {
     let width = r * w * (PI / (8.0 * core::f64::consts::LN_2)).sqrt();
     let book = 0.1 * (0.4 / r) * 0.2 * width;
     assert_close(power, book, 0.05, "diffuse σ");
+}
+
+#[test]
+fn many_scatterers_make_speckle() {
+    // Of a sum of many random phases the power is exponential: its mean square is twice its squared
+    // mean (Goodman, Speckle Phenomena in Optics, sec. 3.2).
+    let s = Scene::parse(
+        "[material.coarse]\npermittivity = 1.0\nconductivity = 1e9\nroughness_m = 2e-3\n\
+         correlation_m = 2e-3\ndiffuse_db = -300.0\n\
+         [[wall]]\nat_m = 1.0\nbottom_m = 0.37\ntop_m = 0.43\nmaterial = \"coarse\"\n",
+    )
+    .unwrap();
+    let powers: Vec<f64> = (0..400)
+        .map(|k| sum(&s, &s.echoes(k), 0.0).norm_sqr())
+        .collect();
+    let mean = powers.iter().sum::<f64>() / 400.0;
+    let square = powers.iter().map(|p| p * p).sum::<f64>() / 400.0;
+    assert_close(square / (mean * mean), 2.0, 0.2, "speckle's second moment");
 }
 
 #[test]

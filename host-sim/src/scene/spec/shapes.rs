@@ -1,0 +1,242 @@
+//! The shapes that a scene file puts together.
+
+use serde::{Deserialize, Serialize};
+
+/// Which way a flight leads.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Way {
+    /// Upwards, away from the wheelchair.
+    #[default]
+    Up,
+    /// Downwards, away from the wheelchair.
+    Down,
+}
+
+/// A flight of stairs (a kerb is a flight of one step).
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct StairsSpec {
+    /// Upwards or downwards.
+    #[serde(default)]
+    pub direction: Way,
+    /// Mirror to the first step's foremost edge (up), or to the first edge (down).
+    pub distance_m: f64,
+    /// Height of the surface before the first step.
+    #[serde(default)]
+    pub base_m: f64,
+    /// Number of steps.
+    pub count: usize,
+    /// Height of every step.
+    pub rise_m: f64,
+    /// From one foremost edge to the next.
+    pub going_m: f64,
+    /// Heights one by one instead: as many as steps.
+    #[serde(default)]
+    pub rises_m: Vec<f64>,
+    /// Goings one by one instead: one fewer than steps.
+    #[serde(default)]
+    pub goings_m: Vec<f64>,
+    /// How far a tread stands out over the riser below it.
+    #[serde(default)]
+    pub nosing_m: f64,
+    /// Rounding of the foremost edge; real treads are broken or rounded by 2 to 10 mm.
+    #[serde(default = "default_radius")]
+    pub nosing_radius_m: f64,
+    /// Thickness of a tread: seen where it stands out and where risers are open.
+    #[serde(default = "default_thickness")]
+    pub tread_thickness_m: f64,
+    /// No risers: treads float.
+    #[serde(default)]
+    pub open: bool,
+    /// Depth of a floating tread; without it the going and 2 cm.
+    #[serde(default)]
+    pub tread_depth_m: Option<f64>,
+    /// Length of the surface after the last step.
+    #[serde(default = "default_landing")]
+    pub landing_m: f64,
+    /// Treads and, unless given below, risers.
+    pub material: String,
+    /// Risers.
+    #[serde(default)]
+    pub riser_material: Option<String>,
+    /// Width across the plane, and where its middle lies; without it wider than the beam.
+    #[serde(default)]
+    pub width_m: Option<f64>,
+}
+
+fn default_radius() -> f64 {
+    0.003
+}
+
+fn default_thickness() -> f64 {
+    0.04
+}
+
+fn default_landing() -> f64 {
+    1.2
+}
+
+/// A level surface, seen from above.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FloorSpec {
+    /// Where it starts.
+    #[serde(default = "default_floor_start")]
+    pub from_m: f64,
+    /// Where it ends; without it at the foot of the first flight going up, else at 4 m.
+    #[serde(default)]
+    pub to_m: Option<f64>,
+    /// Its height.
+    #[serde(default)]
+    pub height_m: f64,
+    /// Its material.
+    pub material: String,
+}
+
+fn default_floor_start() -> f64 {
+    -0.6
+}
+
+/// An inclined surface, seen from above.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct RampSpec {
+    /// Where it starts.
+    pub from_m: f64,
+    /// Where it ends.
+    pub to_m: f64,
+    /// Height at its start.
+    #[serde(default)]
+    pub from_height_m: f64,
+    /// Height at its end.
+    pub to_height_m: f64,
+    /// Its material.
+    pub material: String,
+}
+
+/// An upright surface, seen from the front.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WallSpec {
+    /// Its distance.
+    pub at_m: f64,
+    /// Height of its foot.
+    #[serde(default)]
+    pub bottom_m: f64,
+    /// Height of its top.
+    #[serde(default = "default_wall_top")]
+    pub top_m: f64,
+    /// Its material.
+    pub material: String,
+}
+
+fn default_wall_top() -> f64 {
+    2.5
+}
+
+/// A round upright post or leg.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PostSpec {
+    /// Distance of its axis.
+    pub at_m: f64,
+    /// How far its axis lies beside the plane that the mirror sweeps.
+    #[serde(default)]
+    pub lateral_m: f64,
+    /// Its diameter.
+    pub diameter_m: f64,
+    /// Height of its lower end.
+    #[serde(default)]
+    pub bottom_m: f64,
+    /// Height of its upper end.
+    pub top_m: f64,
+    /// Its material.
+    pub material: String,
+}
+
+/// A rectangular solid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BoxSpec {
+    /// Distance of its front.
+    pub from_m: f64,
+    /// Distance of its back.
+    pub to_m: f64,
+    /// Height of its underside.
+    #[serde(default)]
+    pub bottom_m: f64,
+    /// Height of its top.
+    pub top_m: f64,
+    /// Width across the plane; without it wider than the beam.
+    #[serde(default)]
+    pub width_m: Option<f64>,
+    /// How far its middle lies beside the plane that the mirror sweeps.
+    #[serde(default)]
+    pub lateral_m: f64,
+    /// Its material.
+    pub material: String,
+}
+
+/// A door frame: two jambs, a lintel and, if it has one, a threshold.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DoorSpec {
+    /// Distance of its front.
+    pub at_m: f64,
+    /// Thickness of the wall that it stands in.
+    #[serde(default = "default_door_depth")]
+    pub depth_m: f64,
+    /// Clear width.
+    #[serde(default = "default_door_width")]
+    pub width_m: f64,
+    /// Clear height.
+    #[serde(default = "default_door_height")]
+    pub height_m: f64,
+    /// How far the middle of the opening lies beside the plane that the mirror sweeps.
+    #[serde(default)]
+    pub lateral_m: f64,
+    /// Width of a jamb and height of the lintel.
+    #[serde(default = "default_frame")]
+    pub frame_m: f64,
+    /// Height of the threshold, 0 for none.
+    #[serde(default)]
+    pub threshold_m: f64,
+    /// Its material.
+    pub material: String,
+}
+
+fn default_door_depth() -> f64 {
+    0.12
+}
+
+fn default_door_width() -> f64 {
+    0.9
+}
+
+fn default_door_height() -> f64 {
+    2.0
+}
+
+fn default_frame() -> f64 {
+    0.08
+}
+
+/// A free shape: an open one is a thin sheet seen from both sides, a closed one a solid.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PolylineSpec {
+    /// Corners, `[x, height]` each.
+    pub points: Vec<[f64; 2]>,
+    /// Joins the last corner to the first.
+    #[serde(default)]
+    pub closed: bool,
+    /// Width across the plane; without it wider than the beam.
+    #[serde(default)]
+    pub width_m: Option<f64>,
+    /// How far its middle lies beside the plane that the mirror sweeps.
+    #[serde(default)]
+    pub lateral_m: f64,
+    /// Its material.
+    pub material: String,
+}
