@@ -17,6 +17,7 @@
 //! A picture appears whole or not at all.
 
 mod colour;
+mod inspect;
 mod page;
 mod paper;
 mod particles;
@@ -33,6 +34,7 @@ use stairscan::config::{Config, Plane};
 use stairscan::range::{Profile, RangeProcessor};
 use stairscan::stairs::PolarMap;
 
+pub use inspect::{ExplanationView, InspectView, ScattererView, Verdict};
 pub use particles::{BeamView, ClusterView, ParticleView, Point};
 pub use plane::Ground;
 pub use profile::ProfileView;
@@ -142,6 +144,21 @@ pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
 /// Names the file if it cannot be written.
 pub fn write_profile(file: &Path, view: &ProfileView) -> Result<()> {
     sheet::save(file, &profile::threshold(view)?)
+}
+
+/// Writes what the estimator thought of a scan to `file`.
+///
+/// # Errors
+/// Names the file if it cannot be written.
+pub fn write_inspect(file: &Path, scan: &ScanView<'_>, view: &InspectView) -> Result<()> {
+    let plane = SagittalPlane::new(scan.map, &points_of_interest(scan));
+    let words = Words {
+        title: "Scatterers, the winner and its rivals".into(),
+        subtitle: format!("{}: {}", scan.recording.name, conclusion(scan)),
+        legend: Vec::new(),
+    };
+    let truth = scan.recording.meta.truth.as_ref();
+    sheet::save(file, &inspect::draw(&plane, &words, view, truth)?)
 }
 
 /// The profile of chirp `k` of any radar's recording, with `processor` set up for it.

@@ -8,7 +8,7 @@ use super::colour::{CONCLUDED, Palette, TRUE};
 use super::page::{Frame, Swatch, number};
 use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
-use super::sheet::{FAINT, Face, INK, Shape, Sheet, Stroke};
+use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot, Stroke};
 use crate::answer::{Answer, metres};
 use crate::recording::Truth;
 
@@ -88,14 +88,18 @@ pub fn draw(
         if edges.is_empty() {
             return say_none(sheet, frame, answer);
         }
-        let line = surface(frame.x.0 - 1.0, beyond(&edges), &edges);
-        let spots: Vec<_> = line.iter().map(|p| frame.spot(p.0, p.1)).collect();
-        sheet.line(&spots, found)?;
+        sheet.line(&surface_to_draw(frame, &edges), found)?;
         for (k, step) in reported.iter().enumerate() {
             draw_step(sheet, frame, k, step, truth)?;
         }
         Ok(())
     })
+}
+
+/// The surface over `edges` as a line on the sheet.
+pub fn surface_to_draw(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
+    let line = surface(frame.x.0 - 1.0, beyond(edges), edges);
+    line.iter().map(|p| frame.spot(p.0, p.1)).collect()
 }
 
 /// How far the last tread is drawn: as far as the one before it is deep.
@@ -104,7 +108,8 @@ fn beyond(edges: &[Point]) -> f64 {
     edges.last().map_or(0.0, |e| e.0 + tread.clamp(0.15, 0.5))
 }
 
-fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()> {
+/// The true surface, solid below.
+pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()> {
     let edge = Stroke::solid(TRUE, 2.2);
     let steps = |list: &[crate::recording::TrueStep]| -> Vec<Point> {
         list.iter().map(|s| (s.distance_m, s.height_m)).collect()

@@ -267,6 +267,50 @@ fn other_radars_have_profiles() {
 }
 
 #[test]
+fn what_the_estimator_thought_has_its_picture() {
+    let recording = recording(200, Some(Plane::Depth), 31);
+    let (config, map) = scan(&recording);
+    let scan = ScanView {
+        recording: &recording,
+        config: &config,
+        map: &map,
+        answer: &answer(Status::Ok, &[(7800, 1700)]),
+        paper: &PaperView::default(),
+    };
+    let scatterer = |x, role, verdict| ScattererView {
+        at: (x, 0.2),
+        snr_db: 30.0 * x,
+        role,
+        verdict,
+    };
+    let explanation = |score, winner, edges: &[Point]| ExplanationView {
+        name: format!("{} steps", edges.len()),
+        score,
+        winner,
+        edges: edges.to_vec(),
+    };
+    let view = InspectView {
+        scatterers: vec![
+            scatterer(0.78, "nosing", Verdict::For),
+            scatterer(0.8, "corner", Verdict::For),
+            scatterer(0.9, "inside", Verdict::Against),
+            scatterer(0.4, "stray", Verdict::Neither),
+        ],
+        explanations: vec![
+            explanation(12.0, true, &[(0.78, 0.17)]),
+            explanation(9.0, false, &[(0.5, 0.1), (0.78, 0.2)]),
+            explanation(0.0, false, &[]),
+        ],
+    };
+    let dir = Directory::new("inspect");
+    for (name, view) in [("full", &view), ("empty", &InspectView::default())] {
+        let file = dir.0.join(format!("{name}.png"));
+        write_inspect(&file, &scan, view).unwrap();
+        assert!(look(&file).2 > 50);
+    }
+}
+
+#[test]
 fn a_directory_that_cannot_be_made_is_named() {
     let dir = Directory::new("refused");
     std::fs::create_dir_all(&dir.0).unwrap();

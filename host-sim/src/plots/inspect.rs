@@ -1,0 +1,180 @@
+//! Why a scan came out as it did: scatterers with their roles, the winner and its rivals.
+
+use anyhow::Result;
+use plotters::style::{RGBColor, WHITE};
+
+use super::colour::{CONCLUDED, HUES, Palette, TRUE};
+use super::page::{Frame, Swatch, number};
+use super::particles::Point;
+use super::plane::{Ground, SagittalPlane, Words};
+use super::sheet::{FAINT, Face, Shape, Sheet, Stroke};
+use super::staircase::{draw_truth, surface_to_draw};
+use crate::recording::Truth;
+
+/// What a role says about the winner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The winner wants to see it there.
+    For,
+    /// It has no place in the winner.
+    Against,
+    /// The winner has nothing to say about it.
+    Neither,
+}
+
+/// One scatterer.
+#[derive(Clone, Copy, Debug)]
+pub struct ScattererView {
+    /// Where it is, metres.
+    pub at: Point,
+    /// Power above the noise, dB.
+    pub snr_db: f64,
+    /// What it is taken for.
+    pub role: &'static str,
+    /// What that says about the winner.
+    pub verdict: Verdict,
+}
+
+/// One explanation of the scatterers.
+#[derive(Clone, Debug)]
+pub struct ExplanationView {
+    /// What it says.
+    pub name: String,
+    /// Log-likelihood ratio against no stairs, nats.
+    pub score: f64,
+    /// Whether it is the answer.
+    pub winner: bool,
+    /// Distance and height of each step's edge.
+    pub edges: Vec<Point>,
+}
+
+/// What the estimator thought.
+#[derive(Clone, Debug, Default)]
+pub struct InspectView {
+    /// Scatterers, strongest first.
+    pub scatterers: Vec<ScattererView>,
+    /// Explanations, likeliest first.
+    pub explanations: Vec<ExplanationView>,
+}
+
+/// Rivals that are drawn; the others are far behind.
+const RIVALS: usize = 3;
+
+/// Every role's mark: the same in all pictures, crosses for what speaks against the winner.
+const MARKS: [(&str, Shape, RGBColor); 9] = [
+    ("corner", Shape::Triangle, HUES[0]),
+    ("nosing", Shape::Fall, HUES[3]),
+    ("flash", Shape::Diamond, HUES[4]),
+    ("face", Shape::Dot, HUES[2]),
+    ("tread", Shape::Dot, HUES[6]),
+    ("edge", Shape::Triangle, HUES[7]),
+    ("inside", Shape::Cross, RGBColor(196, 30, 58)),
+    ("above", Shape::Cross, HUES[3]),
+    ("clutter", Shape::Cross, HUES[6]),
+];
+
+/// A scatterer's mark: grey for roles without one of their own.
+fn mark(scatterer: &ScattererView) -> (Shape, RGBColor) {
+    let shape = match scatterer.verdict {
+        Verdict::Against => Shape::Cross,
+        Verdict::For | Verdict::Neither => Shape::Dot,
+    };
+    let known = MARKS.iter().find(|(role, ..)| *role == scatterer.role);
+    known.map_or((shape, TRUE), |&(_, shape, ink)| (shape, ink))
+}
+
+/// The roles that occur, in the order of their marks: name, number, mark.
+fn roles(view: &InspectView) -> Vec<(&'static str, usize, (Shape, RGBColor))> {
+    let mut roles: Vec<(&'static str, usize, (Shape, RGBColor))> = Vec::new();
+    for scatterer in &view.scatterers {
+        match roles.iter_mut().find(|r| r.0 == scatterer.role) {
+            Some(role) => role.1 += 1,
+            None => roles.push((scatterer.role, 1, mark(scatterer))),
+        }
+    }
+    let place = |role: &str| MARKS.iter().position(|m| m.0 == role);
+    roles.sort_by_key(|r| place(r.0).unwrap_or(MARKS.len()));
+    roles
+}
+
+/// Radius of a scatterer's marker: 4 pixels in the noise, 10 at 40 dB above it.
+fn radius(snr_db: f64) -> f64 {
+    4.0 + 6.0 * (snr_db / 40.0).clamp(0.0, 1.0)
+}
+
+/// The scatterers over the CFAR map, with the winner's and the best rivals' staircases.
+pub fn draw(
+    plane: &SagittalPlane<'_>,
+    words: &Words,
+    view: &InspectView,
+    truth: Option<&Truth>,
+) -> Result<Vec<u8>> {
+    let mut words = words.clone();
+    let lines = lines(view);
+    for (stroke, explanation) in &lines {
+        let score = number(explanation.score, 1);
+        let which = if explanation.winner {
+            "winner"
+        } else {
+            "rival"
+        };
+        let label = format!("{which}: {}, {score} nats", explanation.name);
+        words.legend.push((Swatch::Line(*stroke), label));
+    }
+    for (name, count, (shape, ink)) in roles(view) {
+        let swatch = Swatch::Mark(shape, 7.0, ink);
+        words.legend.push((swatch, format!("{name} ({count})")));
+    }
+    if truth.is_some() {
+        let edge = Stroke::solid(TRUE, 2.0);
+        words
+            .legend
+            .push((Swatch::Area(TRUE, 0.3, edge), "truth".into()));
+    }
+    plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+        if let Some(truth) = truth {
+            draw_truth(sheet, frame, truth)?;
+        }
+        // The winner last, on top.
+        for (stroke, explanation) in lines.iter().rev() {
+            if !explanation.edges.is_empty() {
+                let line = surface_to_draw(frame, &explanation.edges);
+                sheet.line(&line, *stroke)?;
+            }
+        }
+        draw_scatterers(sheet, frame, view)
+    })
+}
+
+/// The explanations worth drawing, the winner first.
+fn lines(view: &InspectView) -> Vec<(Stroke, &ExplanationView)> {
+    let winner = view.explanations.iter().filter(|e| e.winner);
+    let mut rivals: Vec<&ExplanationView> =
+        view.explanations.iter().filter(|e| !e.winner).collect();
+    rivals.sort_by(|a, b| b.score.total_cmp(&a.score));
+    let inks = [HUES[5], HUES[7], HUES[6]];
+    let rivals = rivals.into_iter().take(RIVALS).zip(inks);
+    let dashed = |ink| Stroke::solid(ink, 2.2).dashed(9.0, 6.0);
+    winner
+        .map(|e| (Stroke::solid(CONCLUDED, 3.2), e))
+        .chain(rivals.map(|(e, ink)| (dashed(ink), e)))
+        .collect()
+}
+
+fn draw_scatterers(sheet: &Sheet<'_>, frame: &Frame, view: &InspectView) -> Result<()> {
+    // The strongest on top.
+    let inside = |s: &&ScattererView| frame.holds(s.at.0, s.at.1);
+    for scatterer in view.scatterers.iter().rev().filter(inside) {
+        let at = frame.spot(scatterer.at.0, scatterer.at.1);
+        let (shape, ink) = mark(scatterer);
+        sheet.marker(shape, at, radius(scatterer.snr_db), ink, WHITE)?;
+    }
+    if view.scatterers.is_empty() {
+        let middle = (
+            frame.at.0 + frame.size.0 / 2.0,
+            frame.at.1 + 0.25 * frame.size.1,
+        );
+        sheet.note("no scatterers", middle, Face::plain(34.0).bold().ink(FAINT))?;
+    }
+    Ok(())
+}
