@@ -2,6 +2,7 @@
 
 pub mod answer;
 pub mod commands;
+pub mod emulate;
 pub mod playback;
 pub mod plots;
 pub mod recording;

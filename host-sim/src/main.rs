@@ -24,6 +24,8 @@ enum Command {
     Replay(commands::replay::Args),
     /// Show the range profile of one chirp with its CFAR threshold and detections
     Profile(commands::profile::Args),
+    /// Scan recordings with the image itself, in an emulator, and print the steps
+    Emulate(commands::emulate::Args),
     /// Measure the estimators on random scenes of the simulator: the README's table
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
@@ -37,6 +39,7 @@ enum Command {
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Replay(args) => commands::replay::run(&args),
+        Command::Emulate(args) => commands::emulate::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Score(args) => commands::score::run(&args),

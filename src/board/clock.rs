@@ -93,13 +93,18 @@ mod apply {
     use super::{CFGR, Clocks, FLASH_ACR, HSE, HSI, PLL};
     use stm32f4xx_hal::pac;
 
-    /// Polls of the crystal's ready flag: some 60 ms at 16 MHz, where a crystal needs 2 to 10.
-    const CRYSTAL_POLLS: u32 = 100_000;
-    /// Polls for the PLL's lock (300 µs) and for the switch.
-    const PLL_POLLS: u32 = 10_000;
+    /// Core clocks between two polls: 10 µs at 16 MHz.
+    const POLL_CLOCKS: u32 = 160;
+    /// For the crystal: 50 ms, where it needs 2 to 10.
+    const CRYSTAL_POLLS: u32 = 5_000;
+    /// For the PLL's lock (300 µs) and for the switch.
+    const PLL_POLLS: u32 = 100;
 
     fn wait(polls: u32, mut ready: impl FnMut() -> bool) -> bool {
-        (0..polls).any(|_| ready())
+        (0..polls).any(|_| {
+            cortex_m::asm::delay(POLL_CLOCKS);
+            ready()
+        })
     }
 
     /// Starts crystal and PLL if they come up within their bounds, and says what drives the core.

@@ -1,0 +1,20 @@
+//! The very image in an emulator: QEMU's `netduinoplus2` runs the ELF file, and this module is
+//! everything around the chip: the radar module at the end of the link, a terminal on the report
+//! port, the motor with its home switch.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`qemu`] | the emulator's process, its sockets and its log |
+//! | [`module`] | the radar module, which plays a recording and can misbehave |
+//! | [`shaft`] | the motor: STEP and DIR from the log, home switch by injected edges |
+//! | [`session`] | boot, configure, scan |
+//! | [`image`] | building the image and reading its sizes and symbols |
+
+pub mod image;
+pub mod module;
+pub mod qemu;
+pub mod session;
+pub mod shaft;
+
+pub use module::{Fault, Module};
+pub use session::Session;

@@ -1,0 +1,301 @@
+//! The radar module: answers the link's frames from a recording, and misbehaves when told to.
+
+use std::str::FromStr;
+
+use anyhow::{Context, Result, bail};
+use stairscan::Iq;
+use stairscan::config::RadarConfig;
+use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
+
+use crate::playback::Playback;
+
+/// What the module does wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Misdeed {
+    /// The chirp never comes.
+    Lost,
+    /// One bit of it is wrong.
+    Corrupt,
+    /// The chirp before comes once more, and then the right one.
+    Repeat,
+    /// The chirp comes when the scanner has given it up and asks again.
+    Late,
+    /// The module says that its hardware failed.
+    Error,
+    /// From this row on nothing comes at all.
+    Silent,
+    /// The module is set to something that no scanner can work with.
+    Config,
+}
+
+/// A misdeed and when it happens: `KIND[@ROW[-LAST]][xTIMES]`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fault {
+    /// What happens.
+    pub misdeed: Misdeed,
+    /// First and last trigger angle, counted from 0 in the order in which they come.
+    pub rows: (u32, u32),
+    /// At so many triggers of each of these angles.
+    pub times: u32,
+}
+
+impl FromStr for Fault {
+    type Err = anyhow::Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        let expected = || {
+            format!(
+                "fault {text}: expected KIND[@ROW[-LAST]][xTIMES] with KIND one of lost, corrupt, \
+                 repeat, late, error, silent, config"
+            )
+        };
+        let kinds = [
+            ("lost", Misdeed::Lost),
+            ("corrupt", Misdeed::Corrupt),
+            ("repeat", Misdeed::Repeat),
+            ("late", Misdeed::Late),
+            ("error", Misdeed::Error),
+            ("silent", Misdeed::Silent),
+            ("config", Misdeed::Config),
+        ];
+        let found = kinds.iter().find(|(name, _)| text.starts_with(name));
+        let &(name, misdeed) = found.with_context(expected)?;
+        let (place, times) = match text[name.len()..].split_once('x') {
+            Some((place, times)) => (place, times.parse().with_context(expected)?),
+            None => (&text[name.len()..], 1),
+        };
+        let rows = match place
+            .strip_prefix('@')
+            .map(|p| p.split_once('-').unwrap_or((p, p)))
+        {
+            Some((first, last)) => (
+                first.parse().with_context(expected)?,
+                last.parse().with_context(expected)?,
+            ),
+            None if place.is_empty() => (0, 0),
+            None => bail!(expected()),
+        };
+        Ok(Self {
+            misdeed,
+            rows,
+            times,
+        })
+    }
+}
+
+/// One trigger as it came in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Trigger {
+    /// Angle of the shaft, 0.001°.
+    pub shaft_angle: i32,
+    /// How many triggers at this angle came before, one after the other.
+    pub attempt: u32,
+}
+
+/// The module at the link's end.
+#[derive(Debug)]
+pub struct Module<'a> {
+    playback: &'a Playback<'a>,
+    decoder: Decoder,
+    /// Until then the handshake is kept back.
+    ready: bool,
+    kept_back: Option<u16>,
+    faults: Vec<Fault>,
+    rows: u32,
+    last: Option<Trigger>,
+    last_chirp: Vec<u8>,
+    late: Vec<u8>,
+    silent: bool,
+    /// Bytes that were no frame.
+    garbage: u32,
+}
+
+fn encode(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+    let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
+    frame::encode(kind, sequence, payload, &mut out);
+    out.to_vec()
+}
+
+fn chirp_payload(samples: &[Iq]) -> Vec<u8> {
+    samples
+        .iter()
+        .flat_map(|s| [s.i.to_le_bytes(), s.q.to_le_bytes()])
+        .flatten()
+        .collect()
+}
+
+impl<'a> Module<'a> {
+    /// A module that plays `playback` once it is ready.
+    pub fn new(playback: &'a Playback<'a>) -> Self {
+        Self {
+            playback,
+            decoder: Decoder::new(),
+            ready: false,
+            kept_back: None,
+            faults: Vec::new(),
+            rows: 0,
+            last: None,
+            last_chirp: Vec::new(),
+            late: Vec::new(),
+            silent: false,
+            garbage: 0,
+        }
+    }
+
+    /// What is to go wrong from now on; rows are counted from here.
+    pub fn set_faults(&mut self, faults: &[Fault]) {
+        self.faults = faults.to_vec();
+        self.rows = 0;
+        self.last = None;
+        self.silent = false;
+        self.late.clear();
+    }
+
+    /// Answers the handshake from now on: first the one that has been kept back.
+    pub fn get_ready(&mut self) -> Vec<u8> {
+        self.ready = true;
+        self.kept_back
+            .take()
+            .map_or(Vec::new(), |s| self.settings(s))
+    }
+
+    /// Errors on the line from the scanner.
+    pub fn garbage(&self) -> u32 {
+        self.garbage
+    }
+
+    /// Takes bytes from the scanner: what goes back, and whom it asked.
+    pub fn receive(&mut self, bytes: &[u8]) -> (Vec<u8>, Vec<Request>) {
+        let (mut out, mut requests) = (Vec::new(), Vec::new());
+        for &byte in bytes {
+            match self.decoder.push(byte) {
+                Ok(Progress::Partial) => {}
+                Ok(Progress::Complete) => {
+                    let Some(frame) = self.decoder.frame() else {
+                        continue;
+                    };
+                    let angle = <[u8; 4]>::try_from(frame.payload).map(i32::from_le_bytes);
+                    let (kind, sequence) = (frame.kind, frame.sequence);
+                    match (kind, angle) {
+                        (Kind::Configure, _) => {
+                            requests.push(Request::Configure);
+                            out.extend(self.configure(sequence));
+                        }
+                        (Kind::Trigger, Ok(angle)) => {
+                            let trigger = self.count(angle);
+                            requests.push(Request::Trigger(trigger));
+                            out.extend(self.chirp(sequence, trigger));
+                        }
+                        _ => out.extend(encode(Kind::Error, sequence, &[3])),
+                    }
+                }
+                Err(_) => self.garbage += 1,
+            }
+        }
+        (out, requests)
+    }
+
+    fn settings(&self, sequence: u16) -> Vec<u8> {
+        let mut radar: RadarConfig = self.playback.radar();
+        if self.faults.iter().any(|f| f.misdeed == Misdeed::Config) {
+            radar.samples = 257;
+        }
+        encode(Kind::Settings, sequence, &frame::settings_payload(&radar))
+    }
+
+    fn configure(&mut self, sequence: u16) -> Vec<u8> {
+        if !self.ready {
+            self.kept_back = Some(sequence);
+            return Vec::new();
+        }
+        if self.silent || self.fault(0, 0) == Some(Misdeed::Silent) {
+            return Vec::new();
+        }
+        self.settings(sequence)
+    }
+
+    /// Which row and attempt a trigger is.
+    fn count(&mut self, shaft_angle: i32) -> Trigger {
+        let attempt = match self.last {
+            Some(last) if last.shaft_angle == shaft_angle => last.attempt + 1,
+            Some(_) => {
+                self.rows += 1;
+                0
+            }
+            None => 0,
+        };
+        let trigger = Trigger {
+            shaft_angle,
+            attempt,
+        };
+        self.last = Some(trigger);
+        trigger
+    }
+
+    fn fault(&self, row: u32, attempt: u32) -> Option<Misdeed> {
+        let here = |f: &&Fault| {
+            let open = f.misdeed == Misdeed::Silent;
+            row >= f.rows.0 && (open || (row <= f.rows.1 && attempt < f.times))
+        };
+        self.faults.iter().find(here).map(|f| f.misdeed)
+    }
+
+    fn chirp(&mut self, sequence: u16, trigger: Trigger) -> Vec<u8> {
+        let mut out = std::mem::take(&mut self.late);
+        let Some(samples) = self.playback.chirp(trigger.shaft_angle) else {
+            return out;
+        };
+        let mut chirp = encode(Kind::Chirp, sequence, &chirp_payload(samples));
+        let before = std::mem::replace(&mut self.last_chirp, chirp.clone());
+        let fault = self.fault(self.rows, trigger.attempt);
+        self.silent |= fault == Some(Misdeed::Silent);
+        if self.silent {
+            return out;
+        }
+        match fault {
+            Some(Misdeed::Lost) => chirp.clear(),
+            Some(Misdeed::Corrupt) => {
+                let middle = chirp.len() / 2;
+                chirp[middle] ^= 0x10;
+            }
+            Some(Misdeed::Repeat) => out.extend(before),
+            Some(Misdeed::Late) => self.late = std::mem::take(&mut chirp),
+            Some(Misdeed::Error) => chirp = encode(Kind::Error, sequence, &[2]),
+            _ => {}
+        }
+        out.extend(chirp);
+        out
+    }
+}
+
+/// What the scanner asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Request {
+    /// The module's settings.
+    Configure,
+    /// A chirp.
+    Trigger(Trigger),
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn faults_parse() {
+        let fault = |text: &str| text.parse::<Fault>().unwrap();
+        let lost = Fault {
+            misdeed: Misdeed::Lost,
+            rows: (10, 12),
+            times: 3,
+        };
+        assert_eq!(fault("lost@10-12x3"), lost);
+        assert_eq!(fault("late@7").rows, (7, 7));
+        assert_eq!(fault("silent").rows, (0, 0));
+        assert_eq!(fault("config").misdeed, Misdeed::Config);
+        for bad in ["", "loss", "lost@", "lost@x3", "lost10", "lost@1xq"] {
+            let error = bad.parse::<Fault>().unwrap_err();
+            assert!(error.to_string().contains("expected KIND"), "{bad}");
+        }
+    }
+}

@@ -1,0 +1,231 @@
+//! The emulator's process: two serial ports and the test channel as sockets, and the log.
+
+use std::fs::{self, File};
+use std::io::{ErrorKind, Read, Write};
+use std::os::unix::net::{UnixListener, UnixStream};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail};
+
+/// The program.
+pub const PROGRAM: &str = "qemu-system-arm";
+/// Where the interrupt controller's edge inputs are.
+const EXTI: &str = "/machine/unattached/device[0]/exti";
+/// From the start of the process to its connections.
+const CONNECT: Duration = Duration::from_secs(30);
+
+/// An input of the chip that reads as 0 and can get edges.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u8)]
+pub enum Input {
+    /// Home switch, PB0.
+    Home = 0,
+    /// Stall output of the driver, PB1.
+    Stall = 1,
+}
+
+/// Whether the emulator is installed.
+pub fn available() -> bool {
+    let version = Command::new(PROGRAM)
+        .arg("--version")
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .status();
+    version.is_ok_and(|status| status.success())
+}
+
+/// What to do when it is not.
+pub const HOW_TO_GET: &str = "qemu-system-arm is not installed: `sudo apt-get install qemu-system-arm` (Debian, Ubuntu), \
+     `brew install qemu` (macOS)";
+
+/// One emulator; it ends, and its files go, when it is dropped.
+#[derive(Debug)]
+pub struct Qemu {
+    child: Child,
+    dir: PathBuf,
+    /// The radar module's port.
+    pub link: UnixStream,
+    /// The report port.
+    pub report: UnixStream,
+    qtest: UnixStream,
+    log: File,
+    rest: Vec<u8>,
+}
+
+/// A new directory for sockets and log; short, since a socket's path holds 108 bytes at most.
+fn scratch() -> Result<PathBuf> {
+    static COUNT: AtomicU32 = AtomicU32::new(0);
+    let count = COUNT.fetch_add(1, Ordering::Relaxed);
+    let name = format!("stairscan-{}-{count}", std::process::id());
+    let dir = std::env::temp_dir().join(name);
+    fs::create_dir_all(&dir).with_context(|| format!("{}", dir.display()))?;
+    Ok(dir)
+}
+
+impl Qemu {
+    /// Starts the emulator with `elf`.
+    pub fn start(elf: &Path) -> Result<Self> {
+        if !available() {
+            bail!("{HOW_TO_GET}");
+        }
+        if !elf.is_file() {
+            bail!(
+                "{}: no such file; `cargo firmware` builds it",
+                elf.display()
+            );
+        }
+        let dir = scratch()?;
+        let listen = |name: &str| UnixListener::bind(dir.join(name));
+        let listeners = [listen("link")?, listen("report")?, listen("qtest")?];
+        let socket = |name: &str| format!("unix:{}", dir.join(name).display());
+        let log = dir.join("log");
+        File::create(&log)?;
+        let errors = File::create(dir.join("stderr"))?;
+        let mut child = Command::new(PROGRAM)
+            .args([
+                "-M",
+                "netduinoplus2",
+                "-display",
+                "none",
+                "-monitor",
+                "none",
+            ])
+            // One instruction a nanosecond: timers then run in the processor's own thread, which
+            // makes them exact and ten times faster than waking another thread for every step.
+            .args(["-accel", "tcg", "-icount", "shift=0"])
+            .args(["-serial", &socket("link"), "-serial", &socket("report")])
+            .args(["-qtest", &socket("qtest"), "-qtest-log", "none"])
+            .args(["-d", "unimp", "-D"])
+            .arg(&log)
+            .arg("-kernel")
+            .arg(elf)
+            .stdin(Stdio::null())
+            .stdout(Stdio::null())
+            .stderr(errors)
+            .spawn()
+            .with_context(|| PROGRAM)?;
+        let streams = accept(&listeners, &mut child, &dir);
+        let [link, report, qtest] = match streams {
+            Ok(streams) => streams,
+            Err(error) => {
+                let _ = child.kill();
+                let _ = child.wait();
+                let _ = fs::remove_dir_all(&dir);
+                return Err(error);
+            }
+        };
+        Ok(Self {
+            child,
+            log: File::open(&log)?,
+            dir,
+            link,
+            report,
+            qtest,
+            rest: Vec::new(),
+        })
+    }
+
+    /// Fails if the emulator has ended by itself.
+    pub fn check(&mut self) -> Result<()> {
+        if let Some(status) = self.child.try_wait()? {
+            bail!("{PROGRAM} ended with {status}: {}", stderr(&self.dir));
+        }
+        Ok(())
+    }
+
+    /// Drives an input.
+    pub fn set(&mut self, input: Input, level: bool) -> Result<()> {
+        let line = format!(
+            "set_irq_in {EXTI} unnamed-gpio-in {} {}\n",
+            input as u8,
+            u8::from(level)
+        );
+        self.qtest.write_all(line.as_bytes())?;
+        // Its acknowledgements are of no interest, but must not fill the socket.
+        let mut sink = [0; 256];
+        while read_some(&mut self.qtest, &mut sink)? > 0 {}
+        Ok(())
+    }
+
+    /// The whole lines that the log has gained.
+    pub fn log_lines(&mut self) -> Result<String> {
+        self.log.read_to_end(&mut self.rest)?;
+        let Some(end) = self.rest.iter().rposition(|&b| b == b'\n') else {
+            return Ok(String::new());
+        };
+        let whole: Vec<u8> = self.rest.drain(..=end).collect();
+        Ok(String::from_utf8_lossy(&whole).into_owned())
+    }
+}
+
+impl Drop for Qemu {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        let _ = fs::remove_dir_all(&self.dir);
+    }
+}
+
+fn stderr(dir: &Path) -> String {
+    let text = fs::read_to_string(dir.join("stderr")).unwrap_or_default();
+    text.trim().to_owned()
+}
+
+/// Waits for the three connections.
+fn accept(listeners: &[UnixListener; 3], child: &mut Child, dir: &Path) -> Result<[UnixStream; 3]> {
+    let deadline = Instant::now() + CONNECT;
+    let mut one = |listener: &UnixListener| -> Result<UnixStream> {
+        listener.set_nonblocking(true)?;
+        loop {
+            match listener.accept() {
+                Ok((stream, _)) => {
+                    stream.set_nonblocking(true)?;
+                    return Ok(stream);
+                }
+                Err(error) if error.kind() == ErrorKind::WouldBlock => {}
+                Err(error) => return Err(error.into()),
+            }
+            if let Some(status) = child.try_wait()? {
+                bail!("{PROGRAM} ended with {status}: {}", stderr(dir));
+            }
+            if Instant::now() > deadline {
+                bail!(
+                    "{PROGRAM} did not connect within {CONNECT:?}: {}",
+                    stderr(dir)
+                );
+            }
+            std::thread::sleep(Duration::from_millis(2));
+        }
+    };
+    Ok([
+        one(&listeners[0])?,
+        one(&listeners[1])?,
+        one(&listeners[2])?,
+    ])
+}
+
+/// Reads what there is; 0 when there is nothing.
+pub fn read_some(stream: &mut UnixStream, buffer: &mut [u8]) -> Result<usize> {
+    match stream.read(buffer) {
+        Ok(n) => Ok(n),
+        Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => Ok(0),
+        Err(error) => Err(error.into()),
+    }
+}
+
+/// Writes everything, however slowly the other side takes it.
+pub fn write_all(stream: &mut UnixStream, mut bytes: &[u8]) -> Result<()> {
+    while !bytes.is_empty() {
+        match stream.write(bytes) {
+            Ok(n) => bytes = &bytes[n..],
+            Err(e) if matches!(e.kind(), ErrorKind::WouldBlock | ErrorKind::Interrupted) => {
+                std::thread::sleep(Duration::from_micros(200));
+            }
+            Err(error) => return Err(error.into()),
+        }
+    }
+    Ok(())
+}

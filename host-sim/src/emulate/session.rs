@@ -1,0 +1,311 @@
+//! One boot of the image with everything around it: configure, scan, ask.
+
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, bail, ensure};
+use stairscan::report::{Sentence, StepLine};
+use stairscan::scan::Settings;
+
+use super::module::{Module, Request, Trigger};
+use super::qemu::{Input, Qemu, read_some, write_all};
+use super::shaft::Shaft;
+use crate::playback::Playback;
+
+/// Nothing that the scanner does in the emulator takes longer, on a slow and busy machine.
+const PATIENCE: Duration = Duration::from_secs(180);
+/// Between two looks at sockets and log when nothing came.
+const PAUSE: Duration = Duration::from_micros(300);
+/// Where the shaft stands at power-up, microsteps above the home switch.
+const POWER_UP: i64 = 300;
+
+/// Waits in the emulator's hurried microseconds, some six to a real one: long enough that a busy
+/// host is no fault.
+#[derive(Clone, Copy, Debug)]
+pub struct Waits {
+    /// For a chirp.
+    pub chirp: u32,
+    /// For the module's settings.
+    pub configure: u32,
+    /// For the module's first answer.
+    pub connect: u32,
+}
+
+impl Default for Waits {
+    fn default() -> Self {
+        Self {
+            chirp: 60_000_000,
+            configure: 20_000_000,
+            connect: 600_000_000,
+        }
+    }
+}
+
+/// A trigger and where the pulses had turned the shaft by then.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shot {
+    /// The trigger.
+    pub trigger: Trigger,
+    /// Microsteps from the horizontal by the log.
+    pub position: Option<i64>,
+}
+
+/// The image in the emulator, a radar module on its link, a terminal on its report port.
+#[derive(Debug)]
+pub struct Session<'a> {
+    qemu: Qemu,
+    /// The radar module.
+    pub module: Module<'a>,
+    /// The motor.
+    pub shaft: Shaft,
+    /// Whether the home switch works.
+    pub switch_works: bool,
+    pressed: bool,
+    home_angle: i32,
+    homed: bool,
+    /// Every trigger since boot.
+    pub shots: Vec<Shot>,
+    /// Every sentence since boot, and what was none.
+    pub lines: Vec<String>,
+    /// Lines that [`Session::next_line`] has handed out.
+    read: usize,
+    partial: Vec<u8>,
+}
+
+impl<'a> Session<'a> {
+    /// Boots `elf`; the radar module plays `playback`, but keeps its handshake back.
+    pub fn boot(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
+        let qemu = Qemu::start(elf)?;
+        let mut session = Self {
+            qemu,
+            module: Module::new(playback),
+            shaft: Shaft::new(POWER_UP),
+            switch_works: true,
+            pressed: false,
+            home_angle: Settings::default().motor.home_angle,
+            homed: false,
+            shots: Vec::new(),
+            lines: Vec::new(),
+            read: 0,
+            partial: Vec::new(),
+        };
+        session.wait_for("the boot sentence", |s| matches!(s, Sentence::Boot { .. }))?;
+        Ok(session)
+    }
+
+    /// One look at everything; whether there was anything.
+    fn poll(&mut self) -> Result<bool> {
+        let mut buffer = [0; 4096];
+        let mut busy = self.follow_shaft()?;
+        let n = read_some(&mut self.qemu.link, &mut buffer)?;
+        if n > 0 {
+            busy = true;
+            self.serve(&buffer[..n])?;
+        }
+        let n = read_some(&mut self.qemu.report, &mut buffer)?;
+        if n > 0 {
+            busy = true;
+            self.partial.extend(&buffer[..n]);
+            self.split_lines();
+        }
+        if !busy {
+            self.qemu.check()?;
+        }
+        Ok(busy)
+    }
+
+    fn split_lines(&mut self) {
+        while let Some(end) = self.partial.iter().position(|&b| b == b'\n') {
+            let line: Vec<u8> = self.partial.drain(..=end).collect();
+            let line = String::from_utf8_lossy(&line).trim_end().to_owned();
+            if !line.is_empty() {
+                self.lines.push(line);
+            }
+        }
+    }
+
+    /// Turns the shaft by what the log has gained and moves the switch with it.
+    fn follow_shaft(&mut self) -> Result<bool> {
+        let lines = self.qemu.log_lines()?;
+        for line in lines.lines() {
+            self.shaft.log_line(line);
+            let pressed = self.shaft.pressed() && self.switch_works;
+            if pressed != self.pressed {
+                self.pressed = pressed;
+                self.qemu.set(Input::Home, pressed)?;
+            }
+        }
+        if !self.shaft.enabled() {
+            self.homed = false;
+        }
+        Ok(!lines.is_empty())
+    }
+
+    /// Answers the radar link. The log is older than the request, so the shaft is up to date.
+    fn serve(&mut self, bytes: &[u8]) -> Result<()> {
+        let (answer, requests) = self.module.receive(bytes);
+        self.follow_shaft()?;
+        for request in requests {
+            match request {
+                Request::Configure if !self.homed => {
+                    // The self-test asks the module right after homing, from a standstill.
+                    self.shaft.is_home(self.home_angle);
+                    self.homed = true;
+                }
+                Request::Configure => {}
+                Request::Trigger(trigger) => self.shots.push(Shot {
+                    trigger,
+                    position: self.shaft.position(),
+                }),
+            }
+        }
+        write_all(&mut self.qemu.link, &answer)
+    }
+
+    /// Polls until `done` has something to say.
+    fn run<T>(
+        &mut self,
+        what: &str,
+        mut done: impl FnMut(&mut Self) -> Result<Option<T>>,
+    ) -> Result<T> {
+        let deadline = Instant::now() + PATIENCE;
+        loop {
+            if let Some(value) = done(self)? {
+                return Ok(value);
+            }
+            if !self.poll()? {
+                std::thread::sleep(PAUSE);
+            }
+            if Instant::now() > deadline {
+                let last: Vec<_> = self.lines.iter().rev().take(5).collect();
+                bail!("{what} did not come within {PATIENCE:?}; last sentences: {last:?}");
+            }
+        }
+    }
+
+    /// The next line of the report port that has not been handed out.
+    pub fn next_line(&mut self, what: &str) -> Result<String> {
+        self.run(what, |session| {
+            let line = session.lines.get(session.read).cloned();
+            session.read += usize::from(line.is_some());
+            Ok(line)
+        })
+    }
+
+    /// Reads on to the first sentence that satisfies `wanted`.
+    pub fn wait_for(
+        &mut self,
+        what: &str,
+        wanted: impl Fn(&Sentence<'_>) -> bool,
+    ) -> Result<String> {
+        loop {
+            let line = self.next_line(what)?;
+            if Sentence::parse(&line).is_ok_and(|sentence| wanted(&sentence)) {
+                return Ok(line);
+            }
+        }
+    }
+
+    /// Lets the scanner run for a while.
+    pub fn idle(&mut self, time: Duration) -> Result<()> {
+        let until = Instant::now() + time;
+        self.run("time", |_| Ok((Instant::now() >= until).then_some(())))
+    }
+
+    /// Types raw bytes.
+    pub fn type_bytes(&mut self, bytes: &[u8]) -> Result<()> {
+        write_all(&mut self.qemu.report, bytes)
+    }
+
+    /// Types a command and returns its one answer. Sentences of scans in between stay in
+    /// [`Session::lines`] and are not handed out again.
+    pub fn command(&mut self, line: &str) -> Result<String> {
+        self.type_bytes(format!("{line}\r\n").as_bytes())?;
+        self.wait_for(&format!("the answer to {line}"), |sentence| {
+            !matches!(
+                sentence,
+                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Boot { .. }
+            )
+        })
+    }
+
+    /// Sets one value; an error if it is refused.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
+        let answer = self.command(&format!("set,{key},{value}"))?;
+        let accepted = matches!(
+            Sentence::parse(&answer),
+            Ok(Sentence::Config { key: k, value: v }) if k == key && v == value
+        );
+        ensure!(accepted, "set,{key},{value}: the image answers {answer}");
+        Ok(())
+    }
+
+    /// Brings the image to `settings` and the waits that the emulator needs.
+    pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
+        for (key, wait) in [
+            ("connect-timeout", waits.connect),
+            ("configure-timeout", waits.configure),
+            ("chirp-timeout", waits.chirp),
+        ] {
+            self.set(key, &wait.to_string())?;
+        }
+        let default = Settings::default();
+        // A scan of three angles around the middle is valid in every plane, so that no order of
+        // the other keys passes through an invalid one.
+        let changed: Vec<_> = Settings::KEYS
+            .iter()
+            .filter(|key| !key.starts_with("radar-") && !key.ends_with("-timeout"))
+            .filter(|key| settings.get(key) != default.get(key))
+            .collect();
+        let sweep = ["angle-count", "first-angle", "angle-step"];
+        let shaped = changed
+            .iter()
+            .any(|key| sweep.contains(key) || **key == "plane");
+        if shaped {
+            self.set("angle-count", "3")?;
+            self.set("first-angle", "0")?;
+            self.set("angle-step", "10")?;
+        }
+        let value = |key: &str| settings.get(key).context("a key without a value");
+        for key in changed.iter().filter(|key| !sweep.contains(key)) {
+            self.set(key, &value(key)?)?;
+        }
+        if shaped {
+            for key in ["first-angle", "angle-step", "angle-count"] {
+                self.set(key, &value(key)?)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Lets the radar module answer.
+    pub fn connect(&mut self) -> Result<()> {
+        let answer = self.module.get_ready();
+        write_all(&mut self.qemu.link, &answer)
+    }
+
+    /// The next scan's sentences, `SCAN` first. Faults of self-tests before the module was
+    /// connected are not among them.
+    pub fn scan(&mut self) -> Result<Vec<String>> {
+        let is_scan = |sentence: &Sentence<'_>| matches!(sentence, Sentence::Scan(_));
+        let mut sentences = vec![self.wait_for("a scan", is_scan)?];
+        let Ok(Sentence::Scan(head)) = Sentence::parse(&sentences[0]) else {
+            bail!("{}: no SCAN", sentences[0]);
+        };
+        for index in 1..=head.steps {
+            let is_step = |sentence: &Sentence<'_>| matches!(sentence, Sentence::Step(StepLine { index: k, .. }) if *k == index);
+            sentences.push(self.wait_for("a step", is_step)?);
+        }
+        Ok(sentences)
+    }
+
+    /// Forgets what has been printed so far.
+    pub fn skip_lines(&mut self) {
+        self.read = self.lines.len();
+    }
+
+    /// Drives the driver's stall output.
+    pub fn stall(&mut self, level: bool) -> Result<()> {
+        self.qemu.set(Input::Stall, level)
+    }
+}

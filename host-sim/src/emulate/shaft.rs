@@ -1,0 +1,144 @@
+//! The motor at the driver's other end: pulses read from the emulator's log of GPIO writes.
+
+use stairscan::scan::schedule::microsteps;
+
+/// Bit of a pin in the upper half of BSRR: reset.
+const RESET: u32 = 16;
+const STEP: u32 = 6;
+const DIR: u32 = 7;
+const ENABLE: u32 = 8;
+
+/// How the log names a write to port C's bit set/reset register.
+const WRITE: &str = "GPIOC: unimplemented device write";
+const BSRR: &str = "offset 0x018, value 0x";
+
+/// A shaft with a switch that is pressed at and below `place` 0.
+#[derive(Clone, Debug)]
+pub struct Shaft {
+    place: i64,
+    forward: bool,
+    high: bool,
+    enabled: bool,
+    pulses: u64,
+    zero: Option<i64>,
+    idle_pulses: u64,
+}
+
+impl Shaft {
+    /// A shaft that stands `place` microsteps above the home switch, its driver off.
+    pub fn new(place: i64) -> Self {
+        Self {
+            place,
+            forward: true,
+            high: false,
+            enabled: false,
+            pulses: 0,
+            zero: None,
+            idle_pulses: 0,
+        }
+    }
+
+    /// Takes one line of the log.
+    pub fn log_line(&mut self, line: &str) {
+        let value = line
+            .strip_prefix(WRITE)
+            .and_then(|rest| rest.split_once(BSRR))
+            .and_then(|(_, value)| value.get(..8))
+            .and_then(|hex| u32::from_str_radix(hex, 16).ok());
+        if let Some(value) = value {
+            self.write(value);
+        }
+    }
+
+    /// A write to the bit set/reset register: setting wins over resetting, as on the chip.
+    fn write(&mut self, value: u32) {
+        let set = |pin: u32| value & (1 << pin) != 0;
+        let written = |pin: u32| set(pin) || set(pin + RESET);
+        if written(DIR) {
+            self.forward = set(DIR);
+        }
+        if written(ENABLE) {
+            self.enabled = !set(ENABLE);
+        }
+        if written(STEP) {
+            if set(STEP) && !self.high {
+                self.pulse();
+            }
+            self.high = set(STEP);
+        }
+    }
+
+    fn pulse(&mut self) {
+        if !self.enabled {
+            self.idle_pulses += 1;
+            return;
+        }
+        self.pulses += 1;
+        self.place += if self.forward { 1 } else { -1 };
+    }
+
+    /// Whether the home switch is pressed.
+    pub fn pressed(&self) -> bool {
+        self.place <= 0
+    }
+
+    /// Whether the driver is on.
+    pub fn enabled(&self) -> bool {
+        self.enabled
+    }
+
+    /// Pulses that turned the shaft.
+    pub fn pulses(&self) -> u64 {
+        self.pulses
+    }
+
+    /// Pulses while the driver was off: a firmware that believes in a move that did not happen.
+    pub fn idle_pulses(&self) -> u64 {
+        self.idle_pulses
+    }
+
+    /// The shaft stands where homing ended: this is `home_angle` (0.001°).
+    pub fn is_home(&mut self, home_angle: i32) {
+        self.zero = Some(self.place - i64::from(microsteps(home_angle)));
+    }
+
+    /// Microsteps from the horizontal, counted from the pulses; `None` before homing.
+    pub fn position(&self) -> Option<i64> {
+        self.zero.map(|zero| self.place - zero)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn log(shaft: &mut Shaft, value: u32) {
+        shaft.log_line(&format!("{WRITE} (size 4, {BSRR}{value:08x})"));
+    }
+
+    #[test]
+    fn counts_edges_of_step_in_the_direction_of_dir() {
+        let mut shaft = Shaft::new(2);
+        log(&mut shaft, 1 << STEP);
+        assert_eq!(shaft.idle_pulses(), 1, "the driver is off");
+        log(&mut shaft, 1 << (STEP + RESET));
+        log(&mut shaft, 1 << (ENABLE + RESET) | 1 << (DIR + RESET));
+        for _ in 0..3 {
+            log(&mut shaft, 1 << STEP);
+            log(&mut shaft, 1 << STEP);
+            log(&mut shaft, 1 << (STEP + RESET));
+        }
+        assert_eq!(
+            (shaft.place, shaft.pressed(), shaft.pulses()),
+            (-1, true, 3)
+        );
+        shaft.is_home(-165_000);
+        log(&mut shaft, 1 << DIR);
+        log(&mut shaft, 1 << STEP);
+        assert_eq!(shaft.position(), Some(-23_466));
+        shaft
+            .log_line("GPIOA: unimplemented device write (size 4, offset 0x018, value 0x00000040)");
+        shaft.log_line("GPIOC: unimplemented device read  (size 4, offset 0x010)");
+        assert_eq!(shaft.position(), Some(-23_466));
+    }
+}
