@@ -11,13 +11,14 @@ use crate::math;
 /// Most bins of one row.
 const MAX_BINS: usize = 256;
 
-/// Cells down to this far below the strongest are high-intensity places, decibels.
-const HIGH_INTENSITY_DB: f32 = 20.0;
+/// How far below the strongest cell high-intensity cells reach, decibels: a nosing is some 10 dB
+/// weaker than the corner under it, and that of the first step, seen obliquely, weaker still.
+pub const HIGH_INTENSITY_DB: f32 = 25.0;
 
 /// Echoes this far below the strongest at their own range cannot be told from what the beam's
-/// side lobes make of it, decibels: a nosing 10 dB below the corner under it, seen from 3 dB
-/// (one-way) beside the beam's axis, is 16 dB below.
-const SIDE_LOBE_DB: f32 = 20.0;
+/// side lobes make of that one, decibels: it leaves a nosing 10 dB below its corner in the beam's
+/// main lobe, and takes what makes the corner of a bright step look like a pillar.
+const SIDE_LOBE_DB: f32 = 25.0;
 
 /// `db` in units of a cell.
 const fn units(db: f32) -> u8 {
@@ -221,5 +222,141 @@ impl<'a> Field<'a> {
         let row = uniform(rng, self.map.rows() as u32 * UNITS_PER_CELL as u32);
         let first = -i32::from(UNITS_PER_CELL) / 2;
         [(row as i32 + first) as i16, (bin * unit) as i16]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use rand_core::SeedableRng;
+    use rand_xoshiro::Xoshiro128PlusPlus;
+
+    /// The default scan with cells of level 40 and hits as given: row, bin, level.
+    fn scan(hits: &[(usize, usize, u8)]) -> (PolarMap, Levels) {
+        let mut map = PolarMap::new();
+        map.begin(&Config::default()).unwrap();
+        let mut levels = Levels::new();
+        for row in 0..map.rows() {
+            let angle = map.angle_rad(row);
+            let cells = map.row_mut(row, angle).unwrap();
+            cells.cells.fill(40);
+            for &(_, bin, level) in hits.iter().filter(|h| h.0 == row) {
+                cells.cells[bin] = level;
+                cells.mask[bin / 32] |= 1 << (bin % 32);
+            }
+            levels.add_row(&map, row);
+        }
+        (map, levels)
+    }
+
+    fn at(row: i16, bin: i16) -> Particle {
+        Particle {
+            at: [row * UNITS_PER_CELL, bin * UNITS_PER_CELL],
+            ..Particle::default()
+        }
+    }
+
+    fn rng(seed: u64) -> Xoshiro128PlusPlus {
+        Xoshiro128PlusPlus::seed_from_u64(seed)
+    }
+
+    #[test]
+    fn weights_are_decibels_above_the_minimum_where_something_was_detected() {
+        let below = units(SIDE_LOBE_DB);
+        let (map, levels) = scan(&[(10, 20, 200), (99, 21, 200 - below), (50, 20, 199 - below)]);
+        assert_eq!(levels.hits(), 3);
+        let cfar = Field::new(&map, &levels, Spread::GmmCfar);
+        assert_eq!(cfar.weight(&at(10, 20)), 160);
+        assert_eq!(cfar.weight(&at(99, 21)), 160 - u16::from(below));
+        assert_eq!(cfar.weight(&at(50, 20)), 0, "a side lobe");
+        assert_eq!(cfar.weight(&at(10, 19)), 0, "below the threshold");
+        assert_eq!(cfar.weight(&at(-1, 20)), 0, "outside");
+        assert_eq!(cfar.weight(&at(10, 400)), 0, "outside");
+        let raw = Field::new(&map, &levels, Spread::GmmRaw);
+        assert_eq!(raw.weight(&at(50, 20)), 159 - u16::from(below));
+        assert_eq!(raw.weight(&at(10, 19)), 0, "the minimum itself");
+    }
+
+    #[test]
+    fn each_bright_cell_is_as_likely_as_the_other() {
+        let bright: std::vec::Vec<(usize, usize, u8)> =
+            (0..25).map(|k| (7 * k, 5 * k, 200 - k as u8)).collect();
+        let dim = [(200, 3, 200 - units(HIGH_INTENSITY_DB) - 1)];
+        let (map, levels) = scan(&[&bright[..], &dim[..]].concat());
+        let field = Field::new(&map, &levels, Spread::GmmCfar);
+        let config = ParticleConfig::default();
+        let mut drawn = [0_u32; 25];
+        let runs = 5000;
+        let mut rng = rng(4);
+        for _ in 0..runs {
+            let modes = field.modes(&config, &mut rng);
+            assert_eq!(modes.len(), 10);
+            for mode in &modes {
+                let [row, bin] = mode.mean.map(|c| usize::from(c as u16 / 64));
+                assert_eq!((row % 7, bin), (0, row / 7 * 5));
+                drawn[row / 7] += 1;
+            }
+        }
+        for n in drawn {
+            let share = f64::from(n) / f64::from(runs);
+            assert!((share - 10.0 / 25.0).abs() < 0.03, "{share}");
+        }
+    }
+
+    #[test]
+    fn modes_are_as_wide_across_the_beam_as_along_it() {
+        let (map, levels) = scan(&[(100, 60, 200)]);
+        let field = Field::new(&map, &levels, Spread::GmmCfar);
+        let config = ParticleConfig::default();
+        let modes = field.modes(&config, &mut rng(1));
+        assert_eq!(modes.len(), 10, "a single cell takes all modes");
+        let geometry = map.geometry();
+        let [rows, bins] = modes[0].sigma.map(|s| f32::from(s) / 64.0);
+        assert!((bins * geometry.bin_m - 0.08).abs() < 2e-4);
+        assert!((rows * geometry.step_rad * geometry.range_m(60.0) - 0.08).abs() < 2e-4);
+    }
+
+    #[test]
+    fn without_detections_there_are_no_modes() {
+        let (map, levels) = scan(&[]);
+        let field = Field::new(&map, &levels, Spread::GmmCfar);
+        let modes = field.modes(&ParticleConfig::default(), &mut rng(1));
+        assert!(modes.is_empty());
+    }
+
+    #[test]
+    fn anywhere_is_everywhere_alike() {
+        let (map, levels) = scan(&[]);
+        let field = Field::new(&map, &levels, Spread::Uniform);
+        let geometry = map.geometry();
+        let mut rng = rng(9);
+        let (mut nearer, mut upper) = (0, 0);
+        let n = 20_000;
+        // Half of the area of a ring lies within this radius.
+        let (near, far) = (
+            geometry.range_m(-0.5),
+            geometry.range_m(map.bins() as f32 - 0.5),
+        );
+        let middle = ((near * near + far * far) / 2.0).sqrt();
+        for _ in 0..n {
+            let particle = Particle {
+                at: field.anywhere(&mut rng),
+                ..Particle::default()
+            };
+            let (row, bin) = particle.cell().expect("within the map");
+            assert!(row < map.rows() && bin < map.bins());
+            nearer += u32::from(geometry.range_m(f32::from(particle.at[1]) / 64.0) < middle);
+            upper += u32::from(row < map.rows() / 2);
+        }
+        assert!(nearer.abs_diff(n / 2) < 300 && upper.abs_diff(n / 2) < 350);
+    }
+
+    #[test]
+    fn the_order_of_rows_does_not_matter() {
+        let (map, levels) = scan(&[(10, 20, 200), (99, 21, 100)]);
+        let mut reverse = Levels::new();
+        (0..map.rows()).rev().for_each(|k| reverse.add_row(&map, k));
+        assert_eq!(format!("{levels:?}"), format!("{reverse:?}"));
     }
 }

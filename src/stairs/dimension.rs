@@ -7,8 +7,7 @@ use super::{Direction, Outcome, Step};
 use crate::config::{ParticleConfig, Plane};
 use crate::math;
 
-/// Particles below the topmost whose mean distance from each other says how far the topmost is
-/// from the end of what they are drawn from.
+/// Particles below the topmost whose mean distance from each other says how dense they are there.
 const TOP_GAPS: usize = 4;
 
 /// One cluster's particles, in units of their coordinates.
@@ -66,11 +65,12 @@ impl ClusterShape {
         let along = self.along * unit_m;
         let (sin, cos) = math::sin_cos(0.5 * geometry.beamwidth_rad);
         // Half the beam's width at the cluster's distance (eq. 3): so far beyond the edge the beam
-        // still sees it. The topmost of some particles lies one gap short of that on average.
+        // still sees it.
         let half_beam = along * sin / cos;
-        let edge = (self.top - self.gap) * unit_m + half_beam;
+        let edge = self.top * unit_m + half_beam;
         // The mean is as good as the echo is narrow, but no better than a bin's rounding; the edge
-        // as good as the beam model, whose width depends on how far the echo stands out.
+        // as good as the beam model, whose width depends on how far the echo stands out, and as the
+        // particles are dense.
         let along_sigma = math::hypot(0.5 * self.along_sigma * unit_m, 0.1 * geometry.bin_m);
         let across_sigma = math::hypot(0.5 * half_beam, self.gap * unit_m);
         let share = f32::from(config.particles) / f32::from(config.modes.max(1));
@@ -150,5 +150,129 @@ pub fn link(steps: &mut [Step]) {
     for step in steps.iter_mut().rev() {
         step.tread_m = next.map(|distance: f32| distance - step.distance_m);
         next = Some(step.distance_m);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A radar 40 cm up with a 5° beam and bins of 1.28 cm: 64 units of 0.2 mm.
+    fn geometry(plane: Plane) -> Geometry {
+        Geometry {
+            first_range_m: 0.15,
+            bin_m: 0.0128,
+            mount_height_m: 0.4,
+            step_rad: 0.004,
+            beamwidth_rad: 5_f32.to_radians(),
+            plane,
+        }
+    }
+    const UNIT_M: f32 = 0.0128 / 64.0;
+
+    fn particle(along_m: f32, across_m: f32, weight: u16) -> Particle {
+        let at = [along_m, across_m].map(|m| (m / UNIT_M).round() as i16);
+        Particle {
+            at,
+            weight,
+            mark: 0,
+        }
+    }
+
+    fn step(members: &[Particle], plane: Plane) -> Step {
+        let shape = ClusterShape::of(members);
+        shape.step(&geometry(plane), UNIT_M, &ParticleConfig::default())
+    }
+
+    #[test]
+    fn distance_is_the_power_weighted_mean_and_height_the_topmost_less_half_a_beam() {
+        // 8 units are an octave: the second particle counts half as much as the others.
+        let members = [
+            particle(1.0, 0.1, 80),
+            particle(1.0, 0.2, 72),
+            particle(1.05, 0.25, 80),
+        ];
+        let step = step(&members, Plane::Depth);
+        assert!((step.distance_m - (1.0 + 0.5 + 1.05) / 2.5).abs() < 2e-4);
+        let half_beam = step.distance_m * 2.5_f32.to_radians().tan();
+        assert!((step.height_m - (0.4 - 0.1 - half_beam)).abs() < 2e-4);
+        assert_eq!(step.quality, 3);
+    }
+
+    #[test]
+    fn in_the_height_plane_depth_and_height_exchange_their_roles() {
+        let members = [particle(0.6, -0.1, 80), particle(0.6, 0.1, 80)];
+        let step = step(&members, Plane::Height);
+        assert!((step.height_m + 0.2).abs() < 2e-4);
+        let half_beam = 0.6 * 2.5_f32.to_radians().tan();
+        assert!((step.distance_m - (half_beam - 0.1)).abs() < 2e-4);
+        assert!(step.distance_sigma_m > step.height_sigma_m);
+    }
+
+    #[test]
+    fn a_single_particle_and_none_make_finite_steps() {
+        for members in [&[][..], &[particle(1.0, 0.3, 0)]] {
+            let step = step(members, Plane::Depth);
+            let values = [
+                step.distance_m,
+                step.height_m,
+                step.distance_sigma_m,
+                step.height_sigma_m,
+            ];
+            assert!(values.iter().all(|v| v.is_finite()));
+        }
+    }
+
+    #[test]
+    fn linear_power_halves_every_eight_units() {
+        for below in 0..200_u16 {
+            let exact = 32768.0 * (-f64::from(below) / 8.0).exp2();
+            assert!(
+                (f64::from(linear_power(below)) - exact).abs() <= 1.0,
+                "{below}"
+            );
+        }
+        assert_eq!(linear_power(u16::MAX), 0);
+    }
+
+    #[test]
+    fn treads_and_risers_come_from_neighbours() {
+        let at = |distance_m, height_m| Step {
+            distance_m,
+            height_m,
+            ..Step::default()
+        };
+        let mut steps = [at(0.5, 0.17), at(0.8, 0.34), at(1.1, 0.53)];
+        link(&mut steps);
+        let close = |a: Option<f32>, b: f32| a.is_some_and(|a| (a - b).abs() < 1e-6);
+        assert!(close(steps[0].tread_m, 0.3) && close(steps[1].tread_m, 0.3));
+        assert_eq!(steps[2].tread_m, None);
+        assert!(close(steps[0].riser_m, 0.17) && close(steps[2].riser_m, 0.19));
+    }
+
+    #[test]
+    fn steps_are_reported_nearest_first_with_their_plane_s_direction() {
+        let far = ClusterShape::of(&[particle(1.2, 0.0, 80)]);
+        let near = ClusterShape::of(&[particle(0.6, 0.2, 80)]);
+        let config = ParticleConfig::default();
+        for (plane, direction) in [
+            (Plane::Depth, Direction::Up),
+            (Plane::Height, Direction::Down),
+        ] {
+            let kept = [far, near];
+            let outcome = outcome(kept.iter(), &geometry(plane), UNIT_M, &config);
+            assert_eq!(outcome.direction, direction);
+            let distances: std::vec::Vec<f32> =
+                outcome.steps.iter().map(|s| s.distance_m).collect();
+            assert!(distances.is_sorted() && distances.len() == 2);
+        }
+        let none = outcome([].iter(), &geometry(Plane::Depth), UNIT_M, &config);
+        assert_eq!(none, Outcome::clear());
+    }
+
+    #[test]
+    fn integers_order_as_their_numbers() {
+        let values = [-3.5, -1e-9, -0.0, 0.0, 1e-9, 2.0, f32::MAX];
+        assert!(values.iter().map(|&v| sort_key(v)).is_sorted());
     }
 }

@@ -5,7 +5,8 @@
 //! - A particle's weight is its power above the minimum in decibels; in a cluster's mean (eq. 5)
 //!   it is linear power, so that the middle of the echo counts and not its skirts.
 //! - Inputs of Fuzzy ART are place and power scaled to 0…1: the particles' extent in depth and in
-//!   height, and [`POWER_SPAN_DB`] above the weakest; they come in order of depth.
+//!   height, and as far above the weakest as high-intensity cells reach; they come in order of
+//!   depth. [`vigilance`] is what makes of ρ = 0.5 a fair clustering of them.
 //! - Clusters of one riser are fused (III-B: "must be either fused or …"), those that come too
 //!   close to another in height are rejected.
 
@@ -13,7 +14,7 @@ use heapless::Vec;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-use super::bright::{Field, Levels};
+use super::bright::{Field, HIGH_INTENSITY_DB, Levels};
 use super::cluster::{self, Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use super::dimension::{self, ClusterShape};
 use super::map::{DB_PER_UNIT, PolarMap};
@@ -24,10 +25,6 @@ use crate::math;
 
 /// Clusters closer than this in depth or in height are redundant, metres (III-B).
 const REDUNDANT_M: f32 = 0.1;
-
-/// Power above the weakest particle that is 1 to Fuzzy ART, decibels: as far as high-intensity
-/// cells reach.
-const POWER_SPAN_DB: f32 = 20.0;
 
 /// Most epochs of Fuzzy ART. Boxes only grow, so that two or three settle all but odd cases.
 const EPOCHS: u8 = 6;
@@ -196,8 +193,17 @@ fn converge(
     cloud.merge_duplicates();
 }
 
+/// Fuzzy ART's vigilance in thousandths for the paper's sensitivity ρ in thousandths.
+///
+/// Inputs fill 0…1 in every direction, so that the least vigilance that can part them at all is
+/// above 0: ρ takes the range from there, where a cluster may reach over four fifths of each
+/// direction, to 1, where every particle is a cluster.
+fn vigilance(sensitivity: u16) -> u16 {
+    1000 - 4 * (1000 - sensitivity.min(1000)) / 5
+}
+
 /// Marks the particles with their clusters.
-fn form_clusters(cloud: &mut Cloud, vigilance: u16) {
+fn form_clusters(cloud: &mut Cloud, sensitivity: u16) {
     cloud.sort_by_key(|p| (p.at, p.weight));
     cloud.merge_duplicates();
     let particles = cloud.particles_mut();
@@ -214,7 +220,7 @@ fn form_clusters(cloud: &mut Cloud, vigilance: u16) {
     }
     let scale = |low: i16, high: i16| 255.0 / (f32::from(high) - f32::from(low)).max(1.0);
     let scales = [scale(low[0], high[0]), scale(low[1], high[1])];
-    let power_scale = 255.0 * DB_PER_UNIT / POWER_SPAN_DB;
+    let power_scale = 255.0 * DB_PER_UNIT / HIGH_INTENSITY_DB;
     let features = |p: &Particle| {
         // `as` saturates: beyond the span power counts no further.
         let [along, across] = [0, 1].map(|k: usize| {
@@ -224,7 +230,7 @@ fn form_clusters(cloud: &mut Cloud, vigilance: u16) {
         let power = f32::from(p.weight.saturating_sub(weakest)) * power_scale;
         [along, across, power as u8]
     };
-    let mut art = FuzzyArt::<3, MAX_CLUSTERS>::new(vigilance);
+    let mut art = FuzzyArt::<3, MAX_CLUSTERS>::new(vigilance(sensitivity));
     art.settle(particles, EPOCHS, features, |p| &mut p.mark);
     sort_by_cluster(cloud);
 }
@@ -273,6 +279,177 @@ fn join(cloud: &mut Cloud, extents: &mut [Extent], shapes: &mut [ClusterShape], 
                 fate: extent.fate,
                 ..shape.extent(unit_m)
             };
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Direction, Status};
+    use super::*;
+    use crate::config::Plane;
+    use proptest::prelude::*;
+
+    /// A scan of `config` whose cells come from `cell(range, angle)`: level, and whether CFAR lets
+    /// it through.
+    fn scan(config: &Config, mut cell: impl FnMut(f32, f32) -> (u8, bool)) -> (PolarMap, Paper) {
+        let mut map = PolarMap::new();
+        map.begin(config).unwrap();
+        let mut paper = Paper::new();
+        paper.begin();
+        let geometry = *map.geometry();
+        for k in 0..map.rows() {
+            let angle = map.angle_rad(k);
+            let row = map.row_mut(k, angle).unwrap();
+            for (bin, place) in row.cells.iter_mut().enumerate() {
+                let (level, hit) = cell(geometry.range_m(bin as f32), angle);
+                *place = level;
+                row.mask[bin / 32] |= u32::from(hit) << (bin % 32);
+            }
+            paper.row(&map, k);
+        }
+        (map, paper)
+    }
+
+    /// Per riser a corner and, 10 dB weaker, a nosing, seen through a beam that is 6 dB (two-way)
+    /// down at half its width, on noise of level 40.
+    fn staircase(config: &Config, steps: &[(f32, f32, f32)]) -> (PolarMap, Paper) {
+        let mut map = PolarMap::new();
+        map.begin(config).unwrap();
+        let geometry = *map.geometry();
+        let echoes: std::vec::Vec<(f32, f32, f32)> = (steps.iter())
+            .flat_map(|&(x, bottom, top)| [(x, bottom, 190.0), (x, top, 163.0)])
+            .map(|(x, y, peak)| {
+                let (range, angle) = geometry.polar(x, y);
+                (range, angle, peak)
+            })
+            .collect();
+        scan(config, |range, angle| {
+            let level = (echoes.iter())
+                .map(|&(r, a, peak)| {
+                    let (bins, beams) = ((range - r) / geometry.bin_m, (angle - a) / 0.0436);
+                    peak - 16.0 * (bins * bins + beams * beams)
+                })
+                .fold(40.0, f32::max);
+            (level as u8, level > 72.0)
+        })
+    }
+
+    #[test]
+    fn steps_are_found_where_they_are() {
+        let config = Config::default();
+        let steps = [(0.6, 0.0, 0.2), (0.9, 0.2, 0.4), (1.2, 0.4, 0.6)];
+        let mut errors = vec![];
+        for seed in 0..20 {
+            let config = Config { seed, ..config };
+            let (map, mut paper) = staircase(&config, &steps);
+            let outcome = paper.finish(&map, &config, 1, &mut ());
+            assert_eq!(outcome.direction, Direction::Up);
+            for (step, &(distance, _, top)) in outcome.steps.iter().zip(&steps) {
+                errors.push((
+                    (step.distance_m - distance).abs(),
+                    (step.height_m - top).abs(),
+                ));
+            }
+        }
+        // Particles are few: now and then two steps fall into one cluster, or the topmost particle
+        // is a stray one.
+        assert!(errors.len() >= 50, "{} of 60 steps", errors.len());
+        let middle = errors.len() / 2;
+        errors.sort_by(|a, b| a.1.total_cmp(&b.1));
+        assert!(errors[middle].1 < 0.02, "height {}", errors[middle].1);
+        errors.sort_by(|a, b| a.0.total_cmp(&b.0));
+        assert!(errors[middle].0 < 0.005, "distance {}", errors[middle].0);
+    }
+
+    #[test]
+    fn noise_is_no_stairs() {
+        let config = Config::default();
+        // As many hits as false alarms are to be expected, spread evenly.
+        let mut cells = 0_u32;
+        let (map, mut paper) = scan(&config, |_, _| {
+            cells += 1;
+            (40, cells.is_multiple_of(2500))
+        });
+        assert!(paper.levels.hits() > 20);
+        let outcome = paper.finish(&map, &config, 1, &mut ());
+        assert_eq!(outcome, Outcome::fault(Reason::NoEcho));
+    }
+
+    #[test]
+    fn every_stage_is_shown() {
+        struct Record(std::vec::Vec<(Stage, usize)>);
+        impl Observer for Record {
+            fn stage(&mut self, stage: Stage, cloud: &Cloud, _: &Field<'_>, clusters: &[Extent]) {
+                self.0.push((stage, cloud.particles().len()));
+                let formed = matches!(stage, Stage::Clustered | Stage::Rejected);
+                assert_eq!(formed, !clusters.is_empty());
+            }
+        }
+        let config = Config::default();
+        let (map, mut paper) = staircase(&config, &[(0.6, 0.0, 0.17), (0.9, 0.17, 0.34)]);
+        let mut record = Record(vec![]);
+        paper.finish(&map, &config, 1, &mut record);
+        let stages: std::vec::Vec<Stage> = record.0.iter().map(|s| s.0).collect();
+        use Stage::{Clustered, Drawn, Rejected, Resampled};
+        assert_eq!(stages, [Drawn, Resampled, Resampled, Clustered, Rejected]);
+        assert_eq!(record.0[0].1, 1000);
+        assert!(record.0[4].1 < record.0[2].1);
+    }
+
+    #[test]
+    fn sensitivity_spans_the_vigilance() {
+        assert_eq!([0, 500, 1000, 2000].map(vigilance), [200, 600, 1000, 1000]);
+    }
+
+    proptest! {
+        #![proptest_config(ProptestConfig::with_cases(48))]
+
+        #[test]
+        fn any_map_and_configuration_give_finite_steps_and_the_same_ones_again(
+            seed in any::<u32>(),
+            noise in any::<u64>(),
+            density in 0_u32..=100,
+            top in 1_u8..,
+            (samples, bandwidth_khz) in (32_u16..=256, 1_000_000_u32..100_000_000),
+            (first_angle, angle_step, angle_count) in
+                (-90_000_i32..90_000, 10_i32..250, 3_u16..=250),
+            (mode_sigma, vigilance) in (100_i32..100_000, 0_u16..=1000),
+            (particles, modes, rounds) in (10_u16..=1000, 1_u8..=32, 1_u8..=20),
+            spread in prop_oneof![
+                Just(Spread::Uniform), Just(Spread::GmmRaw), Just(Spread::GmmCfar)],
+            height in any::<bool>(),
+        ) {
+            let mut config = Config { seed, ..Config::default() };
+            config.radar.samples = samples;
+            config.radar.bandwidth_khz = bandwidth_khz;
+            config.sweep.first_angle = first_angle;
+            config.sweep.angle_step = angle_step;
+            config.sweep.angle_count = angle_count;
+            config.mount.plane = if height { Plane::Height } else { Plane::Depth };
+            config.particles = ParticleConfig {
+                particles, modes, rounds, spread, mode_sigma, vigilance,
+            };
+            prop_assume!(config.validate().is_ok() && PolarMap::new().begin(&config).is_ok());
+            let mut rng = Xoshiro128PlusPlus::seed_from_u64(noise);
+            let (map, mut paper) = scan(&config, |_, _| {
+                let level = super::super::particles::uniform(&mut rng, u32::from(top)) as u8;
+                (level, super::super::particles::uniform(&mut rng, 100) < density)
+            });
+            let outcome = paper.finish(&map, &config, 7, &mut ());
+            prop_assert!(outcome.status == Status::Fault || outcome.reasons.is_empty());
+            prop_assert!(outcome.status != Status::Fault || outcome.steps.is_empty());
+            let farthest = map.geometry().range_m(map.bins() as f32);
+            for step in &outcome.steps {
+                prop_assert!(step.distance_m.abs() <= 1.1 * farthest, "{:?}", step);
+                prop_assert!((step.height_m - map.geometry().mount_height_m).abs() <= 1.1 * farthest);
+                prop_assert!(step.distance_sigma_m > 0.0 && step.distance_sigma_m < farthest);
+                prop_assert!(step.height_sigma_m > 0.0 && step.height_sigma_m < farthest);
+                prop_assert!(step.quality <= 100);
+                prop_assert!(step.tread_m.is_none_or(f32::is_finite));
+                prop_assert!(step.riser_m.is_none_or(f32::is_finite));
+            }
+            prop_assert_eq!(paper.finish(&map, &config, 7, &mut ()), outcome);
         }
     }
 }
