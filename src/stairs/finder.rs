@@ -9,10 +9,6 @@ use crate::config::{Config, ConfigError, EstimatorKind};
 /// What one estimator keeps beside the map, during the scan and after it. Only one works at a
 /// time, so they share their memory.
 #[derive(Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "it is there to hold the largest: there is no heap to put it on"
-)]
 #[repr(u8)]
 enum Scratch {
     /// Before the first scan: tag 0, so that a static of it costs no flash.
@@ -34,7 +30,10 @@ pub struct StairFinder {
 
 /// What an estimator may keep beside the map.
 const SCRATCH: usize = 8416;
-const _: () = assert!(size_of::<Paper>() <= SCRATCH, "scratch above its budget");
+const _: () = assert!(
+    size_of::<Paper>() <= SCRATCH && size_of::<Likelihood>() <= SCRATCH,
+    "scratch above its budget"
+);
 
 impl StairFinder {
     /// Bytes of the map and of an estimator that keeps to its budget.

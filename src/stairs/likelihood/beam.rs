@@ -7,10 +7,10 @@
 //! result to the last bit. The delayed rows are read back from the map; only the sums are kept here.
 
 use super::MAX_BINS;
-use crate::stairs::map::Geometry;
+use crate::stairs::map::{Geometry, PolarMap};
 
-/// Longest box in rows: bounds the sums to 2⁴⁴.
-const MAX_BOX: usize = 63;
+/// Longest box in rows: with it the sums of a uniform map of the largest power stay below 2³².
+const MAX_BOX: usize = 15;
 /// Units of a level in one octave of power.
 pub const UNITS_PER_OCTAVE: f32 = 128.0;
 /// Decibels of one unit of a level.
@@ -28,23 +28,37 @@ const EIGHTHS: [u64; 8] = [
     7_877_004_772,
 ];
 
-/// Linear power of every possible cell, in units of the map's reference.
+/// Cell whose linear power counts 1: 15 dB above the map's zero, and still below the noise of any
+/// receiver.
+const UNIT_CELL: usize = 40;
+/// Cells above this count as this: -5 dB of full scale, more than any echo has in a chirp that the
+/// converter takes without clipping; then [`MAX_BOX`]² of them still fit 32 bits.
+const LARGEST_CELL: usize = 233;
+
+/// Linear power of every possible cell.
 static POWER: [u32; 256] = power_table();
 
 const fn power_table() -> [u32; 256] {
     let mut table = [0; 256];
-    let mut cell = 1;
+    let mut cell = 0;
     while cell < 256 {
-        let scaled = EIGHTHS[cell & 7] << (cell >> 3);
-        table[cell] = ((scaled + (1 << 31)) >> 32) as u32;
+        let octaves8 = if cell < LARGEST_CELL {
+            cell
+        } else {
+            LARGEST_CELL
+        } + 24 * 8
+            - UNIT_CELL;
+        // Q32 times 2^24, rounded off again.
+        let scaled = (EIGHTHS[octaves8 & 7] as u128) << (octaves8 >> 3);
+        table[cell] = ((scaled + (1 << 55)) >> 56) as u32;
         cell += 1;
     }
     table
 }
 
-/// Linear power of a cell, in units of the map's reference.
+/// Linear power of a cell.
 #[inline]
-pub fn power(cell: u8) -> u32 {
+fn power(cell: u8) -> u32 {
     POWER[usize::from(cell)]
 }
 
@@ -64,20 +78,20 @@ pub fn box_rows(geometry: &Geometry) -> usize {
 
 /// Binary logarithm of a filtered power in 1/128 octave; monotone, error below 0.01 octave.
 #[inline]
-pub fn level(power: u64) -> u16 {
+pub fn level(power: u32) -> u16 {
     let power = power | 1;
-    let exponent = 63 - power.leading_zeros();
-    let fraction = ((power << (63 - exponent)) >> 56) as u32 & 127;
+    let zeros = power.leading_zeros();
+    let fraction = ((power << zeros) >> 24) & 127;
     // log2(1 + f) ≈ f + 0.344 f (1 - f)
     let bend = (fraction * (128 - fraction) * 44) >> 14;
-    ((exponent << 7) + fraction + bend) as u16
+    (((31 - zeros) << 7) + fraction + bend) as u16
 }
 
 /// The running sums of all range bins.
 #[derive(Debug)]
 pub struct BeamFilter {
-    slope: [u64; MAX_BINS],
-    sum: [u64; MAX_BINS],
+    slope: [u32; MAX_BINS],
+    sum: [u32; MAX_BINS],
     rows: usize,
     fed: usize,
 }
@@ -104,9 +118,10 @@ impl BeamFilter {
         self.rows - 1
     }
 
-    /// Level that the filter adds to a uniform map of the level 0.
+    /// Level of a uniform map whose cells are 0, were it not rounded off.
     pub fn gain(&self) -> u16 {
-        level((self.rows * self.rows) as u64)
+        let unit = (UNIT_CELL as u16) << 4;
+        level((self.rows * self.rows) as u32).saturating_sub(unit)
     }
 
     /// Adds the next row and writes the levels of the row `lag` before it to `levels`; what lies
@@ -119,9 +134,9 @@ impl BeamFilter {
     ) {
         let (slope, sum) = (self.slope.iter_mut(), self.sum.iter_mut());
         if self.fed == 0 {
-            let rows = self.rows as u64;
+            let rows = self.rows as u32;
             for (((&cell, slope), sum), level_out) in row.iter().zip(slope).zip(sum).zip(levels) {
-                let power = u64::from(power(cell));
+                let power = power(cell);
                 *slope = 0;
                 *sum = power * rows * rows;
                 *level_out = level(*sum);
@@ -133,9 +148,9 @@ impl BeamFilter {
             for ((((new, one), two), (slope, sum)), level_out) in
                 cells.zip(slope.zip(sum)).zip(levels)
             {
-                let change = u64::from(power(*new))
-                    .wrapping_add(u64::from(power(*two)))
-                    .wrapping_sub(2 * u64::from(power(*one)));
+                let change = power(*new)
+                    .wrapping_add(power(*two))
+                    .wrapping_sub(power(*one) << 1);
                 *slope = slope.wrapping_add(change);
                 *sum = sum.wrapping_add(*slope);
                 *level_out = level(*sum);
@@ -143,4 +158,37 @@ impl BeamFilter {
         }
         self.fed += 1;
     }
+}
+
+/// Rows of a [`Patch`], relative to its middle.
+pub const PATCH_ROWS: [i8; 5] = [-3, -2, 0, 2, 3];
+/// Bins of a [`Patch`], relative to its middle.
+pub const PATCH_BINS: [i8; 3] = [-1, 0, 1];
+/// Rows to each side of a patch's middle.
+const REACH: usize = 3;
+/// Levels of the filtered map around a place, [bin][row].
+pub type Patch = [[u16; PATCH_ROWS.len()]; PATCH_BINS.len()];
+
+/// The filtered map around one place, worked out again from the map itself.
+pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
+    let rows = box_rows(map.geometry());
+    let first = isize::try_from(row).unwrap_or(0) - (rows - 1 + REACH) as isize;
+    let last = map.rows() as isize - 1;
+    PATCH_BINS.map(|offset| {
+        let bin = usize::from(bin).wrapping_add_signed(offset.into());
+        let cell = |k: usize| power(map.cell((first + k as isize).clamp(0, last) as usize, bin));
+        // One box after the other, each a running sum.
+        let mut once = [0u32; MAX_BOX + 2 * REACH];
+        let mut sum = (0..rows - 1).map(cell).fold(0u32, u32::wrapping_add);
+        for (k, out) in once.iter_mut().enumerate().take(rows + 2 * REACH) {
+            sum = sum.wrapping_add(cell(k + rows - 1));
+            *out = sum;
+            sum = sum.wrapping_sub(cell(k));
+        }
+        PATCH_ROWS.map(|offset| {
+            let from = REACH.wrapping_add_signed(offset.into());
+            let boxed = once.get(from..from + rows).unwrap_or(&[]);
+            level(boxed.iter().copied().fold(0, u32::wrapping_add))
+        })
+    })
 }

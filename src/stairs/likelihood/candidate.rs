@@ -4,24 +4,11 @@ use super::MAX_BINS;
 use heapless::Vec;
 
 /// Most candidates of a scan: the strongest are kept.
-pub const MAX_CANDIDATES: usize = 128;
-/// Rows held: a maximum is looked at together with three rows to each side …
-const WINDOW: usize = 7;
-/// … and this one in the middle.
+pub const MAX_CANDIDATES: usize = 96;
+/// Rows held: a maximum stands out over two rows to each side, and over the bins beside it …
+const WINDOW: usize = 5;
+/// … and this one is in the middle.
 pub const MIDDLE: usize = WINDOW / 2;
-/// A maximum stands out over this many rows to each side, and over the bins beside it.
-const NEIGHBOURS: usize = 2;
-/// Rows of a patch, relative to its middle.
-pub const PATCH_ROWS: [i8; 5] = [-3, -2, 0, 2, 3];
-/// Bins of a patch, relative to its middle.
-pub const PATCH_BINS: [i8; 3] = [-1, 0, 1];
-
-/// Levels around a maximum relative to it, 1/32 octave (saturated), [row][bin].
-pub type Patch = [[i8; PATCH_BINS.len()]; PATCH_ROWS.len()];
-/// Levels (1/128 octave) to one unit of a patch.
-const PATCH_SHIFT: u32 = 2;
-/// Decibels of one unit of a patch.
-pub const PATCH_DB: f32 = super::beam::LEVEL_DB * (1 << PATCH_SHIFT) as f32;
 
 /// One local maximum of the filtered map.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -32,8 +19,6 @@ pub struct Candidate {
     pub row: u16,
     /// Stored range bin.
     pub bin: u8,
-    /// The filtered map around it.
-    pub patch: Patch,
 }
 
 impl Candidate {
@@ -76,47 +61,25 @@ impl CandidateFinder {
     }
 
     /// Looks for maxima in the row [`MIDDLE`] before the one just written. `row` is that middle
-    /// row's place in the map if there is one yet, `reversed` whether rows come from the last to
-    /// the first.
-    pub fn advance(&mut self, bins: usize, row: Option<u16>, reversed: bool) {
+    /// row's place in the map if there is one yet.
+    pub fn advance(&mut self, bins: usize, row: Option<u16>) {
         self.fed += 1;
         let Some(row) = row.filter(|_| self.fed >= WINDOW) else {
             return;
         };
-        // Lines in the order of the map's rows, whichever way they came.
-        let line = |k: usize| {
-            let age = if reversed { k } else { WINDOW - 1 - k };
-            (self.fed + WINDOW - 1 - age) % WINDOW
-        };
-        let order: [usize; WINDOW] = core::array::from_fn(line);
+        let middle = (self.fed + WINDOW - 1 - MIDDLE) % WINDOW;
         for bin in 1..bins.min(MAX_BINS).saturating_sub(1) {
-            let middle = &self.window[order[MIDDLE]];
-            let level = middle[bin];
-            if level < middle[bin - 1] || level < middle[bin + 1] {
+            let line = &self.window[middle];
+            let level = line[bin];
+            if level < line[bin - 1] || level < line[bin + 1] {
                 continue;
             }
-            let around = MIDDLE - NEIGHBOURS..=MIDDLE + NEIGHBOURS;
-            let highest = order[around].iter().all(|&k| {
-                let line = &self.window[k];
+            let lower = |line: &[u16; MAX_BINS]| {
                 line[bin - 1] <= level && line[bin] <= level && line[bin + 1] <= level
-            });
-            if highest {
-                let value = |i: usize, j: usize| {
-                    let line =
-                        &self.window[order[MIDDLE.wrapping_add_signed(PATCH_ROWS[i].into())]];
-                    let at = line[bin.wrapping_add_signed(PATCH_BINS[j].into())];
-                    {
-                        let relative = (i32::from(at) - i32::from(level) + 2) >> PATCH_SHIFT;
-                        relative.clamp(-128, 127) as i8
-                    }
-                };
-                let patch = core::array::from_fn(|i| core::array::from_fn(|j| value(i, j)));
-                self.keep(Candidate {
-                    level,
-                    row,
-                    bin: bin as u8,
-                    patch,
-                });
+            };
+            if self.window.iter().all(lower) {
+                let bin = bin as u8;
+                self.keep(Candidate { level, row, bin });
             }
         }
     }

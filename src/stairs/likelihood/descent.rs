@@ -1,241 +1,393 @@
-//! Descending, height plane: the roles of depth and height exchanged. Treads face the mirror, so a
-//! tread is a row of echoes at one level; an edge is where a row ends and where the shadow on the
-//! next one begins.
+//! Stairs going down, as the search sees them: in the height plane treads face the mirror, one
+//! below the other, and the roles of depth and height are exchanged. An edge is where a row of
+//! echoes ends and where the shadow on the next tread begins.
 
-use super::ascent::amplitude;
-use super::echo::{Echo, MAX_ECHOES};
-use super::evidence::credibility;
+use super::evidence::{Evidence, Mark};
+use super::levels::{self, Fusion, Reading};
+use super::role::Role;
+use super::search::{Flight, Link, MAX_FLIGHT, Stairs};
+use super::trace::Explanation;
 use crate::math::{self, RAD_PER_DEG};
-use crate::stairs::{Direction, Outcome, Step};
-use heapless::Vec;
 
-const ON_TREAD: f32 = 2.0;
-const AT_EDGE: f32 = 3.5;
+/// Gains and costs in nats, times an echo's credibility.
+/// An echo on a tread.
+const TREAD: f32 = 2.0;
+/// An echo where a tread ends.
+const EDGE: f32 = 3.5;
+/// The specular flash of the tread right below the mirror.
 const FLASH: f32 = 4.5;
+/// An echo that the hypothesis does not explain.
 const STRAY: f32 = 0.5;
+/// An echo inside the solid.
 const INSIDE: f32 = 2.0;
+/// Each further tread must pay for itself.
 const STEP: f32 = 1.2;
+/// A tread that shows no echo.
 const UNSEEN: f32 = 0.7;
-const ACCEPT: f32 = 2.0;
+/// An echo worth less than this shows no tread.
+const SEEN: f32 = 0.3;
+/// Echoes this far from a tread in height still belong to it, metres.
+const ZONE: f32 = 0.035;
+/// The last echo of a tread lies this much before its edge, metres …
 const SHORT: f32 = 0.018;
+/// … give or take.
 const SPREAD: f32 = 0.015;
-const TAU: f32 = 0.005;
-const MOST: usize = 5;
+/// People's step length: twice the rise and the going, metres.
+const STRIDE: f32 = 0.63;
+/// Its standard deviation.
+const STRIDE_SIGMA: f32 = 0.03;
+/// Standard deviation of one riser's height against the first, metres.
+const RISE_SIGMA: f32 = 0.01;
+/// Goings tried, relative to what the stride asks for, metres.
+const GOINGS: [f32; 5] = [-0.04, -0.02, 0.0, 0.02, 0.04];
+/// First edges tried, metres from the mirror.
+const EDGES: [f32; 8] = [-0.24, -0.20, -0.16, -0.12, -0.08, -0.04, 0.0, 0.04];
 
-#[derive(Clone, Copy, Debug, Default)]
-struct Spot {
-    x: f32,
-    y: f32,
-    w: f32,
-    sx: f32,
-    sy: f32,
+/// What two flights of the same treads may differ in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shape {
+    /// Where the ground ends, metres from the mirror.
+    pub edge: f32,
+    /// From one edge to the next, metres.
+    pub going: f32,
 }
 
-struct Down {
-    spots: Vec<Spot, MAX_ECHOES>,
-    height: f32,
-    scored: u32,
+/// Stairs going down.
+#[derive(Debug)]
+pub struct Descent<'e> {
+    evidence: &'e Evidence,
+    null: f32,
 }
 
-impl Down {
-    fn flight(&mut self, d1: f32, going: f32, rise: f32, n: usize) -> f32 {
-        self.scored += 1;
-        let h = self.height;
-        let mut total = 0.0;
-        let mut seen = [0f32; 8];
-        for e in &self.spots {
-            let mut best = -STRAY;
-            let mut low = if n == 0 { 0.0 } else { -1e9f32 };
-            for (k, seen) in seen.iter_mut().enumerate().take(n + 1) {
-                let lv = -(k as f32) * rise;
-                let start = d1 + (k as f32 - 1.0) * going;
-                let a = if k == 0 {
-                    -9.0
-                } else if start < 0.0 {
-                    start
-                } else {
-                    start * (h - lv) / (h - lv - rise)
-                };
-                let b = if k == n { 9.0 } else { d1 + k as f32 * going };
-                let z = (e.y - lv) / e.sy;
-                if a - 1.5 * e.sx < e.x && e.x < b + 1.5 * e.sx {
-                    low = low.max(lv);
-                    let mut g = ON_TREAD - 0.5 * z * z;
-                    if a < 0.03 && b > -0.03 && e.x.abs() < 0.02 + 1.5 * e.sx {
-                        g = g.max(FLASH - 0.5 * z * z);
-                    }
-                    if k < n {
-                        let q =
-                            (e.x - b + SHORT) * (e.x - b + SHORT) / (e.sx * e.sx + SPREAD * SPREAD);
-                        g = g.max(AT_EDGE - 0.5 * z * z - 0.5 * q);
-                    }
-                    if g > 0.0 && g * e.w > *seen {
-                        *seen = g * e.w;
-                    }
-                    best = best.max(g);
-                }
+/// A tread, or the ground before the first edge.
+#[derive(Clone, Copy, Debug)]
+struct Tread {
+    /// Depth below the mirror, metres.
+    depth: f32,
+    /// From where on it can be seen, metres from the mirror.
+    start: f32,
+    /// Where it ends.
+    end: f32,
+}
+
+impl Tread {
+    /// Whether the shadow of the edge before lies on the mark's place.
+    fn hides(&self, m: &Mark) -> bool {
+        m.x < self.start && m.along > self.depth - 0.02
+    }
+
+    /// Role and gain of a mark on the tread; none if it lies beyond its ends.
+    fn gain(&self, m: &Mark) -> Option<(Role, f32)> {
+        let reach = 1.5 * m.sigma_x;
+        // Behind the mirror's foot the riser is seen too, and with it the corner.
+        let corner = self.start.is_finite() && self.start < 0.0;
+        let before = if corner { reach.max(0.03) } else { reach };
+        if m.x <= self.start - before || m.x >= self.end + reach {
+            return None;
+        }
+        let z = (m.along - self.depth) / m.sigma;
+        let (mut role, mut gain) = (Role::Tread, TREAD);
+        if self.start < 0.03 && self.end > -0.03 && m.x.abs() < 0.02 + reach {
+            (role, gain) = (Role::Flash, FLASH);
+        }
+        let spot = |off: f32| off * off / (m.sigma_x * m.sigma_x + SPREAD * SPREAD);
+        if corner && EDGE - 0.5 * spot(m.x - self.start) > gain {
+            (role, gain) = (Role::Corner, EDGE - 0.5 * spot(m.x - self.start));
+        }
+        if self.end.is_finite() {
+            let q = spot(m.x - self.end + SHORT);
+            if EDGE - 0.5 * q > gain {
+                (role, gain) = (Role::Edge, EDGE - 0.5 * q);
             }
-            if best <= 0.0 && e.y < low - 0.02 - 3.0 * e.sy {
-                best = -INSIDE;
-            }
-            total += best * e.w;
         }
-        for &s in &seen[1..=n] {
-            total -= STEP + if s < 0.3 { UNSEEN } else { 0.0 };
-        }
-        if n > 0 {
-            let q = (2.0 * rise + going - 0.63) / 0.03;
-            total -= 0.5 * q * q;
-        }
-        total
+        Some((role, gain - 0.5 * z * z))
     }
 }
 
-pub fn assemble(echoes: &[Echo], height: f32) -> (Outcome, f32) {
-    let mut down = Down {
-        spots: Vec::new(),
-        height,
-        scored: 0,
-    };
-    for e in echoes.iter().filter(|e| e.y < 0.06 && e.db > 3.0) {
-        let (sin, cos) = math::sin_cos(e.angle_rad);
-        let angle = (0.2 + amplitude(-e.db)) * RAD_PER_DEG;
-        let _ = down.spots.push(Spot {
-            x: e.x,
-            y: e.y,
-            w: credibility(e.db),
-            sx: math::hypot(0.012, e.range_m * cos * angle),
-            sy: math::hypot(0.004, e.range_m * sin.abs() * angle),
+impl<'e> Descent<'e> {
+    /// Scores everything that is no stair: the ground going on, and ramps downwards.
+    pub fn new(evidence: &'e Evidence) -> Self {
+        let mut descent = Self {
+            evidence,
+            null: 0.0,
+        };
+        let ground = Tread {
+            depth: evidence.mount_height,
+            start: f32::NEG_INFINITY,
+            end: f32::INFINITY,
+        };
+        descent.null = descent.tread(&ground).0 + descent.below(ground.depth);
+        for degrees in 1..=12u8 {
+            let (sin, cos) = math::sin_cos(f32::from(degrees) * RAD_PER_DEG);
+            for from in [0.0, -0.1, -0.2] {
+                descent.null = descent.null.max(descent.ramp(from, sin / cos));
+            }
+        }
+        descent
+    }
+
+    /// Score of ground that falls steadily by `slope` from `from` on.
+    fn ramp(&self, from: f32, slope: f32) -> f32 {
+        let scores = self.evidence.marks.iter().map(|m| {
+            let z = (m.y + (m.x - from).max(0.0) * slope) / m.sigma;
+            m.weight * (TREAD - 0.5 * z * z).max(-STRAY)
         });
+        scores.sum()
     }
-    let mut null = down.flight(0.0, 0.3, 0.15, 0);
-    for slope in 1..13 {
-        for o in 0..3 {
-            let tan = (slope as f32 * RAD_PER_DEG).tan_();
-            let mut t = 0.0;
-            for e in &down.spots {
-                let z = (e.y + (e.x + 0.1 * o as f32).max(0.0) * tan) / e.sy;
-                t += e.w * (ON_TREAD - 0.5 * z * z).max(-STRAY);
-            }
-            null = null.max(t);
+
+    /// Score of the marks near a tread's level, and the best single one.
+    fn tread(&self, tread: &Tread) -> (f32, f32) {
+        let (mut total, mut best) = (0.0, 0f32);
+        for m in self
+            .evidence
+            .between(tread.depth - ZONE, tread.depth + ZONE)
+        {
+            let gain = match tread.gain(m) {
+                Some((_, gain)) if gain > 0.0 => gain,
+                _ if tread.hides(m) => -INSIDE,
+                _ => -STRAY,
+            };
+            total += gain * m.weight;
+            best = best.max(gain * m.weight);
         }
+        (total, best)
     }
-    let mut up: Vec<f32, MAX_ECHOES> = down
-        .spots
-        .iter()
-        .filter(|e| e.y.abs() < 0.03 && e.x < 0.1)
-        .map(|e| e.x)
-        .collect();
-    up.sort_unstable_by(f32::total_cmp);
-    let mut edges: Vec<f32, 8> = Vec::new();
-    for &x in up.iter().rev().take(2) {
-        let _ = edges.push(x);
+
+    /// Score of the marks below everything.
+    fn below(&self, depth: f32) -> f32 {
+        let marks = self.evidence.between(depth + ZONE, f32::INFINITY);
+        marks.iter().map(|m| -INSIDE * m.weight).sum()
     }
-    for x in [-0.2, -0.15, -0.1, -0.05, 0.0] {
-        let _ = edges.push(x);
+
+    /// Depth of tread `k` of a chain; the ground is tread 0.
+    fn depth(&self, chain: &[Link], k: usize) -> f32 {
+        let link = k.checked_sub(1).and_then(|k| chain.get(k));
+        link.map_or(self.evidence.mount_height, |l| l.along)
     }
-    let mut best = (-1e9f32, 0.0f32, 0.0f32, 0.0f32, 0usize);
-    for &d1 in &edges {
-        for r in 0..24 {
-            let rise = 0.10 + 0.005 * r as f32;
-            for g in 0..20 {
-                let going = 0.20 + 0.01 * g as f32;
-                for n in 1..=MOST {
-                    let v = down.flight(d1, going, rise, n);
-                    if v > best.0 {
-                        best = (v, d1, going, rise, n);
-                    }
-                }
-            }
-        }
-    }
-    let score = best.0 - null;
-    let (_, _, _, rise, n) = best;
-    if score < ACCEPT || n < 1 {
-        return (Outcome::clear(), score);
-    }
-    let mut top = -1e9f32;
-    let mut s = [0f32; 6];
-    for turn in 0..2 {
-        for a in 0..30 {
-            let d1 = -0.26 + 0.01 * a as f32;
-            for g in 0..20 {
-                let going = 0.20 + 0.01 * g as f32;
-                let v = down.flight(d1, going, rise, n);
-                if turn == 0 {
-                    top = top.max(v);
+
+    /// The last tread of a chain, without its end.
+    fn last(&self, chain: &[Link], shape: Shape) -> Tread {
+        let n = chain.len();
+        let depth = self.depth(chain, n);
+        let start = match n.checked_sub(1) {
+            None => f32::NEG_INFINITY,
+            Some(before) => {
+                let edge = shape.edge + before as f32 * shape.going;
+                // Behind an edge before the mirror lies a shadow.
+                if edge < 0.0 {
+                    edge
                 } else {
-                    let q = math::exp(v - top);
-                    for (s, t) in
-                        s.iter_mut()
-                            .zip([1.0, d1, going, d1 * d1, going * going, d1 * going])
-                    {
-                        *s += q * t;
-                    }
+                    edge * depth / self.depth(chain, before)
                 }
             }
+        };
+        Tread {
+            depth,
+            start,
+            end: f32::INFINITY,
         }
     }
-    let p = s.map(|v| v / s[0]);
-    let (d1, going) = (p[1], p[2]);
-    let mut outcome = Outcome::clear();
-    outcome.direction = Direction::Down;
-    let (mut m, mut v) = ([0f32; 8], [f32::INFINITY; 8]);
-    for k in 1..=n {
-        let a = d1 + (k as f32 - 1.0) * going;
-        let b = if k < n { d1 + k as f32 * going } else { 9.0 };
-        let (mut q, mut qy) = (0.0, 0.0);
-        for e in &down.spots {
-            if (e.y + k as f32 * rise).abs() < 0.015 + 2.5 * e.sy
-                && e.x > a - 0.02
-                && e.x < b + 0.03 + e.sx
+
+    /// Cost of a tread on which nothing was seen; the ground need not be.
+    fn unseen(chain: &[Link], best: f32) -> f32 {
+        if !chain.is_empty() && best < SEEN {
+            UNSEEN
+        } else {
+            0.0
+        }
+    }
+
+    /// Mean and covariance of edge and going over their likelihood, the treads given.
+    pub fn edges(&self, flight: &Flight<Shape>) -> Edges {
+        let shape = |a: u8, g: u8| Shape {
+            edge: -0.26 + 0.02 * f32::from(a),
+            going: 0.20 + 0.02 * f32::from(g),
+        };
+        let grid = || (0..18u8).flat_map(|a| (0..11u8).map(move |g| (a, g)));
+        let score = |(a, g)| self.whole(&flight.chain, shape(a, g));
+        let top = grid().map(score).fold(f32::NEG_INFINITY, f32::max);
+        let mut sum = 0.0;
+        let (mut d, mut g, mut dd, mut gg, mut dg) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        for at in grid() {
+            let p = math::exp(score(at) - top);
+            let Shape { edge, going } = shape(at.0, at.1);
+            sum += p;
+            d += p * edge;
+            g += p * going;
+            dd += p * edge * edge;
+            gg += p * going * going;
+            dg += p * edge * going;
+        }
+        let (edge, going) = (d / sum, g / sum);
+        Edges {
+            edge,
+            going,
+            edge_variance: dd / sum - edge * edge,
+            going_variance: gg / sum - going * going,
+            covariance: dg / sum - edge * going,
+        }
+    }
+
+    /// Levels of the treads.
+    pub fn levels(&self, flight: &Flight<Shape>, edges: &Edges) -> levels::Levels {
+        let shape = Shape {
+            edge: edges.edge,
+            going: edges.going,
+        };
+        let mut steps = [Fusion::default(); MAX_FLIGHT];
+        for (k, fusion) in steps.iter_mut().enumerate().take(flight.chain.len()) {
+            let chain = flight.chain.get(..=k).unwrap_or(&[]);
+            let mut tread = self.last(chain, shape);
+            if k + 1 < flight.chain.len() {
+                tread.end = shape.edge + (k + 1) as f32 * shape.going;
+            }
+            let (mut weight, mut sum) = (0.0, 0.0);
+            for m in self
+                .evidence
+                .between(tread.depth - ZONE, tread.depth + ZONE)
             {
-                let w = e.w / (e.sy * e.sy);
-                q += w;
-                qy += w * e.y;
+                let near = (m.along - tread.depth).abs() < 0.015 + 2.5 * m.sigma;
+                if near && m.x > tread.start - 0.02 && m.x < tread.end + 0.03 + m.sigma_x {
+                    let w = m.weight / (m.sigma * m.sigma);
+                    weight += w;
+                    sum += w * m.y;
+                }
+            }
+            if weight > 0.0 {
+                let sigma = math::sqrt(1.0 / weight).max(0.003);
+                fusion.add(Reading {
+                    value: sum / weight,
+                    sigma,
+                });
             }
         }
-        if q > 0.0 {
-            m[k - 1] = qy / q;
-            v[k - 1] = (1.0 / q).max(0.003 * 0.003);
-        }
+        let count = flight.chain.len();
+        let deepest = flight
+            .chain
+            .last()
+            .map_or(0.0, |l| l.along - self.evidence.mount_height);
+        let slope = Reading {
+            value: -deepest / count.max(1) as f32,
+            sigma: 0.02,
+        };
+        levels::fit(steps.get(..count).unwrap_or(&[]), &[slope])
     }
-    let pr = 1.0 / (0.02f32 * 0.02);
-    let (mut num, mut den) = (-pr * rise, pr);
-    for k in 0..n {
-        let i = (k + 1) as f32;
-        let w = 1.0 / (v[k] + TAU * TAU);
-        num += w * i * m[k];
-        den += w * i * i;
-    }
-    let rho = num / den;
-    for k in 0..n {
-        let i = (k + 1) as f32;
-        let gain = TAU * TAU / (v[k] + TAU * TAU);
-        let h = i * rho + gain * (m[k] - i * rho);
-        let sh =
-            math::sqrt((1.0 - gain) * TAU * TAU + ((1.0 - gain) * i) * ((1.0 - gain) * i) / den);
-        let f = k as f32;
-        let var = (p[3] - d1 * d1) + 2.0 * f * (p[5] - d1 * going) + f * f * (p[4] - going * going);
-        let _ = outcome.steps.push(Step {
-            distance_m: d1 + going * f,
-            height_m: h,
-            tread_m: None,
-            riser_m: None,
-            distance_sigma_m: 0.6 * math::sqrt(var.max(0.0) + 0.008 * 0.008),
-            height_sigma_m: sh.max(0.003),
-            quality: 50,
-        });
-    }
-    (outcome, score)
 }
 
-trait Tan {
-    fn tan_(self) -> f32;
+/// Where the edges are: the first one, from one to the next, and how sure that is.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Edges {
+    edge: f32,
+    going: f32,
+    edge_variance: f32,
+    going_variance: f32,
+    covariance: f32,
 }
-impl Tan for f32 {
-    fn tan_(self) -> f32 {
-        let (s, c) = math::sin_cos(self);
-        s / c
+
+impl Edges {
+    /// Place of edge `k` (0 is the ground's end) and its standard deviation.
+    pub fn at(&self, k: usize) -> Reading {
+        /// Speckle: the edge is where the echoes end, but they end where they like.
+        const SPECKLE: f32 = 0.008;
+        /// The likelihood's tails are heavier than the truth's.
+        const SCALE: f32 = 0.6;
+        let k = k as f32;
+        let variance = self.edge_variance + 2.0 * k * self.covariance + k * k * self.going_variance;
+        Reading {
+            value: self.edge + k * self.going,
+            sigma: SCALE * math::sqrt(variance.max(0.0) + SPECKLE * SPECKLE),
+        }
+    }
+}
+
+impl Stairs for Descent<'_> {
+    type Shape = Shape;
+    const SPACING: core::ops::RangeInclusive<f32> = 0.09..=0.22;
+    const TOLERANCE: f32 = 0.02;
+
+    fn evidence(&self) -> &Evidence {
+        self.evidence
+    }
+
+    fn shapes(&self, first: Link, mut found: impl FnMut(Shape)) {
+        let height = self.evidence.mount_height;
+        let rise = first.along - height;
+        if !Self::SPACING.contains(&rise) {
+            return;
+        }
+        // The ground's last echo in front, and the one before, are where it may end.
+        let mut ends = [0.0f32; 2];
+        for m in self.evidence.between(height - 0.03, height + 0.03) {
+            if m.x < 0.1 && (m.x > ends[0] || ends[0] == 0.0) {
+                ends = [m.x, ends[0]];
+            }
+        }
+        for edge in EDGES.into_iter().chain(ends) {
+            for off in GOINGS {
+                let going = STRIDE - 2.0 * rise + off;
+                found(Shape { edge, going });
+            }
+        }
+    }
+
+    fn face(&self, chain: &[Link], next: Link, shape: Shape) -> f32 {
+        let k = chain.len();
+        let edge = shape.edge + k as f32 * shape.going;
+        let tread = Tread {
+            end: edge,
+            ..self.last(chain, shape)
+        };
+        let (mut total, best) = self.tread(&tread);
+        for m in self.evidence.between(tread.depth + ZONE, next.along - ZONE) {
+            let inside = m.x < edge - 1.5 * m.sigma_x;
+            total -= m.weight * if inside { INSIDE } else { STRAY };
+        }
+        let rise = next.along - tread.depth;
+        total -= STEP + Self::unseen(chain, best);
+        total
+            - match chain.first() {
+                None => {
+                    let z = (2.0 * rise + shape.going - STRIDE) / STRIDE_SIGMA;
+                    0.5 * z * z
+                }
+                Some(first) => {
+                    let z = (rise - (first.along - self.evidence.mount_height)) / RISE_SIGMA;
+                    (0.5 * z * z).min(2.0)
+                }
+            }
+    }
+
+    fn behind(&self, chain: &[Link], shape: Shape) -> f32 {
+        let tread = self.last(chain, shape);
+        let (total, best) = self.tread(&tread);
+        total - Self::unseen(chain, best) + self.below(tread.depth)
+    }
+
+    fn null(&self) -> f32 {
+        self.null
+    }
+
+    fn role(&self, mark: &Mark, chain: &[Link], shape: Shape) -> Role {
+        let near = |k: &usize| (mark.along - self.depth(chain, *k)).abs() <= ZONE;
+        let Some(k) = (0..=chain.len()).find(near) else {
+            return Role::Stray;
+        };
+        let (before, rest) = chain.split_at_checked(k).unwrap_or((chain, &[]));
+        let mut tread = self.last(before, shape);
+        if !rest.is_empty() {
+            tread.end = shape.edge + k as f32 * shape.going;
+        }
+        match tread.gain(mark) {
+            Some((role, gain)) if gain > 0.0 => role,
+            _ if tread.hides(mark) => Role::Inside,
+            _ => Role::Stray,
+        }
+    }
+
+    fn explanation(shape: Shape) -> Explanation {
+        Explanation::Down {
+            edge_m: shape.edge,
+            going_m: shape.going,
+        }
     }
 }

@@ -19,7 +19,7 @@ const NOISE_DB: f32 = 2.8;
 /// Where the median over all angles shows side lobes, an echo must stand this high above it, dB.
 const LOBE_DB: f32 = 9.0;
 /// By how much that median must exceed the noise to be taken for side lobes, dB.
-const LOBE_SEEN_DB: f32 = 0.7;
+const LOBE_SEEN_DB: f32 = 0.9;
 /// Two-way side lobes of the beam, worst case, any angle at the same range, dB.
 const PEDESTAL_DB: f32 = 17.0;
 /// Range skirts of an echo (sweep non-linearity, oscillator noise near the carrier), dB …
@@ -101,7 +101,11 @@ pub fn select(
         if db < floor_db + needed {
             continue;
         }
-        let lobe = Lobe::new(candidate, &responses, db);
+        let lobe = Lobe::new(
+            &beam::patch(map, candidate.row, candidate.bin),
+            &responses,
+            db,
+        );
         let bin = f32::from(candidate.bin) + lobe.peak[1];
         let angle_rad =
             map.angle_rad(usize::from(candidate.row)) + lobe.peak[0] * geometry.step_rad;

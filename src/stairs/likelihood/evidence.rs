@@ -8,6 +8,14 @@ use heapless::Vec;
 pub const MAX_COLUMNS: usize = 32;
 /// Echoes this close in x belong to one riser, metres: nosings overhang by up to 2.5 cm.
 pub const COLUMN: f32 = 0.035;
+/// Echoes this close in height belong to one tread, metres.
+pub const ROW: f32 = 0.025;
+/// Height below which an echo may be ground, metres.
+const ON_GROUND: f32 = 0.03;
+/// Weaker echoes in the height plane are left out, dB.
+const FAINTEST_TREAD_DB: f32 = 3.0;
+/// Octaves of amplitude in a decibel.
+const DB_TO_OCTAVE: f32 = 1.0 / 6.020_6;
 /// Nearer lie folded-back walls and the floor under the mirror seen by side lobes, metres.
 pub const X_MIN: f32 = 0.36;
 /// Floor below the scan's last angle, seen by side lobes: nearer than this to the mirror, metres.
@@ -20,6 +28,13 @@ pub struct Mark {
     pub x: f32,
     /// Height above the ground, metres.
     pub y: f32,
+    /// Which echo of the list it is.
+    pub echo: u8,
+    /// Along the line of sight of the faces that look at the mirror, metres: x for risers, the
+    /// depth below the mirror for treads.
+    pub along: f32,
+    /// Standard deviation of the horizontal distance, metres.
+    pub sigma_x: f32,
     /// Standard deviation of the height, metres.
     pub sigma: f32,
     /// Credibility, 0…1.
@@ -32,11 +47,12 @@ pub struct Mark {
     pub width: f32,
 }
 
-/// A place where a riser may stand: echoes above one another.
+/// A place where a face may stand that looks at the mirror: echoes above one another on a riser,
+/// or beside one another on a tread.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Column {
     /// Of its strongest echo, metres.
-    pub x: f32,
+    pub along: f32,
     /// Sum of the credibilities of what does not lie on the floor.
     pub weight: f32,
     /// Its echoes: from this mark …
@@ -45,15 +61,30 @@ pub struct Column {
     pub end: usize,
 }
 
-/// All echoes in order of x, and the columns among them.
+/// All echoes in order of where they lie along the line of sight, and the columns among them.
 #[derive(Debug, Default)]
 pub struct Evidence {
-    /// In order of x.
+    /// In order of [`Mark::along`].
     pub marks: Vec<Mark, MAX_ECHOES>,
-    /// In order of x.
+    /// In order of [`Column::along`].
     pub columns: Vec<Column, MAX_COLUMNS>,
     /// Mirror above the ground, metres.
     pub mount_height: f32,
+}
+
+impl Mark {
+    /// What does not depend on the plane.
+    fn new(echo: u8, e: &Echo) -> Self {
+        Self {
+            echo,
+            x: e.x,
+            y: e.y,
+            db: e.db,
+            range: e.range_m,
+            width: e.width,
+            ..Self::default()
+        }
+    }
 }
 
 /// How far an echo is believed: none at the noise, wholly from 10 dB on.
@@ -62,68 +93,97 @@ pub fn credibility(db: f32) -> f32 {
 }
 
 impl Evidence {
-    /// Sorts and weighs the echoes of a scan in the depth plane.
-    pub fn new(echoes: &[Echo], mount_height: f32) -> Self {
-        let mut evidence = Self {
-            mount_height,
-            ..Self::default()
-        };
-        for e in echoes {
+    /// Risers: columns of echoes above one another, in the depth plane.
+    pub fn risers(echoes: &[Echo], mount_height: f32) -> Self {
+        let marks = (0..).zip(echoes).map(|(k, e)| {
             let side_lobe_floor = e.range_m < UNSEEN_FLOOR && e.y > 0.05 && e.db < 15.0;
-            let weight = credibility(e.db) * if side_lobe_floor { 0.4 } else { 1.0 };
-            // The list is as long as the echoes'.
-            let _ = evidence.marks.push(Mark {
-                x: e.x,
-                y: e.y,
+            Mark {
+                along: e.x,
                 sigma: math::hypot(0.010, e.range_m * 0.5 * RAD_PER_DEG),
-                weight,
-                db: e.db,
-                range: e.range_m,
-                width: e.width,
-            });
-        }
-        evidence.marks.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
-        evidence.gather();
-        evidence
+                weight: credibility(e.db) * if side_lobe_floor { 0.4 } else { 1.0 },
+                ..Mark::new(k, e)
+            }
+        });
+        Self::gather(marks, mount_height, COLUMN, X_MIN)
     }
 
-    /// Gathers columns around the strongest echoes left.
-    fn gather(&mut self) {
+    /// Treads: rows of echoes beside one another, in the height plane.
+    pub fn treads(echoes: &[Echo], mount_height: f32) -> Self {
+        let below = (0..)
+            .zip(echoes)
+            .filter(|(_, e)| e.y < 0.06 && e.db > FAINTEST_TREAD_DB);
+        let marks = below.map(|(k, e)| {
+            let (sin, cos) = math::sin_cos(e.angle_rad);
+            let arc = e.range_m * (0.2 + math::exp2(e.db * -DB_TO_OCTAVE)) * RAD_PER_DEG;
+            Mark {
+                along: mount_height - e.y,
+                sigma_x: math::hypot(0.012, arc * cos),
+                sigma: math::hypot(0.004, arc * sin),
+                weight: credibility(e.db + 1.5),
+                ..Mark::new(k, e)
+            }
+        });
+        Self::gather(marks, mount_height, ROW, 0.0)
+    }
+
+    /// Sorts the marks and gathers columns around the strongest ones left; what lies nearer than
+    /// `nearest` is in none.
+    fn gather(
+        marks: impl Iterator<Item = Mark>,
+        mount_height: f32,
+        width: f32,
+        nearest: f32,
+    ) -> Self {
+        let mut evidence = Self {
+            marks: marks.take(MAX_ECHOES).collect(),
+            columns: Vec::new(),
+            mount_height,
+        };
+        evidence
+            .marks
+            .sort_unstable_by(|a, b| a.along.total_cmp(&b.along));
         let mut taken = [false; MAX_ECHOES];
-        for (mark, taken) in self.marks.iter().zip(&mut taken) {
-            *taken = mark.x <= X_MIN;
+        for (mark, taken) in evidence.marks.iter().zip(&mut taken) {
+            *taken = mark.along <= nearest;
         }
         loop {
-            let left = self.marks.iter().zip(&taken).filter(|(_, taken)| !**taken);
+            let left = evidence
+                .marks
+                .iter()
+                .zip(&taken)
+                .filter(|(_, taken)| !**taken);
             let Some((centre, _)) = left.max_by(|(a, _), (b, _)| a.db.total_cmp(&b.db)) else {
                 break;
             };
-            let (x, db) = (centre.x, centre.db);
             let mut column = Column {
-                x,
-                weight: 0.01 * db,
+                along: centre.along,
+                weight: 0.01 * centre.db,
                 first: usize::MAX,
                 end: 0,
             };
-            for (k, (mark, taken)) in self.marks.iter().zip(&mut taken).enumerate() {
-                if !*taken && (mark.x - x).abs() <= COLUMN {
+            for (k, (mark, taken)) in evidence.marks.iter().zip(&mut taken).enumerate() {
+                if !*taken && (mark.along - column.along).abs() <= width {
                     *taken = true;
                     column.first = column.first.min(k);
                     column.end = k + 1;
-                    if mark.y > 0.03 {
+                    if mark.y.abs() > ON_GROUND {
                         column.weight += mark.weight;
                     }
                 }
             }
-            if self.columns.push(column).is_err() {
+            if evidence.columns.push(column).is_err() {
                 break;
             }
         }
-        self.columns.sort_unstable_by(|a, b| a.x.total_cmp(&b.x));
+        evidence
+            .columns
+            .sort_unstable_by(|a, b| a.along.total_cmp(&b.along));
+        evidence
     }
 
-    /// Index of the first mark beyond `x`.
-    pub fn beyond(&self, x: f32) -> usize {
-        self.marks.partition_point(|m| m.x <= x)
+    /// Marks with `from` < along ≤ `to`.
+    pub fn between(&self, from: f32, to: f32) -> &[Mark] {
+        let beyond = |at: f32| self.marks.partition_point(|m| m.along <= at);
+        self.marks.get(beyond(from)..beyond(to)).unwrap_or(&[])
     }
 }

@@ -19,12 +19,24 @@ mod beam;
 mod calibrate;
 mod candidate;
 mod descent;
+mod dimension;
+mod doubt;
 mod echo;
 mod evidence;
+mod levels;
 mod noise;
 mod role;
 mod scatterer;
 mod search;
+pub mod trace;
+
+use ascent::Ascent;
+use descent::Descent;
+use dimension::Sized;
+use echo::Echo;
+use evidence::{Evidence, Mark};
+use search::{Flight, Search, Stairs};
+use trace::{Explanation, Hypothesis, Observer, Scatterer};
 
 use super::map::PolarMap;
 use super::{Outcome, Reason};
@@ -34,8 +46,10 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 
 /// Most range bins of a map.
 pub const MAX_BINS: usize = 256;
-/// Score, nats, from which a flight counts.
-const ACCEPT: f32 = 1.5;
+/// Score, nats, from which a flight going up counts …
+const ACCEPT_UP: f32 = 1.5;
+/// … and one going down.
+const ACCEPT_DOWN: f32 = 2.0;
 /// An echo that noise alone does not make in a whole scan, dB.
 const SURE_DB: f32 = 4.5;
 
@@ -107,11 +121,22 @@ impl Likelihood {
         let middle = centre
             .checked_sub(candidate::MIDDLE)
             .map(|m| place(m) as u16);
-        self.finder.advance(map.bins(), middle, reversed);
+        self.finder.advance(map.bins(), middle);
     }
 
     /// The answer, after the last row.
     pub fn finish(&mut self, map: &PolarMap, config: &Config, scan: u32) -> Outcome {
+        self.finish_observed(map, config, scan, &mut ())
+    }
+
+    /// [`Likelihood::finish`], telling `observer` what it thinks.
+    pub fn finish_observed(
+        &mut self,
+        map: &PolarMap,
+        config: &Config,
+        scan: u32,
+        observer: &mut impl Observer,
+    ) -> Outcome {
         let end = if self.reversed {
             0
         } else {
@@ -123,26 +148,124 @@ impl Likelihood {
         }
         let mut floors = [0; MAX_BINS];
         let noise = self.noise.medians(map.bins(), &mut floors);
-        let seed = u64::from(config.seed) << 32 | u64::from(scan);
-        let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
+        observer.noise(noise);
         let background = echo::Background {
             floors: &floors,
             noise,
             gain: self.filter.gain(),
         };
+        let seed = u64::from(config.seed) << 32 | u64::from(scan);
+        let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
         let mut echoes = echo::select(map, self.finder.sorted(), &background, config, &mut rng);
-        if !echoes.iter().any(|e| e.db >= SURE_DB) {
-            return Outcome::fault(Reason::NoEcho);
-        }
         let geometry = map.geometry();
-        if geometry.plane == Plane::Height {
-            return descent::assemble(&echoes, geometry.mount_height_m).0;
+        let outcome = match geometry.plane {
+            Plane::Depth => {
+                let found = calibrate::calibrate(&mut echoes, geometry);
+                observer.calibration(found.bias_rad, found.height_m);
+                let evidence = Evidence::risers(&echoes, geometry.mount_height_m);
+                ascend(&evidence, &echoes, found.bias_sigma, observer)
+            }
+            Plane::Height => {
+                let evidence = Evidence::treads(&echoes, geometry.mount_height_m);
+                descend(&evidence, &echoes, observer)
+            }
+        };
+        if echoes.iter().any(|e| e.db >= SURE_DB) {
+            outcome
+        } else {
+            Outcome::fault(Reason::NoEcho)
         }
-        calibrate::calibrate(&mut echoes, geometry);
-        let evidence = evidence::Evidence::new(&echoes, geometry.mount_height_m);
-        match search::Search::new(&evidence).best() {
-            Some(flight) if flight.score >= ACCEPT => ascent::dimension(&evidence, &flight),
-            _ => Outcome::clear(),
+    }
+}
+
+/// The best stairs going up, if they explain the echoes better than everything else.
+fn ascend(
+    evidence: &Evidence,
+    echoes: &[Echo],
+    bias_sigma: f32,
+    observer: &mut impl Observer,
+) -> Outcome {
+    let ascent = Ascent::new(evidence);
+    let mut search = Search::new(&ascent);
+    let best = search.best().map(|mut flight| {
+        let (rise, score) = ascent.rise(&flight);
+        flight.score = score;
+        (flight, rise)
+    });
+    let winner = best
+        .as_ref()
+        .filter(|(flight, _)| flight.score >= ACCEPT_UP);
+    tell(&search, winner.map(|w| &w.0), echoes, observer);
+    let sized = winner.map(|(f, rise)| dimension::ascending(evidence, f, *rise, bias_sigma));
+    conclude(&search, best.as_ref().map(|b| &b.0), sized, ACCEPT_UP)
+}
+
+/// The same for stairs going down.
+fn descend(evidence: &Evidence, echoes: &[Echo], observer: &mut impl Observer) -> Outcome {
+    let descent = Descent::new(evidence);
+    let mut search = Search::new(&descent);
+    let best = search.best();
+    let winner = best.as_ref().filter(|flight| flight.score >= ACCEPT_DOWN);
+    tell(&search, winner, echoes, observer);
+    let sized = winner.map(|flight| dimension::descending(&descent, flight));
+    conclude(&search, best.as_ref(), sized, ACCEPT_DOWN)
+}
+
+/// The outcome and what it is worth: of a flight that was accepted and sized, or of none.
+fn conclude<S: Stairs>(
+    search: &Search<'_, S>,
+    best: Option<&Flight<S::Shape>>,
+    sized: Option<Sized>,
+    accept: f32,
+) -> Outcome {
+    let marks = &search.stairs().evidence().marks;
+    match (best, sized) {
+        (Some(best), Some(mut sized)) if !sized.supports.is_empty() => {
+            let role = |m: &&Mark| search.stairs().role(m, &best.chain, best.shape);
+            let against = marks.iter().filter(|m| role(m).contradicts()).map(|m| m.db);
+            let lead = best.score - search.rival(best.chain.len()).max(accept);
+            doubt::judge(&mut sized.outcome, lead, &sized.supports, against);
+            sized.outcome
         }
+        (best, sized) => {
+            // A flight that was accepted and then found to be a box or a threshold is no rival.
+            let score = best.filter(|_| sized.is_none()).map(|b| b.score - accept);
+            let strongest = marks.iter().map(|m| m.db).fold(0.0, f32::max);
+            let mut outcome = Outcome::clear();
+            doubt::judge_none(&mut outcome, score.unwrap_or(f32::NEG_INFINITY), strongest);
+            outcome
+        }
+    }
+}
+
+/// Tells the observer each scatterer's role, and every explanation with its score.
+fn tell<S: Stairs>(
+    search: &Search<'_, S>,
+    winner: Option<&Flight<S::Shape>>,
+    echoes: &[Echo],
+    observer: &mut impl Observer,
+) {
+    let stairs = search.stairs();
+    for (k, &echo) in (0..).zip(echoes) {
+        let mark = stairs.evidence().marks.iter().find(|m| m.echo == k);
+        let role = mark
+            .zip(winner)
+            .map(|(m, w)| stairs.role(m, &w.chain, w.shape));
+        let role = role.unwrap_or_default();
+        observer.scatterer(&Scatterer { echo, role });
+    }
+    observer.hypothesis(&Hypothesis {
+        explanation: Explanation::NoStairs,
+        faces: &[],
+        score: 0.0,
+        winner: winner.is_none(),
+    });
+    for flight in search.leaders() {
+        observer.hypothesis(&Hypothesis {
+            explanation: S::explanation(flight.shape),
+            faces: &flight.chain,
+            score: flight.score,
+            winner: winner.is_some_and(|w| w.chain.len() == flight.chain.len()),
+        });
     }
 }

@@ -3,7 +3,7 @@
 use super::MAX_BINS;
 
 /// Most sampled rows.
-pub const MAX_SAMPLES: usize = 16;
+pub const MAX_SAMPLES: usize = 12;
 
 /// The filtered map at evenly spaced rows, in map units.
 #[derive(Debug)]
@@ -50,7 +50,7 @@ impl NoiseSamples {
                 histogram[usize::from(level)] += 1;
             }
             column.sort_unstable();
-            *floor = column.get(self.count / 2).copied().unwrap_or(0);
+            *floor = column.get(self.count / 3).copied().unwrap_or(0);
         }
         median(&histogram)
     }

@@ -25,7 +25,7 @@ const CLUTTER: f32 = 2.5;
 /// Anything else that the hypothesis does not explain.
 const STRAY: f32 = 0.4;
 /// Each further riser must pay for itself.
-const STEP: f32 = 1.25;
+const STEP: f32 = 1.6;
 /// A closed riser whose inner corner is not seen.
 const NO_CORNER: f32 = 1.8;
 /// A riser whose upper end is not seen.
@@ -37,9 +37,45 @@ const IRREGULAR: f32 = 0.35;
 /// Second and further echoes in the same role count this much.
 const AGAIN: f32 = 0.3;
 
+/// A riser whose foot is not at least this much below the mirror shows none, metres.
+const HIDDEN_FOOT: f32 = 0.01;
+
 /// Gain of an echo `z` standard deviations off its role's place.
 fn gain(role: f32, z: f32) -> f32 {
     (role - 0.5 * z * z).max(0.0)
+}
+
+/// What an echo is taken for.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Role {
+    /// The inner corner at the foot of a riser.
+    Corner,
+    /// The edge at its top.
+    Nosing,
+    /// The specular reflection of a face that looks straight at the mirror.
+    Flash,
+    /// A place on a riser between foot and top.
+    Face,
+    /// A tread, the landing, the floor.
+    Tread,
+    /// Where a tread ends, seen from above.
+    Edge,
+    /// Inside the solid: contradicts the flight.
+    Inside,
+    /// Above the top of its own riser: contradicts the flight.
+    Above,
+    /// Standing on a tread: contradicts the flight.
+    Clutter,
+    /// Not explained.
+    #[default]
+    Stray,
+}
+
+impl Role {
+    /// Whether an echo in this role speaks against the flight.
+    pub fn contradicts(self) -> bool {
+        matches!(self, Self::Inside | Self::Above | Self::Clutter)
+    }
 }
 
 /// A riser and the tread before it.
@@ -47,7 +83,7 @@ fn gain(role: f32, z: f32) -> f32 {
 pub struct Riser {
     /// Where the riser before stands; `None` for the first.
     pub previous_x: Option<f32>,
-    /// Where this one stands.
+    /// Where this one stands; infinitely far off for the landing behind the last.
     pub x: f32,
     /// Level at its foot.
     pub base: f32,
@@ -57,73 +93,67 @@ pub struct Riser {
     pub open: bool,
 }
 
+/// How an echo near a riser fits its roles, in nats, its credibility included.
+#[derive(Clone, Copy, Debug, Default)]
+struct Fit {
+    corner: f32,
+    /// As anything that shows the riser's upper end or its face.
+    top: f32,
+    /// As what only the upper end can make.
+    edge: f32,
+    /// Any other role, with its gain or cost.
+    other: Option<(Role, f32)>,
+    /// Which of those is behind `top`.
+    top_role: Role,
+}
+
 impl Evidence {
-    /// Lowest height that can be seen at `x` behind a nosing at (`edge_x`, `edge_y`).
-    fn sight(&self, x: f32, edge_x: Option<f32>, edge_y: f32) -> f32 {
-        match edge_x {
-            Some(edge_x) if edge_y >= self.mount_height => {
-                self.mount_height + (edge_y - self.mount_height) * x / edge_x
+    /// Lowest height that can be seen at `x` on or behind a tread: what a nosing above the mirror
+    /// leaves visible.
+    fn sight(&self, x: f32, riser: &Riser) -> f32 {
+        let Riser {
+            previous_x, base, ..
+        } = *riser;
+        match previous_x {
+            Some(edge_x) if base >= self.mount_height => {
+                self.mount_height + (base - self.mount_height) * x / edge_x
             }
-            _ => edge_y,
+            _ => base,
         }
     }
 
-    /// Marks with `from` < x ≤ `to`.
-    fn between(&self, from: f32, to: f32) -> &[Mark] {
-        let (a, b) = (self.beyond(from), self.beyond(to));
-        self.marks.get(a..b).unwrap_or(&[])
-    }
-
-    /// Score of the tread in front of a riser (or of the landing, `riser_x` infinite) and the
-    /// strongest echo on it near the riser, dB.
-    fn tread(&self, previous_x: Option<f32>, riser_x: f32, level: f32, open: bool) -> (f32, f32) {
-        let height = self.mount_height;
-        let from = previous_x.map_or(X_MIN, |x| x + COLUMN);
-        let (mut total, mut strongest) = (0.0, 3.0f32);
-        for m in self.between(from, riser_x - COLUMN) {
-            let low = self.sight(m.x, previous_x, level);
-            let z = (m.y - level) / m.sigma;
-            let on = self.on_tread(m, level, open);
-            if on > 0.0 {
-                total += on * m.weight;
-                if z.abs() < 2.5 && m.x > riser_x - 0.35 {
-                    strongest = strongest.max(m.db);
-                }
-            } else if m.y < low - 0.02 - 2.0 * m.sigma {
-                total -= INSIDE * m.weight;
-            } else if m.y > level + 0.03 + m.sigma
-                && riser_x.is_finite()
-                && (m.y - height).abs() > 0.03
-            {
-                total -= CLUTTER * m.weight;
-            } else {
-                total -= STRAY * m.weight;
-            }
-        }
-        (total, strongest)
-    }
-
-    /// Gain of a mark as part of the tread at `level`, or of the floor seen through an open stair.
-    fn on_tread(&self, m: &Mark, level: f32, open: bool) -> f32 {
-        let on = if level < self.mount_height {
-            gain(TREAD, (m.y - level) / m.sigma)
+    /// Gain of a mark as part of the tread before a riser, or of the floor seen through it.
+    fn as_tread(&self, m: &Mark, riser: &Riser) -> f32 {
+        let on = if riser.base < self.mount_height {
+            gain(TREAD, (m.y - riser.base) / m.sigma)
         } else {
             0.0
         };
-        if open {
+        if riser.open {
             on.max(gain(TREAD, m.y / m.sigma))
         } else {
             on
         }
     }
 
-    /// Score of everything behind the last riser of a flight.
-    pub fn landing(&self, last_x: Option<f32>, level: f32, open: bool) -> f32 {
-        self.tread(last_x, f32::INFINITY, level, open).0
+    /// Role of a mark on the tread before a riser, and its gain or cost.
+    fn on_tread(&self, m: &Mark, riser: &Riser) -> (Role, f32) {
+        let on = self.as_tread(m, riser);
+        if on > 0.0 {
+            return (Role::Tread, on * m.weight);
+        }
+        if m.y < self.sight(m.x, riser) - 0.02 - 2.0 * m.sigma {
+            return (Role::Inside, -INSIDE * m.weight);
+        }
+        let stands = m.y > riser.base + 0.03 + m.sigma && (m.y - self.mount_height).abs() > 0.03;
+        if stands && riser.x.is_finite() {
+            return (Role::Clutter, -CLUTTER * m.weight);
+        }
+        (Role::Stray, -STRAY * m.weight)
     }
 
-    /// Score of one riser and the tread before it.
-    pub fn riser(&self, riser: &Riser) -> f32 {
+    /// How a mark near a riser fits.
+    fn on_riser(&self, m: &Mark, riser: &Riser) -> Fit {
         let height = self.mount_height;
         let Riser {
             previous_x,
@@ -132,78 +162,146 @@ impl Evidence {
             top,
             open,
         } = *riser;
-        let (mut total, brightest_on_tread) = self.tread(previous_x, x, base, open);
-        let (mut corner, mut nosing, mut edge, mut corner_db) = (0.0f32, 0.0f32, 0.0f32, -99.0f32);
-        let marks = self.between((x - COLUMN).max(X_MIN), x + COLUMN);
-        let hidden_foot = base > height - 0.01;
-        for m in marks {
-            let (s, w) = (m.sigma, m.weight);
-            let low = self.sight(m.x, previous_x, base);
-            let flash = base - 0.02 < height
-                && height < top + 0.03
-                && (m.y - height).abs() < 0.01 + 2.0 * s;
-            if m.y > top + 0.015 + 2.0 * s && !flash {
-                let cost = if (m.y - height).abs() < 0.03 && previous_x.is_some() {
-                    STRAY
-                } else {
-                    ABOVE
-                };
-                total -= cost * w;
-                continue;
-            }
-            if m.y < low - 0.02 - 2.0 * s {
-                let on = self.on_tread(m, base, open);
-                total += if on > 0.0 { on * w } else { -INSIDE * w };
-                continue;
-            }
-            if hidden_foot {
-                // From the sight line over the last nosing up to its own.
-                let z = (m.y - top).max(low - m.y).max(0.0) / s;
-                let g = (POINT - 0.5 * z * z) * w;
-                if g > nosing {
-                    nosing = g;
-                    edge = g;
-                }
-                continue;
-            }
-            let as_corner = if open {
-                0.0
+        let (s, w) = (m.sigma, m.weight);
+        let low = self.sight(m.x, riser);
+        let at_mirror = base - 0.02 < height && height < top + 0.03;
+        let flash = at_mirror && (m.y - height).abs() < 0.01 + 2.0 * s;
+        let other = |role, gain: f32| Fit {
+            other: Some((role, gain * w)),
+            ..Fit::default()
+        };
+        if m.y > top + 0.015 + 2.0 * s && !flash {
+            // A wall far behind flashes over the stairs.
+            let far_flash = (m.y - height).abs() < 0.03 && previous_x.is_some();
+            return if far_flash {
+                other(Role::Stray, -STRAY)
             } else {
-                gain(POINT, (m.y - base) / s) * w
+                other(Role::Above, -ABOVE)
             };
-            let mut as_top = if flash {
-                POINT * w
+        }
+        if m.y < low - 0.02 - 2.0 * s {
+            let on = self.as_tread(m, riser);
+            return if on > 0.0 {
+                other(Role::Tread, on)
             } else {
-                gain(POINT, (m.y - top) / s) * w
+                other(Role::Inside, -INSIDE)
             };
-            edge = edge.max(as_top);
-            if base + (2.0 * s).max(0.04) < m.y && m.y < top {
-                let blend = top - base < 0.105 * x.max(0.3);
-                as_top = as_top.max(FACE * w * if blend { 1.4 } else { 1.0 });
-                if blend {
-                    edge = edge.max(as_top);
-                }
-            }
-            if as_corner > as_top && as_corner > corner {
-                total += AGAIN * corner;
-                corner = as_corner;
-                corner_db = m.db;
-            } else if as_top > nosing {
-                total += AGAIN * nosing;
-                nosing = as_top;
-            } else if as_corner > 0.0 || as_top > 0.0 {
-                total += AGAIN * as_corner.max(as_top);
+        }
+        if base > height - HIDDEN_FOOT {
+            // From the sight line over the last nosing up to its own.
+            let z = (m.y - top).max(low - m.y).max(0.0) / s;
+            let top = (POINT - 0.5 * z * z) * w;
+            return Fit {
+                top,
+                edge: top,
+                top_role: Role::Nosing,
+                ..Fit::default()
+            };
+        }
+        let corner = if open {
+            0.0
+        } else {
+            gain(POINT, (m.y - base) / s) * w
+        };
+        let edge = if flash {
+            POINT * w
+        } else {
+            gain(POINT, (m.y - top) / s) * w
+        };
+        let top_role = if flash { Role::Flash } else { Role::Nosing };
+        let fit = Fit {
+            corner,
+            top: edge,
+            edge,
+            top_role,
+            other: None,
+        };
+        if m.y <= base + (2.0 * s).max(0.04) || m.y >= top {
+            return fit;
+        }
+        // Seen from afar a low riser's nosing and face melt into one echo.
+        let blend = top - base < 0.105 * x.max(0.3);
+        let face = FACE * w * if blend { 1.4 } else { 1.0 };
+        if face <= edge {
+            return fit;
+        }
+        Fit {
+            top: face,
+            edge: if blend { face } else { edge },
+            top_role: Role::Face,
+            ..fit
+        }
+    }
+
+    /// Score of the tread before a riser (or of the landing) and the strongest echo on it near the
+    /// riser, dB.
+    fn tread(&self, riser: &Riser) -> (f32, f32) {
+        let from = riser.previous_x.map_or(X_MIN, |x| x + COLUMN);
+        let (mut total, mut strongest, mut clutter) = (0.0, 3.0f32, 0.0f32);
+        for m in self.between(from, riser.x - COLUMN) {
+            let (role, gain) = self.on_tread(m, riser);
+            if role == Role::Clutter {
+                // What stands on one tread is one thing, however many echoes it has.
+                total += AGAIN * (clutter.max(gain));
+                clutter = clutter.min(gain);
             } else {
-                total -= STRAY * w;
+                total += gain;
+            }
+            let on_level = (m.y - riser.base).abs() < 2.5 * m.sigma;
+            if role == Role::Tread && on_level && m.x > riser.x - 0.35 {
+                strongest = strongest.max(m.db);
             }
         }
+        (total + clutter, strongest)
+    }
+
+    /// Score of everything behind the last riser of a flight.
+    pub fn landing(&self, previous_x: Option<f32>, base: f32, open: bool) -> f32 {
+        self.tread(&Riser {
+            previous_x,
+            x: f32::INFINITY,
+            base,
+            top: base,
+            open,
+        })
+        .0
+    }
+
+    /// Score of one riser and the tread before it.
+    pub fn riser(&self, riser: &Riser) -> f32 {
+        let height = self.mount_height;
+        let Riser {
+            x, base, top, open, ..
+        } = *riser;
+        let (mut total, brightest_on_tread) = self.tread(riser);
         total -= STEP;
+        let marks = self.between((x - COLUMN).max(X_MIN), x + COLUMN);
         if marks.is_empty() {
             return total - NOTHING;
         }
+        // The best echo in each role counts in full, further ones a little.
+        let (mut corner, mut nosing, mut edge, mut corner_db) = (0.0f32, 0.0f32, 0.0f32, -99.0f32);
+        for m in marks {
+            let fit = self.on_riser(m, riser);
+            edge = edge.max(fit.edge);
+            if let Some((_, gain)) = fit.other {
+                total += gain;
+            } else if fit.corner > fit.top && fit.corner > corner {
+                total += AGAIN * corner;
+                corner = fit.corner;
+                corner_db = m.db;
+            } else if fit.top > nosing {
+                total += AGAIN * nosing;
+                nosing = fit.top;
+            } else if fit.corner > 0.0 || fit.top > 0.0 {
+                total += AGAIN * fit.corner.max(fit.top);
+            } else {
+                total -= STRAY * m.weight;
+            }
+        }
         // A flash's flank hides the corner below it.
         let near_flash = top > height - 0.02 && height - base < 0.13 * x;
-        if !open && !hidden_foot && corner < 1.0 && !near_flash {
+        if !open && base <= height - HIDDEN_FOOT && corner < 1.0 && !near_flash {
             total -= NO_CORNER;
         }
         if edge < 0.8 {
@@ -213,6 +311,22 @@ impl Evidence {
             total += BRIGHT;
         }
         total + corner + nosing
+    }
+
+    /// What a mark is taken for if it lies near a riser (`true`) or on the tread before it.
+    pub fn role(&self, m: &Mark, riser: &Riser, near: bool) -> Role {
+        if !near {
+            return self.on_tread(m, riser).0;
+        }
+        match self.on_riser(m, riser) {
+            Fit {
+                other: Some((role, _)),
+                ..
+            } => role,
+            fit if fit.corner > fit.top => Role::Corner,
+            fit if fit.top > 0.0 => fit.top_role,
+            _ => Role::Stray,
+        }
     }
 
     /// Score of ground that rises steadily by `slope` from `from_x` on; slope 0 is the flat floor.

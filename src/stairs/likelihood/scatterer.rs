@@ -9,7 +9,7 @@
 //! are its scatterer's sub-cell place and covariance.
 
 use super::beam;
-use super::candidate::{Candidate, PATCH_BINS, PATCH_DB, PATCH_ROWS};
+use super::beam::{LEVEL_DB, PATCH_BINS, PATCH_ROWS, Patch};
 use crate::stairs::particles::{Gaussian, Particle, SizedCloud, UNITS_PER_CELL};
 use crate::{math, stairs::map::PolarMap};
 use rand_core::Rng;
@@ -71,14 +71,15 @@ impl Responses {
 }
 
 impl Lobe {
-    /// Looks at a candidate that stands `db` above the noise.
-    pub fn new(candidate: &Candidate, responses: &Responses, db: f32) -> Self {
+    /// Looks at the levels around a maximum that stands `db` above the noise.
+    pub fn new(patch: &Patch, responses: &Responses, db: f32) -> Self {
         let [angle, range] = responses.curvature;
         let mut rows = [0f32; PATCH_ROWS.len()];
         let mut bins = [0f32; PATCH_BINS.len()];
-        for (row, values) in rows.iter_mut().zip(&candidate.patch) {
-            for (bin, &value) in bins.iter_mut().zip(values) {
-                let value = f32::from(value) * PATCH_DB;
+        let middle = f32::from(patch[PATCH_BINS.len() / 2][PATCH_ROWS.len() / 2]);
+        for (bin, levels) in bins.iter_mut().zip(patch) {
+            for (row, &level) in rows.iter_mut().zip(levels) {
+                let value = (f32::from(level) - middle) * LEVEL_DB;
                 *row += value / PATCH_BINS.len() as f32;
                 *bin += value / PATCH_ROWS.len() as f32;
             }
@@ -111,7 +112,7 @@ impl Lobe {
         for (v, &d) in bins.iter_mut().zip(&PATCH_BINS) {
             *v += range * f32::from(d) * f32::from(d);
         }
-        let noise = NOISE_DB * super::ascent::amplitude(-db);
+        let noise = NOISE_DB * super::dimension::amplitude(-db);
         let mut lobe = Self {
             rows,
             bins,
