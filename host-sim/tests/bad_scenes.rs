@@ -130,6 +130,16 @@ fn every_bad_scene_gets_one_message() {
             &["bad.toml: too much surface:", "expected at most 65536"],
         ),
         (
+            format!(
+                "[mount]\nbeamwidth_deg = 30.0\n[radar]\nbandwidth_hz = 2e9\n{FLOOR}to_m = 20.0\n"
+            ),
+            &[
+                "too much surface:",
+                "patches of facets",
+                "at most 40 million",
+            ],
+        ),
+        (
             format!("[sweep]\nstep_deg = 0.1\n{FLOOR}"),
             &["sweep.step_deg: 0.1: expected at most 288"],
         ),

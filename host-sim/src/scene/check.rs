@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail, ensure};
 
-use super::facets::{self, MAX_FACETS};
+use super::facets::{self, MAX_FACETS, MAX_PATCHES};
 use super::geometry::World;
 use super::material::{self, builtin};
 use super::maths::{LIGHT, Vec2};
@@ -68,7 +68,8 @@ fn radar(s: &SceneSpec) -> Result<()> {
     numbers(
         "radar.",
         &[
-            ("carrier_hz", r.carrier_hz, (1e9, 1e12)),
+            // Below, facets are no longer small against what they are cut from.
+            ("carrier_hz", r.carrier_hz, (10e9, 300e9)),
             (
                 "bandwidth_hz",
                 r.bandwidth_hz,
@@ -365,6 +366,25 @@ pub fn world(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
         "too much surface: {facets:.0} facets of a quarter wavelength: expected at most {MAX_FACETS}, so \
          shorten surfaces to what lies within the range of the radar"
     );
+    free(s, world, eye)
+}
+
+/// Refuses surfaces that are more than memory and patience hold, lit by a beam that reaches
+/// `lateral_reach` to either side per metre of its way, out to `reach`.
+pub fn patches(s: &SceneSpec, world: &World, sight: (Vec2, f64), lateral_reach: f64) -> Result<()> {
+    let patches = facets::patches(world, facet_limit(s), sight, lateral_reach);
+    ensure!(
+        patches <= MAX_PATCHES,
+        "too much surface: {:.0} million patches of facets in the beam: expected at most {:.0} \
+         million, so narrow the beam or shorten surfaces to what lies within the range of the radar",
+        patches * 1e-6,
+        MAX_PATCHES * 1e-6
+    );
+    Ok(())
+}
+
+/// Refuses a mirror that is not in free space.
+fn free(s: &SceneSpec, world: &World, eye: Vec2) -> Result<()> {
     // From outside, the nearest surface in every direction shows its free side.
     for k in 0..180 {
         let (sin, cos) = libm::sincos((f64::from(k) * 2.0).to_radians());

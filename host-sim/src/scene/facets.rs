@@ -7,6 +7,9 @@ use super::maths::{Random, Vec2};
 /// Most facets of one scene: some 50 m of surface at 94 GHz.
 pub const MAX_FACETS: usize = 65_536;
 
+/// Most facets times columns of one scene: some 160 MB of heights, and a second or two to draw them.
+pub const MAX_PATCHES: f64 = 40e6;
+
 /// Width of a column, metres: roughness is drawn for every facet in columns across the plane.
 const COLUMN: f64 = 2e-3;
 
@@ -43,6 +46,16 @@ pub struct Relief {
 /// Number of facets that a world comes to when none is longer than `limit` metres.
 pub fn count(world: &World, limit: f64) -> f64 {
     let pieces = world.segments.iter().map(|s| libm::ceil(s.len() / limit));
+    pieces.fold(0.0, |sum, n| sum + n)
+}
+
+/// Number of patches, facets times columns, that a world comes to within `reach` of `eye`.
+pub fn patches(world: &World, limit: f64, (eye, reach): (Vec2, f64), lateral_reach: f64) -> f64 {
+    let pieces = world.segments.iter().map(|s| {
+        let far = (s.a - eye).len().max((s.b - eye).len()).min(reach);
+        let columns = Columns::new(&s.lateral, far * lateral_reach).len();
+        libm::ceil(s.len() / limit) * columns as f64
+    });
     pieces.fold(0.0, |sum, n| sum + n)
 }
 

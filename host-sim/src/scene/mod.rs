@@ -113,6 +113,7 @@ impl Scene {
             spec.mirror.sidelobe_db,
             spec.mirror.sidelobe_floor_db,
         );
+        check::patches(&spec, &world, (eye, reach(&spec)), beam.lateral_reach())?;
         let receiver = Receiver::new(&spec.radar, &spec.receiver);
         let tones = Tones::new(&receiver.times(), |f| receiver.filter(f));
         let sweep = &spec.sweep;
@@ -185,7 +186,7 @@ impl Scene {
             beam: &self.beam,
             wavenumber: core::f64::consts::TAU * self.spec.radar.carrier_hz / LIGHT,
             polarisation: self.spec.radar.polarisation,
-            reach: self.reach(),
+            reach: reach(&self.spec),
         };
         let relief = Relief::new(
             &self.world,
@@ -195,13 +196,6 @@ impl Scene {
             &mut random,
         );
         view.echoes(&relief, &mut random)
-    }
-
-    /// Range from the mirror beyond which the anti-alias filter leaves nothing.
-    fn reach(&self) -> f64 {
-        let radar = &self.spec.radar;
-        let longest = LIGHT * radar.samples_per_chirp as f64 / (2.0 * radar.bandwidth_hz);
-        HIGHEST * longest - self.spec.mount.mirror_offset_m
     }
 
     fn tones(&self, receiver: &Receiver, seed: u64) -> Vec<Tone> {
@@ -281,4 +275,11 @@ impl Scene {
             }
         }
     }
+}
+
+/// Range from the mirror beyond which the anti-alias filter leaves nothing.
+fn reach(spec: &SceneSpec) -> f64 {
+    let radar = &spec.radar;
+    let longest = LIGHT * radar.samples_per_chirp as f64 / (2.0 * radar.bandwidth_hz);
+    HIGHEST * longest - spec.mount.mirror_offset_m
 }
