@@ -32,6 +32,8 @@ enum Command {
     Score(commands::score::Args),
     /// Scan a scene file with the simulated radar and write the recording
     Simulate(SimulateArgs),
+    /// How fast the particles converge, beside the paper's numbers of rounds
+    Convergence(commands::convergence::Args),
     /// Scan the paper's stairs A, B and C and compare with its table I
     Table1(commands::table1::Args),
 }
@@ -44,6 +46,7 @@ fn main() -> ExitCode {
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Score(args) => commands::score::run(&args),
         Command::Simulate(args) => simulate(&args).map(|()| ExitCode::SUCCESS),
+        Command::Convergence(args) => commands::convergence::run(&args),
         Command::Table1(args) => commands::table1::run(&args),
     };
     match done {

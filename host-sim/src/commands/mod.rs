@@ -1,6 +1,7 @@
 //! The program's commands, one module each.
 
 pub mod accuracy;
+pub mod convergence;
 pub mod emulate;
 pub mod profile;
 pub mod replay;
