@@ -1,15 +1,9 @@
-//! Hands the linker the memory map and cortex-m-rt's script; nothing on a host.
+//! Hands the linker cortex-m-rt's script; nothing on a host. The memory map is the firmware's own,
+//! found where the library's build script put it.
 
-use std::{env, error::Error, fs, path::PathBuf};
-
-fn main() -> Result<(), Box<dyn Error>> {
-    println!("cargo:rerun-if-changed=memory.x");
+fn main() {
     println!("cargo:rerun-if-changed=build.rs");
-    if env::var("CARGO_CFG_TARGET_OS")? == "none" {
-        let out = PathBuf::from(env::var("OUT_DIR")?);
-        fs::copy("memory.x", out.join("memory.x"))?;
-        println!("cargo:rustc-link-search={}", out.display());
+    if std::env::var("CARGO_CFG_TARGET_OS").as_deref() == Ok("none") {
         println!("cargo:rustc-link-arg-bins=-Tlink.x");
     }
-    Ok(())
 }

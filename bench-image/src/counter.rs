@@ -47,6 +47,14 @@ impl Counter {
         from.wrapping_sub(SYST::get_current()) & RELOAD
     }
 
+    /// What `work` returns, and its instructions to within the tick of 6.
+    pub fn once<T>(&mut self, work: impl FnOnce() -> T) -> (T, u32) {
+        let mut result = None;
+        let ticks = self.ticks(|| result = Some(work()));
+        let Some(result) = result else { unreachable!() };
+        (result, (ticks as f32 * self.instructions_per_tick) as u32)
+    }
+
     /// Instructions of one `work`, averaged over `rounds` so that the tick's grain vanishes.
     pub fn count<T>(&mut self, rounds: u32, mut work: impl FnMut() -> T) -> u32 {
         let ticks = self.ticks(|| {

@@ -4,4 +4,6 @@
 
 #[cfg(target_os = "none")]
 pub mod counter;
+#[cfg(target_os = "none")]
+pub mod host_file;
 pub mod twins;

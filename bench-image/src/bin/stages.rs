@@ -1,32 +1,60 @@
 //! In the emulator: instruction counts of every stage, one `name count` a line.
+//!
+//! Whole scans come from the file `scans` in the emulator's working directory, one behind the
+//! other: the plane (0 depth, 1 height), a zero, the number of rows (16 bits, little-endian), and
+//! the rows' chirps of 200 samples at the angles of the default sweep.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 mod image {
     use bench_image::counter::Counter;
+    use bench_image::host_file::HostFile;
     use core::hint::black_box;
+    use core::ptr::addr_of_mut;
     use cortex_m_rt::entry;
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
     use microfft::Complex32;
     use stairscan::Iq;
-    use stairscan::config::Config;
+    use stairscan::config::{Config, Plane};
+    use stairscan::math::RAD_PER_DEG;
+    use stairscan::pipeline::Pipeline;
     use stairscan::range::cfar::Cfar;
     use stairscan::range::packed::{Native, Packed};
     use stairscan::range::window::{self, Levels, Window};
     use stairscan::range::{BinWindow, RangeProcessor, fft, log};
+    use stairscan::report::sentence::write_scan;
+    use stairscan::scan::DataPath;
     use stairscan::stairs::map::Row;
     use stm32f4xx_hal as _;
 
     /// Repetitions: the timer's grain of 6 instructions vanishes.
     const ROUNDS: u32 = 100;
 
+    /// The emulated board has 192 KB of SRAM; the chip's 128 KB end below this stack. This image's
+    /// own buffers would not fit the firmware's.
+    const STACK_TOP: usize = 0x2003_0000;
+
     #[entry]
     fn main() -> ! {
+        // SAFETY: nothing on the old stack is used again; the new one is memory of nobody.
+        unsafe {
+            core::arch::asm!(
+                "msr msp, {top}",
+                "bl {run}",
+                top = in(reg) STACK_TOP,
+                run = sym run,
+                options(noreturn)
+            )
+        }
+    }
+
+    extern "C" fn run() -> ! {
         if let Some(peripherals) = cortex_m::Peripherals::take() {
             let mut counter = Counter::new(peripherals.SYST);
             transforms(&mut counter);
             chirp_stages(&mut counter);
+            scans(&mut counter);
             debug::exit(EXIT_SUCCESS);
         }
         loop {
@@ -53,6 +81,7 @@ mod image {
     }
 
     /// One transform of 256 complex points, in and out, beside its peer.
+    #[inline(never)]
     fn transforms(counter: &mut Counter) {
         let mut input = [Packed::ZERO; 256];
         for (to, x) in input.iter_mut().zip(chirp(256)) {
@@ -72,6 +101,7 @@ mod image {
     }
 
     /// The passes over one chirp of 200 samples, and all of them.
+    #[inline(never)]
     fn chirp_stages(counter: &mut Counter) {
         let mut samples = [Iq::default(); 200];
         for (to, x) in samples.iter_mut().zip(chirp(200)) {
@@ -95,7 +125,8 @@ mod image {
         });
         hprintln!("stages {}", count);
         row_stages(counter, &config, &window, &power);
-        let mut processor = RangeProcessor::idle();
+        // SAFETY: the only reference to the static while this function runs.
+        let processor = unsafe { &mut *addr_of_mut!(RANGE) };
         let Ok(()) = processor.configure(&config.radar, &config.mount, &config.cfar) else {
             return;
         };
@@ -112,6 +143,7 @@ mod image {
     }
 
     /// From power to a row.
+    #[inline(never)]
     fn row_stages(counter: &mut Counter, config: &Config, window: &Window, power: &[u32; 256]) {
         let kept = BinWindow::new(&config.radar, &config.mount, &config.cfar);
         let power = &power[kept.first.into()..][..kept.count.into()];
@@ -126,6 +158,80 @@ mod image {
             cfar.detect::<Native>(black_box(power), &mut mask)
         });
         hprintln!("cfar {}", count);
+    }
+
+    static mut PIPELINE: Pipeline = Pipeline::new();
+    static mut RANGE: RangeProcessor = RangeProcessor::idle();
+
+    /// The scans of the host's file through the whole scan state.
+    #[inline(never)]
+    fn scans(counter: &mut Counter) {
+        // SAFETY: the only references to the statics, made once.
+        let (pipeline, range) =
+            unsafe { (&mut *addr_of_mut!(PIPELINE), &mut *addr_of_mut!(RANGE)) };
+        let Some(mut file) = HostFile::open(c"scans") else {
+            return;
+        };
+        let mut head = [0; 4];
+        while file.read(&mut head) {
+            let [plane, _, low, high] = head;
+            let mut config = Config::default();
+            if plane == 1 {
+                config.mount.plane = Plane::Height;
+            }
+            config.sweep.angle_count = u16::from_le_bytes([low, high]);
+            scan(counter, pipeline, range, &config, &mut file);
+        }
+    }
+
+    /// One scan: `scan CHIRP ROW POST`, the worst of its chirps (samples to row of the map), the
+    /// worst of its rows (with what the estimator does during the scan), and from the last row to
+    /// the last byte of the report.
+    #[inline(never)]
+    fn scan(
+        counter: &mut Counter,
+        pipeline: &mut Pipeline,
+        range: &mut RangeProcessor,
+        config: &Config,
+        file: &mut HostFile,
+    ) {
+        let ready = pipeline.begin(config, 1).is_ok()
+            && range
+                .configure(&config.radar, &config.mount, &config.cfar)
+                .is_ok();
+        let (mut worst_chirp, mut worst_row) = (0, 0);
+        let (mut cells, mut mask) = ([0; 256], [0; 8]);
+        let bins = usize::from(range.kept().count);
+        for k in 0..config.sweep.angle_count {
+            let mut bytes = [0; 800];
+            if !ready || !file.read(&mut bytes) {
+                return;
+            }
+            let samples = bytes.as_chunks::<4>().0.iter();
+            for (to, &[i0, i1, q0, q1]) in pipeline.samples().iter_mut().zip(samples) {
+                *to = Iq::new(i16::from_le_bytes([i0, i1]), i16::from_le_bytes([q0, q1]));
+            }
+            let mut row = Row {
+                cells: &mut cells[..bins],
+                mask: &mut mask[..bins.div_ceil(32)],
+            };
+            let (_, chirp) = counter.once(|| range.process(pipeline.samples(), &mut row));
+            worst_chirp = worst_chirp.max(chirp);
+            let angle = config.sweep.angle(k) as f32 * 1e-3 * RAD_PER_DEG;
+            let ((), count) = counter.once(|| pipeline.row(k, angle));
+            worst_row = worst_row.max(count);
+        }
+        let mut sum = 0u32;
+        let ((), post) = counter.once(|| {
+            let outcome = pipeline.finish();
+            write_scan(1, 0, &outcome, |line| {
+                sum = line
+                    .bytes()
+                    .fold(sum, |sum, byte| sum.wrapping_add(byte.into()));
+            });
+        });
+        black_box(sum);
+        hprintln!("scan {} {} {}", worst_chirp, worst_row, post);
     }
 
     #[panic_handler]
