@@ -4,6 +4,9 @@
 
 #[cfg(target_os = "none")]
 pub mod counter;
+pub mod head;
 #[cfg(target_os = "none")]
 pub mod host_file;
+#[cfg(target_os = "none")]
+pub mod stack;
 pub mod twins;

@@ -3,6 +3,7 @@
 pub mod answer;
 pub mod commands;
 pub mod emulate;
+pub mod images;
 pub mod playback;
 pub mod plots;
 pub mod recording;

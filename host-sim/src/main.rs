@@ -30,6 +30,12 @@ enum Command {
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
+    /// Count the instructions of every stage in the emulator, beside its peers and budgets
+    Bench(commands::bench::Args),
+    /// Measure the fixed-point transform's signal-to-error ratio over the input's level
+    Snr(commands::snr::Args),
+    /// Check in the emulator that instructions and their portable definitions give the same bits
+    Twins,
     /// Scan a scene file with the simulated radar and write the recording
     Simulate(SimulateArgs),
     /// How fast the particles converge, beside the paper's numbers of rounds
@@ -45,6 +51,9 @@ fn main() -> ExitCode {
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Score(args) => commands::score::run(&args),
+        Command::Bench(args) => commands::bench::run(&args),
+        Command::Snr(args) => commands::snr::run(&args),
+        Command::Twins => commands::twins::run(),
         Command::Simulate(args) => simulate(&args).map(|()| ExitCode::SUCCESS),
         Command::Convergence(args) => commands::convergence::run(&args),
         Command::Table1(args) => commands::table1::run(&args),

@@ -33,11 +33,12 @@ pub use profile::{Detection, Profile};
 
 use crate::Iq;
 use crate::config::{CfarConfig, ConfigError, MAX_SAMPLES, MountConfig, RadarConfig, check};
+use crate::math;
 use crate::stairs::map::Row;
 use cfar::Cfar;
 use core::marker::PhantomData;
 use log::FINE;
-use packed::{Arithmetic, Native, Packed};
+use packed::{Arithmetic, Bin, Native, Packed};
 use window::{Levels, Window};
 
 /// Cell of a tone at the converter's full scale.
@@ -126,15 +127,13 @@ pub type RangeProcessor = Processor<Native>;
 /// Turns chirps into rows of the map. Some 6 KB: window, thresholds, transform buffers.
 #[derive(Clone, Debug)]
 pub struct Processor<A> {
-    points: usize,
+    front_end: FrontEnd,
     kept: BinWindow,
     /// Bins around the mirror's echo.
     mirror: BinWindow,
     /// 1/256 octaves from log2 of a mantissa's power to the reference, but for gain and exponent.
     offset: i32,
-    window: Window,
     cfar: Cfar,
-    buffers: [[Packed; MAX_SAMPLES]; 2],
     power: [u32; MAX_SAMPLES],
     arithmetic: PhantomData<A>,
 }
@@ -144,13 +143,15 @@ impl<A: Arithmetic> Processor<A> {
     /// statics, where a value as large as this must not pass over the stack.
     pub const fn idle() -> Self {
         Self {
-            points: 0,
+            front_end: FrontEnd {
+                points: 0,
+                window: Window::empty(),
+                buffers: [[Packed::ZERO; MAX_SAMPLES]; 2],
+            },
             kept: BinWindow { first: 0, count: 0 },
             mirror: BinWindow { first: 0, count: 0 },
             offset: 0,
-            window: Window::empty(),
             cfar: Cfar::empty(),
-            buffers: [[Packed::ZERO; MAX_SAMPLES]; 2],
             power: [0; MAX_SAMPLES],
             arithmetic: PhantomData,
         }
@@ -190,13 +191,13 @@ impl<A: Arithmetic> Processor<A> {
             "bandwidth",
             "range bins beyond the mirror and the near margin",
         )?;
-        self.points = radar.fft_len();
         self.kept = kept;
         self.mirror = mirror_bins(radar, mount);
-        self.window.shape(usize::from(radar.samples), self.points);
-        self.cfar.shape(cfar, kept, &self.window);
-        // Mantissas are (x · c) · gain / 2^32 · 2^-exponent; full scale is x = 2^15.
-        let reference = 512.0 * (crate::math::log2(self.window.sum()) + 15.0 - 32.0);
+        let FrontEnd { points, window, .. } = &mut self.front_end;
+        *points = radar.fft_len();
+        window.shape(usize::from(radar.samples), *points);
+        self.cfar.shape(cfar, kept, window);
+        let reference = 512.0 * (math::log2(window.sum()) - 17.0);
         self.offset = i32::from(FULL_SCALE) * FINE - libm::roundf(reference) as i32;
         Ok(())
     }
@@ -211,9 +212,8 @@ impl<A: Arithmetic> Processor<A> {
     /// # Errors
     /// A chirp of the wrong length leaves the row untouched.
     pub fn process(&mut self, chirp: &[Iq], row: &mut Row<'_>) -> Result<RowStats, ChirpLength> {
-        let (levels, exponent) = self.transform(chirp)?;
-        let offset = self.offset_for(&levels, exponent);
-        let power = self.power.get(..self.points).unwrap_or(&[]);
+        let (levels, offset) = self.measure(chirp)?;
+        let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
         log::fill_cells(self.kept.of(power), offset, row.cells);
         self.cfar.detect::<A>(self.kept.of(power), row.mask);
         let hits = keep_real(power, self.kept, row.mask);
@@ -231,10 +231,9 @@ impl<A: Arithmetic> Processor<A> {
     /// # Errors
     /// A chirp of the wrong length leaves the profile untouched.
     pub fn profile(&mut self, chirp: &[Iq], profile: &mut Profile) -> Result<(), ChirpLength> {
-        let (levels, exponent) = self.transform(chirp)?;
-        let offset = self.offset_for(&levels, exponent);
-        let power = self.power.get(..self.points).unwrap_or(&[]);
-        profile.clear(self.points, self.kept);
+        let (_, offset) = self.measure(chirp)?;
+        let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
+        profile.clear(self.front_end.points, self.kept);
         for (to, &p) in profile.power.iter_mut().zip(power) {
             *to = to_fine(log::log2_fine(p) + offset);
         }
@@ -252,14 +251,45 @@ impl<A: Arithmetic> Processor<A> {
         Ok(())
     }
 
-    /// 1/256 octaves from log2 of this chirp's power mantissas to the reference.
-    fn offset_for(&self, levels: &Levels, exponent: i32) -> i32 {
-        self.offset + 512 * exponent - 2 * log::log2_fine(levels.gain() as u32)
+    /// Transforms one chirp for those who want its complex spectrum: every bin's mantissa, and what
+    /// to multiply it by so that a full-scale tone has amplitude 1.
+    ///
+    /// # Errors
+    /// A chirp of the wrong length.
+    pub fn spectrum(
+        &mut self,
+        chirp: &[Iq],
+        bins: &mut [Packed; MAX_SAMPLES],
+    ) -> Result<f32, ChirpLength> {
+        let (levels, exponent) = self.front_end.run::<A, Packed>(chirp, bins)?;
+        // Mantissas are (x · c) · gain / 2^32 / 2^exponent; full scale is x = 2^15.
+        let unit = math::exp2(exponent as f32 + 17.0);
+        Ok(unit / (self.front_end.window.sum() * levels.gain() as f32))
     }
 
-    /// Chirp to power of every bin; returns the exponent e as well: true values of the transform
-    /// are 2^e times those whose power is kept.
-    fn transform(&mut self, chirp: &[Iq]) -> Result<(Levels, i32), ChirpLength> {
+    /// Chirp to power of every bin; returns what to add to 256 · log2 of it as well.
+    fn measure(&mut self, chirp: &[Iq]) -> Result<(Levels, i32), ChirpLength> {
+        let (levels, exponent) = self.front_end.run::<A, u32>(chirp, &mut self.power)?;
+        let gain = log::log2_fine(levels.gain() as u32);
+        Ok((levels, self.offset + 512 * exponent - 2 * gain))
+    }
+}
+
+/// Chirp to spectrum: window and transform with their buffers.
+#[derive(Clone, Debug)]
+struct FrontEnd {
+    points: usize,
+    window: Window,
+    buffers: [[Packed; MAX_SAMPLES]; 2],
+}
+
+impl FrontEnd {
+    /// Returns the exponent e as well: true values of the transform are 2^e times the bins given.
+    fn run<A: Arithmetic, B: Bin>(
+        &mut self,
+        chirp: &[Iq],
+        bins: &mut [B; MAX_SAMPLES],
+    ) -> Result<(Levels, i32), ChirpLength> {
         let expected = self.window.samples();
         if chirp.len() != expected || expected == 0 {
             let got = chirp.len();
@@ -267,28 +297,33 @@ impl<A: Arithmetic> Processor<A> {
         }
         let levels = Levels::of::<A>(chirp);
         let exponent = match self.points {
-            16 => self.transform_to::<16>(chirp, &levels),
-            32 => self.transform_to::<32>(chirp, &levels),
-            64 => self.transform_to::<64>(chirp, &levels),
-            128 => self.transform_to::<128>(chirp, &levels),
-            _ => self.transform_to::<256>(chirp, &levels),
+            16 => self.transform::<A, B, 16>(chirp, &levels, bins),
+            32 => self.transform::<A, B, 32>(chirp, &levels, bins),
+            64 => self.transform::<A, B, 64>(chirp, &levels, bins),
+            128 => self.transform::<A, B, 128>(chirp, &levels, bins),
+            _ => self.transform::<A, B, 256>(chirp, &levels, bins),
         };
         Ok((levels, exponent))
     }
 
     /// The transform's passes for N points.
-    fn transform_to<const N: usize>(&mut self, chirp: &[Iq], levels: &Levels) -> i32 {
+    fn transform<A: Arithmetic, B: Bin, const N: usize>(
+        &mut self,
+        chirp: &[Iq],
+        levels: &Levels,
+        bins: &mut [B; MAX_SAMPLES],
+    ) -> i32 {
         let [data, spare] = &mut self.buffers;
         // N is one of the sizes that the buffers hold.
-        let (Some(data), Some(spare), Some(power)) = (
+        let (Some(data), Some(spare), Some(bins)) = (
             data.first_chunk_mut::<N>(),
             spare.first_chunk_mut::<N>(),
-            self.power.first_chunk_mut::<N>(),
+            bins.first_chunk_mut::<N>(),
         ) else {
             return 0;
         };
         let seen = window::open::<A, N>(chirp, levels, &self.window, data);
-        fft::finish::<A, u32, N>(data, spare, power, seen)
+        fft::finish::<A, B, N>(data, spare, bins, seen)
     }
 }
 

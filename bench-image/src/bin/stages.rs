@@ -1,14 +1,15 @@
 //! In the emulator: instruction counts of every stage, one `name count` a line.
 //!
 //! Whole scans come from the file `scans` in the emulator's working directory, one behind the
-//! other: the plane (0 depth, 1 height), a zero, the number of rows (16 bits, little-endian), and
-//! the rows' chirps of 200 samples at the angles of the default sweep.
+//! other: a [head](bench_image::head) and the rows' chirps.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(target_os = "none")]
 mod image {
     use bench_image::counter::Counter;
+    use bench_image::head;
     use bench_image::host_file::HostFile;
+    use bench_image::stack;
     use core::hint::black_box;
     use core::ptr::addr_of_mut;
     use cortex_m_rt::entry;
@@ -16,7 +17,7 @@ mod image {
     use cortex_m_semihosting::hprintln;
     use microfft::Complex32;
     use stairscan::Iq;
-    use stairscan::config::{Config, Plane};
+    use stairscan::config::{Config, MAX_SAMPLES};
     use stairscan::math::RAD_PER_DEG;
     use stairscan::pipeline::Pipeline;
     use stairscan::range::cfar::Cfar;
@@ -31,22 +32,9 @@ mod image {
     /// Repetitions: the timer's grain of 6 instructions vanishes.
     const ROUNDS: u32 = 100;
 
-    /// The emulated board has 192 KB of SRAM; the chip's 128 KB end below this stack. This image's
-    /// own buffers would not fit the firmware's.
-    const STACK_TOP: usize = 0x2003_0000;
-
     #[entry]
     fn main() -> ! {
-        // SAFETY: nothing on the old stack is used again; the new one is memory of nobody.
-        unsafe {
-            core::arch::asm!(
-                "msr msp, {top}",
-                "bl {run}",
-                top = in(reg) STACK_TOP,
-                run = sym run,
-                options(noreturn)
-            )
-        }
+        stack::enlarge(run)
     }
 
     extern "C" fn run() -> ! {
@@ -172,15 +160,9 @@ mod image {
         let Some(mut file) = HostFile::open(c"scans") else {
             return;
         };
-        let mut head = [0; 4];
-        while file.read(&mut head) {
-            let [plane, _, low, high] = head;
-            let mut config = Config::default();
-            if plane == 1 {
-                config.mount.plane = Plane::Height;
-            }
-            config.sweep.angle_count = u16::from_le_bytes([low, high]);
-            scan(counter, pipeline, range, &config, &mut file);
+        let mut bytes = [0; head::SIZE];
+        while file.read(&mut bytes) {
+            scan(counter, pipeline, range, &head::decode(&bytes), &mut file);
         }
     }
 
@@ -203,11 +185,12 @@ mod image {
         let (mut cells, mut mask) = ([0; 256], [0; 8]);
         let bins = usize::from(range.kept().count);
         for k in 0..config.sweep.angle_count {
-            let mut bytes = [0; 800];
-            if !ready || !file.read(&mut bytes) {
+            let mut bytes = [0; 4 * MAX_SAMPLES];
+            let bytes = &mut bytes[..4 * usize::from(config.radar.samples)];
+            if !ready || !file.read(bytes) {
                 return;
             }
-            let samples = bytes.as_chunks::<4>().0.iter();
+            let samples = bytes.as_chunks::<4>().0;
             for (to, &[i0, i1, q0, q1]) in pipeline.samples().iter_mut().zip(samples) {
                 *to = Iq::new(i16::from_le_bytes([i0, i1]), i16::from_le_bytes([q0, q1]));
             }

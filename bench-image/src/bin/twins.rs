@@ -3,7 +3,7 @@
 
 #[cfg(target_os = "none")]
 mod image {
-    use bench_image::twins;
+    use bench_image::{stack, twins};
     use cortex_m_rt::entry;
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
@@ -12,6 +12,10 @@ mod image {
 
     #[entry]
     fn main() -> ! {
+        stack::enlarge(run)
+    }
+
+    extern "C" fn run() -> ! {
         let found = twins::compare::<Dsp, Portable>();
         hprintln!("chirps {}", twins::TOTAL);
         hprintln!("mismatches {}", found.mismatches);

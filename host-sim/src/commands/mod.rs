@@ -1,12 +1,15 @@
 //! The program's commands, one module each.
 
 pub mod accuracy;
+pub mod bench;
 pub mod convergence;
 pub mod emulate;
 pub mod profile;
 pub mod replay;
 pub mod score;
+pub mod snr;
 pub mod table1;
+pub mod twins;
 
 use std::io::Write as _;
 

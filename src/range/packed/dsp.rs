@@ -78,46 +78,51 @@ macro_rules! step {
     };
 }
 
-/// A radix-4 stage. The loop over the numbers that share their twiddles is written out, for the
-/// compiler runs out of registers in it: all that it may use are in use.
+/// A radix-4 stage. Its loops are written out, for the compiler runs out of registers in them (all
+/// that it may use are in use, and r6 and r7 beside them) and would unroll the outer one.
 macro_rules! stage {
     ($n:ident, $l:ident, $src:ident, $dst:ident, $table:ident, $($op:literal),+) => {{
-        let (mut src, mut dst) = ($src.as_ptr(), $dst.as_mut_ptr());
-        let mut seen = 0u32;
-        for [Packed(w1), Packed(w2), Packed(w3)] in $table {
-            // SAFETY: for each of the L twiddles, N / 4L numbers are read from each quarter of a
-            // block of N / L of `src`, and as many written to each quarter of `dst`, one behind
-            // the other: N of both in all. r6 is restored.
-            unsafe {
-                asm!(
-                    "push {{r6}}",
-                    "mov r6, #{rounds}",
-                    "2:",
-                    step!($($op),+),
-                    step!($($op),+),
-                    "subs r6, r6, #1",
-                    "bne 2b",
-                    "add r0, r0, #3 * {row}",
-                    "pop {{r6}}",
-                    row = const $n / $l,
-                    quarter = const $n,
-                    rounds = const $n / $l / 8,
-                    inout("r0") src,
-                    inout("r1") seen,
-                    inout("lr") dst,
-                    in("r8") *w1,
-                    in("r9") *w2,
-                    in("r10") *w3,
-                    in("r12") 0x8000,
-                    out("r2") _,
-                    out("r3") _,
-                    out("r4") _,
-                    out("r5") _,
-                    out("r11") _,
-                );
-            }
+        let twiddles = $table.as_ptr_range();
+        let seen: u32;
+        // SAFETY: for each of the L twiddles, N / 4L numbers are read from each quarter of a block
+        // of N / L of `src`, and as many written to each quarter of `dst`, one behind the other: N
+        // of both in all. r6, r7 and the stack pointer are restored.
+        unsafe {
+            asm!(
+                "push {{r6, r7}}",
+                "push {{r9}}",
+                "mov r7, r8",
+                "1:",
+                "ldm r7!, {{r8, r9, r10}}",
+                "mov r6, #{rounds}",
+                "2:",
+                step!($($op),+),
+                step!($($op),+),
+                "subs r6, r6, #1",
+                "bne 2b",
+                "add r0, r0, #3 * {row}",
+                "ldr r11, [sp]",
+                "cmp r7, r11",
+                "bne 1b",
+                "pop {{r9}}",
+                "pop {{r6, r7}}",
+                row = const $n / $l,
+                quarter = const $n,
+                rounds = const $n / $l / 8,
+                inout("r0") $src.as_ptr() => _,
+                inout("r1") 0u32 => seen,
+                inout("lr") $dst.as_mut_ptr() => _,
+                inout("r8") twiddles.start => _,
+                inout("r9") twiddles.end => _,
+                in("r12") 0x8000,
+                out("r2") _,
+                out("r3") _,
+                out("r4") _,
+                out("r5") _,
+                out("r10") _,
+                out("r11") _,
+            );
         }
-        let _ = (src, dst);
         seen
     }};
 }

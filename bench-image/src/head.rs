@@ -1,0 +1,60 @@
+//! What stands before each scan in the file of chirps: the part of its configuration that
+//! recordings bring.
+
+use stairscan::config::{Config, Plane};
+
+/// Bytes of a head.
+pub const SIZE: usize = 32;
+
+/// The head of a scan of `config`: eight little-endian words.
+pub fn encode(config: &Config) -> [u8; SIZE] {
+    let words = [
+        config.radar.bandwidth_khz,
+        u32::from(config.radar.samples),
+        config.mount.mirror_offset as u32,
+        config.mount.mount_height as u32,
+        config.mount.beamwidth as u32,
+        u32::from(config.mount.plane == Plane::Height),
+        config.sweep.first_angle as u32,
+        config.sweep.angle_step as u32 | u32::from(config.sweep.angle_count) << 16,
+    ];
+    let mut bytes = [0; SIZE];
+    for (to, word) in bytes.chunks_exact_mut(4).zip(words) {
+        to.copy_from_slice(&word.to_le_bytes());
+    }
+    bytes
+}
+
+/// The configuration of a scan with this head, on top of the default.
+pub fn decode(bytes: &[u8; SIZE]) -> Config {
+    let (words, _) = bytes.as_chunks::<4>();
+    let word = |k: usize| words.get(k).map_or(0, |&w| u32::from_le_bytes(w));
+    let mut config = Config::default();
+    config.radar.bandwidth_khz = word(0);
+    config.radar.samples = word(1) as u16;
+    config.mount.mirror_offset = word(2) as i32;
+    config.mount.mount_height = word(3) as i32;
+    config.mount.beamwidth = word(4) as i32;
+    config.mount.plane = if word(5) == 0 {
+        Plane::Depth
+    } else {
+        Plane::Height
+    };
+    config.sweep.first_angle = word(6) as i32;
+    config.sweep.angle_step = (word(7) & 0xffff) as i32;
+    config.sweep.angle_count = (word(7) >> 16) as u16;
+    config
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_written_is_read() {
+        let mut config = Config::default();
+        config.mount.plane = Plane::Height;
+        config.sweep.first_angle = -12_345;
+        assert_eq!(decode(&encode(&config)), config);
+    }
+}

@@ -1,0 +1,220 @@
+//! `bench`: instruction counts of every stage, counted in the emulator.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, Result, anyhow, ensure};
+use bench_image::head;
+use serde_json::json;
+use stairscan::config::Config;
+
+use super::{Format, emit};
+use crate::images;
+use crate::recording::{self, Recording};
+use crate::setup;
+
+/// Arguments of `bench`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Recordings to scan for the worst case [default: those of the repository]
+    recordings: Vec<PathBuf>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Most instructions that a stage may take.
+const BUDGETS: [(&str, u64); 3] = [("fft256", 10_000), ("chirp", 25_000), ("post", 1_000_000)];
+/// Most bytes of flash and of static RAM.
+const FLASH: u64 = 96 * 1024;
+const RAM: u64 = 100 * 1024;
+
+/// What each stage is.
+const MEANING: [(&str, &str); 10] = [
+    (
+        "fft256",
+        "transform of 256 complex points, 16-bit block floating point",
+    ),
+    ("microfft_f32", "the same by microfft, f32"),
+    ("levels", "chirp pass 1: mean, extremes"),
+    (
+        "window",
+        "chirp pass 2: DC removal, window, first radix-4 stage",
+    ),
+    ("stages", "the other stages, into power"),
+    ("cells", "logarithms"),
+    ("cfar", "CA-CFAR"),
+    (
+        "chirp",
+        "200 samples to finished map row, worst row of all recordings",
+    ),
+    (
+        "row",
+        "chirp, health checks and the estimator's part, worst row",
+    ),
+    (
+        "post",
+        "last row to last byte of the report, worst recording",
+    ),
+];
+
+/// Peers as quoted: gcc 12 -O3, counted on the same emulator.
+const QUOTED: [(&str, u64); 5] = [
+    ("CMSIS-DSP arm_cfft_q15, 256 points", 12_375),
+    ("CMSIS-DSP arm_cfft_q31, 256 points", 21_755),
+    ("CMSIS-DSP arm_cfft_f32, 256 points", 18_458),
+    ("CMSIS-DSP arm_cmplx_mag_squared_q15, 256 points", 1_541),
+    ("CMSIS-DSP arm_cmplx_mag_q15, 256 points", 16_017),
+];
+
+/// Instructions of each stage; then one `post/NAME` for each recording.
+type Counts = Vec<(String, u64)>;
+
+/// Counts and prints; fails above a budget.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let recordings = if args.recordings.is_empty() {
+        recording::list(&images::workspace().join("recordings"))?
+    } else {
+        args.recordings.clone()
+    };
+    let counts = count(&recordings)?;
+    let size = images::footprint(&images::build("stairscan", "stairscan")?)?;
+    match args.format {
+        Format::Text => emit(&table(&counts, &size)),
+        Format::Json => {
+            let entry =
+                |(stage, instructions)| json!({"stage": stage, "instructions": instructions});
+            let array: Vec<_> = counts.iter().map(|(s, n)| (s, n)).map(entry).collect();
+            emit(&format!("{}\n", json!(array)));
+        }
+    }
+    let above = above_budget(&counts, &size);
+    for line in &above {
+        eprintln!("error: {line}");
+    }
+    Ok(ExitCode::from(u8::from(!above.is_empty())))
+}
+
+/// Runs the image over the recordings.
+fn count(recordings: &[PathBuf]) -> Result<Counts> {
+    let elf = images::build("bench-image", "stages")?;
+    let directory = elf.with_extension("run");
+    std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
+    let mut scans = Vec::new();
+    let mut names = Vec::new();
+    for path in recordings {
+        let recording = Recording::read(path)?;
+        append(&mut scans, &recording)?;
+        names.push(recording.name);
+    }
+    recording::write_whole(&directory.join("scans"), &scans)?;
+    let output = images::run(&elf, &directory, Duration::from_secs(600))?;
+    parse(&output, &names)
+}
+
+/// A scan as the image reads it.
+fn append(scans: &mut Vec<u8>, recording: &Recording) -> Result<()> {
+    let (config, schedule) = setup::config(recording, &Config::default())?;
+    ensure!(
+        config.sweep.angle_step < 1 << 16,
+        "{}: angles too far apart",
+        recording.name
+    );
+    scans.extend(head::encode(&config));
+    for slot in schedule.chirps {
+        let chirp = slot
+            .and_then(|k| recording.chirp(k))
+            .ok_or_else(|| anyhow!("{}: a chirp is missing", recording.name))?;
+        for x in chirp {
+            scans.extend(x.i.to_le_bytes());
+            scans.extend(x.q.to_le_bytes());
+        }
+    }
+    Ok(())
+}
+
+/// Reads the image's output: `STAGE COUNT`, and `scan CHIRP ROW POST` for each recording.
+fn parse(output: &str, names: &[String]) -> Result<Counts> {
+    let (mut counts, mut scans) = (Counts::new(), Vec::new());
+    for line in output.lines() {
+        let mut words = line.split_whitespace();
+        let name = words.next().unwrap_or_default();
+        let numbers: Vec<u64> = words.map_while(|w| w.parse().ok()).collect();
+        match (name, &numbers[..]) {
+            ("scan", &[chirp, row, post]) => scans.push((chirp, row, post)),
+            (_, &[number]) => counts.push((name.to_owned(), number)),
+            _ => return Err(anyhow!("the bench image printed `{line}`")),
+        }
+    }
+    ensure!(
+        scans.len() == names.len() && counts.iter().any(|(s, _)| s == "fft256"),
+        "the bench image stopped early:\n{output}"
+    );
+    let worst = |part: fn(&(u64, u64, u64)) -> u64| scans.iter().map(part).max().unwrap_or(0);
+    if let Some((_, chirp)) = counts.iter_mut().find(|(s, _)| s == "chirp") {
+        *chirp = worst(|s| s.0).max(*chirp);
+    }
+    counts.push(("row".to_owned(), worst(|s| s.1)));
+    counts.push(("post".to_owned(), worst(|s| s.2)));
+    let each = names.iter().zip(&scans);
+    counts.extend(each.map(|(name, scan)| (format!("post/{name}"), scan.2)));
+    Ok(counts)
+}
+
+/// What exceeds its budget.
+fn above_budget(counts: &Counts, size: &images::Footprint) -> Vec<String> {
+    let mut above = Vec::new();
+    for (stage, most) in BUDGETS {
+        for (_, n) in counts.iter().filter(|(s, n)| s == stage && *n > most) {
+            above.push(format!("{stage}: {n} instructions, at most {most} allowed"));
+        }
+    }
+    for (what, bytes, most) in [("flash", size.flash, FLASH), ("static RAM", size.ram, RAM)] {
+        if bytes > most {
+            above.push(format!("{what}: {bytes} bytes, at most {most} allowed"));
+        }
+    }
+    above
+}
+
+/// For people.
+fn table(counts: &Counts, size: &images::Footprint) -> String {
+    let mut text = String::from("stage               instructions   at most\n");
+    for (stage, count) in counts {
+        let most = BUDGETS.iter().find(|(s, _)| s == stage);
+        let most = most.map_or(String::new(), |(_, n)| n.to_string());
+        let meaning = MEANING.iter().find(|(s, _)| s == stage).map_or("", |m| m.1);
+        let _ = writeln!(text, "{stage:<20}{count:>12}{most:>10}   {meaning}");
+    }
+    text.push_str("\nquoted peers, gcc 12 -O3 on the same emulator\n");
+    for (peer, count) in QUOTED {
+        let _ = writeln!(text, "{count:>32}             {peer}");
+    }
+    text.push_str("\nsection                    bytes\n");
+    for (section, bytes) in &size.sections {
+        let _ = writeln!(text, "{section:<20}{bytes:>12}");
+    }
+    let _ = writeln!(text, "{:<20}{:>12}{FLASH:>10}", "flash", size.flash);
+    let _ = writeln!(text, "{:<20}{:>12}{RAM:>10}", "static RAM", size.ram);
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_worst_scan_counts() {
+        let names = ["a".to_owned(), "b".to_owned()];
+        let counts = parse("fft256 9\nchirp 20\nscan 21 30 40\nscan 19 35 39\n", &names).unwrap();
+        let of = |stage: &str| counts.iter().find(|(s, _)| s == stage).unwrap().1;
+        assert_eq!(
+            (of("chirp"), of("row"), of("post"), of("post/b")),
+            (21, 35, 40, 39)
+        );
+        assert!(parse("fft256 9\nscan 1 2 3\n", &names).is_err());
+        assert!(parse("qemu: fatal\n", &names).is_err());
+    }
+}

@@ -1,0 +1,193 @@
+//! `snr`: how much noise the fixed-point transform adds, over the input's level.
+
+use std::f64::consts::TAU;
+use std::fmt::Write as _;
+use std::process::ExitCode;
+
+use anyhow::Result;
+use num_complex::Complex;
+use rand_core::{Rng as _, SeedableRng as _};
+use rand_xoshiro::Xoshiro128PlusPlus;
+use serde_json::json;
+use stairscan::Iq;
+use stairscan::config::{Config, MAX_SAMPLES};
+use stairscan::range::RangeProcessor;
+use stairscan::range::packed::Packed;
+
+use super::{Format, emit};
+
+/// Arguments of `snr`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Chirps of each level
+    #[arg(long, default_value_t = 50, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    chirps: u32,
+    /// Seed of tones and noise
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Least ratio allowed, dB.
+const LEAST_DB: f64 = 60.0;
+/// CMSIS-DSP's q15 transform on the same kind of chirp, as quoted: level, ratio.
+const QUOTED: [(i32, f64); 4] = [(-1, 52.0), (-20, 34.0), (-40, 15.0), (-60, -5.0)];
+
+/// One level's result.
+struct Level {
+    dbfs: i32,
+    /// Signal to error over all chirps, dB.
+    snr_db: f64,
+    /// The same of the worst chirp.
+    worst_db: f64,
+}
+
+/// Measures and prints; fails below the least ratio.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let levels = measure(args.seed, args.chirps)?;
+    match args.format {
+        Format::Text => emit(&table(&levels)),
+        Format::Json => {
+            let entry = |l: &Level| json!({"level_dbfs": l.dbfs, "snr_db": l.snr_db, "worst_db": l.worst_db});
+            let array: Vec<_> = levels.iter().map(entry).collect();
+            emit(&format!("{}\n", json!(array)));
+        }
+    }
+    let low = levels.iter().any(|l| l.worst_db < LEAST_DB);
+    if low {
+        eprintln!("error: snr: below {LEAST_DB} dB");
+    }
+    Ok(ExitCode::from(u8::from(low)))
+}
+
+fn measure(seed: u64, chirps: u32) -> Result<Vec<Level>> {
+    let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
+    let config = Config::default();
+    let mut processor = RangeProcessor::new(&config.radar, &config.mount, &config.cfar)?;
+    let reference = Reference::new(usize::from(config.radar.samples), config.radar.fft_len());
+    let levels = std::iter::once(-1).chain((1..=12).map(|k| -5 * k));
+    levels
+        .map(|dbfs| {
+            let (mut signal, mut error, mut worst_db) = (0.0, 0.0, f64::INFINITY);
+            for _ in 0..chirps {
+                let chirp = tones(reference.window.len(), dbfs.into(), &mut random);
+                let (s, e) = powers(&mut processor, &reference, &chirp)?;
+                signal += s;
+                error += e;
+                worst_db = worst_db.min(10.0 * (s / e).log10());
+            }
+            Ok(Level {
+                dbfs,
+                snr_db: 10.0 * (signal / error).log10(),
+                worst_db,
+            })
+        })
+        .collect()
+}
+
+/// The complex number of this magnitude and angle.
+fn polar(magnitude: f64, angle: f64) -> Complex<f64> {
+    let (sin, cos) = angle.sin_cos();
+    Complex::new(magnitude * cos, magnitude * sin)
+}
+
+/// Mean removal, Hann window and zero-padded transform in double precision.
+struct Reference {
+    window: Vec<f64>,
+    /// exp(-2πik / N) for k = 0…N-1.
+    phasors: Vec<Complex<f64>>,
+}
+
+impl Reference {
+    fn new(samples: usize, points: usize) -> Self {
+        let hann = |n: usize| 0.5 - 0.5 * (TAU * n as f64 / samples as f64).cos();
+        let phasor = |k: usize| polar(1.0, -TAU * k as f64 / points as f64);
+        Self {
+            window: (0..samples).map(hann).collect(),
+            phasors: (0..points).map(phasor).collect(),
+        }
+    }
+
+    /// The spectrum of a chirp, 1 for a tone at full scale.
+    fn spectrum(&self, chirp: &[Iq]) -> Vec<Complex<f64>> {
+        let complex = |x: &Iq| Complex::new(f64::from(x.i), f64::from(x.q));
+        let mean = chirp.iter().map(complex).sum::<Complex<f64>>() / chirp.len() as f64;
+        let unit = 32_768.0 * self.window.iter().sum::<f64>();
+        let points = self.phasors.len();
+        (0..points)
+            .map(|k| {
+                let terms = chirp.iter().zip(&self.window).enumerate();
+                let sum: Complex<f64> = terms
+                    .map(|(n, (x, w))| (complex(x) - mean) * w * self.phasors[k * n % points])
+                    .sum();
+                sum / unit
+            })
+            .collect()
+    }
+}
+
+/// Power of a chirp's spectrum, and of the error that fixed point makes in it.
+fn powers(
+    processor: &mut RangeProcessor,
+    reference: &Reference,
+    chirp: &[Iq],
+) -> Result<(f64, f64)> {
+    let mut bins = [Packed::ZERO; MAX_SAMPLES];
+    let unit = f64::from(processor.spectrum(chirp, &mut bins)?);
+    let (mut signal, mut error) = (0.0, 0.0);
+    for (exact, bin) in reference.spectrum(chirp).into_iter().zip(bins) {
+        let fixed = Complex::new(f64::from(bin.re()), f64::from(bin.im())) * unit;
+        signal += exact.norm_sqr();
+        error += (exact - fixed).norm_sqr();
+    }
+    Ok((signal, error))
+}
+
+/// Three tones and noise 50 dB below them, peaking at `dbfs` and quantised.
+fn tones(samples: usize, dbfs: f64, random: &mut Xoshiro128PlusPlus) -> Vec<Iq> {
+    let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
+    let peak = 32_767.0 * 10f64.powf(dbfs / 20.0);
+    let parts = [0.5, 0.3, 0.2].map(|a| (a * peak, TAU * uniform(), TAU * uniform()));
+    let sigma = peak * 10f64.powf(-50.0 / 20.0);
+    (0..samples)
+        .map(|n| {
+            // Box and Muller: radius and angle of a complex normal number.
+            let radius = sigma * (-2.0 * uniform().ln()).sqrt();
+            let noise = polar(radius, TAU * uniform());
+            let tone = |(a, step, phase)| polar(a, step * n as f64 + phase);
+            let sum: Complex<f64> = noise + parts.into_iter().map(tone).sum::<Complex<f64>>();
+            // `as` saturates: the converter clips.
+            Iq::new(sum.re.round() as i16, sum.im.round() as i16)
+        })
+        .collect()
+}
+
+fn table(levels: &[Level]) -> String {
+    let mut text = String::from("level dBFS   SNR dB   worst chirp   CMSIS-DSP q15 (quoted)\n");
+    for level in levels {
+        let quoted = QUOTED.iter().find(|(dbfs, _)| *dbfs == level.dbfs);
+        let quoted = quoted.map_or(String::new(), |(_, db)| format!("{db:.0}"));
+        let (dbfs, snr, worst) = (level.dbfs, level.snr_db, level.worst_db);
+        let _ = writeln!(text, "{dbfs:>10}{snr:>9.1}{worst:>14.1}{quoted:>25}");
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn weak_chirps_keep_their_bits() {
+        for level in measure(7, 10).unwrap() {
+            assert!(
+                level.worst_db >= LEAST_DB,
+                "{} dBFS: {} dB",
+                level.dbfs,
+                level.worst_db
+            );
+        }
+    }
+}

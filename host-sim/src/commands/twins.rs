@@ -1,0 +1,43 @@
+//! `twins`: the DSP instructions against their definitions, in the emulator and against the host.
+
+use std::process::ExitCode;
+use std::time::Duration;
+
+use anyhow::{Context, Result, ensure};
+use bench_image::twins;
+use stairscan::range::packed::Portable;
+
+use super::emit;
+use crate::images;
+
+/// Works the same 10,000 random and adversarial chirps off three times: in the emulator by
+/// instructions and by their definitions, on the host by the definitions.
+pub fn run() -> Result<ExitCode> {
+    let elf = images::build("bench-image", "twins")?;
+    let directory = elf.with_extension("run");
+    std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
+    let output = images::run(&elf, &directory, Duration::from_secs(300))?;
+    let value = |name: &str| {
+        let mut lines = output.lines().filter_map(|l| l.split_once(' '));
+        lines.find(|(n, _)| *n == name).map(|(_, v)| v.to_owned())
+    };
+    let here = twins::compare::<Portable, Portable>();
+    let digest = format!("{:08x}", here.digest);
+    ensure!(
+        value("chirps") == Some(twins::TOTAL.to_string()),
+        "the image stopped early:\n{output}"
+    );
+    ensure!(
+        value("mismatches").as_deref() == Some("0"),
+        "instructions and definitions differ:\n{output}"
+    );
+    ensure!(
+        value("digest").as_ref() == Some(&digest),
+        "emulator and host differ: {digest} here\n{output}"
+    );
+    emit(&format!(
+        "{} chirps: instructions, definitions and host give the same bits, digest {digest}\n",
+        twins::TOTAL
+    ));
+    Ok(ExitCode::SUCCESS)
+}
