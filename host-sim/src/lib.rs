@@ -4,6 +4,7 @@ pub mod answer;
 pub mod commands;
 pub mod emulate;
 pub mod images;
+pub mod inspect;
 pub mod playback;
 pub mod plots;
 pub mod recording;

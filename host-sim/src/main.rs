@@ -26,6 +26,8 @@ enum Command {
     Profile(commands::profile::Args),
     /// Scan recordings with the image itself, in an emulator, and print the steps
     Emulate(commands::emulate::Args),
+    /// Show why a scan came out as it did: scatterers with their roles, the winner and its rivals
+    Inspect(commands::inspect::Args),
     /// Measure the estimators on random scenes of the simulator: the README's table
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
@@ -48,6 +50,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Replay(args) => commands::replay::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
+        Command::Inspect(args) => commands::inspect::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Score(args) => commands::score::run(&args),

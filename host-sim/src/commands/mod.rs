@@ -4,6 +4,7 @@ pub mod accuracy;
 pub mod bench;
 pub mod convergence;
 pub mod emulate;
+pub mod inspect;
 pub mod profile;
 pub mod replay;
 pub mod score;

@@ -67,18 +67,21 @@ impl CandidateFinder {
         let Some(row) = row.filter(|_| self.fed >= WINDOW) else {
             return;
         };
-        let middle = (self.fed + WINDOW - 1 - MIDDLE) % WINDOW;
-        for bin in 1..bins.min(MAX_BINS).saturating_sub(1) {
-            let line = &self.window[middle];
-            let level = line[bin];
-            if level < line[bin - 1] || level < line[bin + 1] {
+        let Some(middle) = self.window.get((self.fed + WINDOW - 1 - MIDDLE) % WINDOW) else {
+            return;
+        };
+        let middle = *middle;
+        for (bin, cells) in (1u8..).zip(middle.get(..bins).unwrap_or(&[]).windows(3)) {
+            let &[near, level, far] = cells else { return };
+            if level < near || level < far {
                 continue;
             }
+            let at = usize::from(bin) - 1..usize::from(bin) + 2;
             let lower = |line: &[u16; MAX_BINS]| {
-                line[bin - 1] <= level && line[bin] <= level && line[bin + 1] <= level
+                let around = line.get(at.clone()).unwrap_or(&[]);
+                around.iter().all(|&other| other <= level)
             };
             if self.window.iter().all(lower) {
-                let bin = bin as u8;
                 self.keep(Candidate { level, row, bin });
             }
         }

@@ -3,7 +3,7 @@
 use super::MAX_BINS;
 use super::beam::{self, LEVEL_DB};
 use super::candidate::Candidate;
-use super::scatterer::{self, HANN_CURVATURE, Lobe, Responses};
+use super::scatterer::{self, Clusters, HANN_CURVATURE, Lobe, Mode, Place, Responses};
 use crate::config::Config;
 use crate::stairs::map::{DB_PER_UNIT, PolarMap};
 use crate::stairs::particles::SizedCloud;
@@ -84,7 +84,7 @@ pub fn select(
     let offset_m = config.mount.mirror_offset_m();
     let samples = f32::from(config.radar.samples);
     let responses = Responses::new(map, resolution_m);
-    let mut modes: Vec<(u16, u8, Lobe), MAX_ECHOES> = Vec::new();
+    let mut modes: Vec<Mode, MAX_ECHOES> = Vec::new();
     // Two-way pattern seen through the matched filter.
     let lobe_sigma = beam::two_way_sigma(geometry.beamwidth_rad) * core::f32::consts::SQRT_2;
     let mut echoes = Vec::new();
@@ -106,9 +106,9 @@ pub fn select(
             &responses,
             db,
         );
-        let bin = f32::from(candidate.bin) + lobe.peak[1];
-        let angle_rad =
-            map.angle_rad(usize::from(candidate.row)) + lobe.peak[0] * geometry.step_rad;
+        let [row_off, bin_off] = lobe.peak;
+        let bin = f32::from(candidate.bin) + bin_off;
+        let angle_rad = map.angle_rad(usize::from(candidate.row)) + row_off * geometry.step_rad;
         let range_m = geometry.range_m(bin);
         let native = (range_m + offset_m) / resolution_m;
         let ghost = echoes
@@ -132,27 +132,40 @@ pub fn select(
         if echoes.push(echo).is_err() {
             break;
         }
-        let _ = modes.push((candidate.row, candidate.bin, lobe));
+        let cell = [candidate.row, candidate.bin.into()];
+        let _ = modes.push(Mode { cell, lobe });
     }
+    let particles = usize::from(config.particles.particles);
     let mut cloud = SizedCloud::new();
-    scatterer::refine(
-        &mut cloud,
-        &modes,
-        usize::from(config.particles.particles),
-        rng,
-        |k, place| {
-            let Some(echo) = echoes.get_mut(k) else {
-                return;
-            };
-            let row = place.at[0] as usize;
-            echo.range_m = geometry.range_m(place.at[1]);
-            echo.angle_rad = map.angle_rad(row) + (place.at[0] - row as f32) * geometry.step_rad;
-            (echo.x, echo.y) = geometry.point(echo.range_m, echo.angle_rad);
-            echo.angle_sigma = place.sigma[0] * geometry.step_rad;
-            echo.range_sigma = place.sigma[1] * geometry.bin_m;
-        },
-    );
+    let mut clusters = Clusters::new();
+    let mut k = 0;
+    scatterer::refine(&mut cloud, &modes, particles, rng, |place| {
+        if let Some(echo) = echoes.get_mut(k) {
+            echo.settle(map, &place);
+        }
+        // A mode that went to where a stronger one is shows the same scatterer once more.
+        if clusters.is_new(&place) {
+            k += 1;
+        } else if k < echoes.len() {
+            echoes.remove(k);
+        }
+    });
     echoes
+}
+
+impl Echo {
+    /// Moves the echo to where its particles say that it is.
+    fn settle(&mut self, map: &PolarMap, place: &Place) {
+        let geometry = map.geometry();
+        let [row, bin] = place.at;
+        let [row_sigma, bin_sigma] = place.sigma;
+        let whole = row as usize;
+        self.range_m = geometry.range_m(bin);
+        self.angle_rad = map.angle_rad(whole) + (row - whole as f32) * geometry.step_rad;
+        (self.x, self.y) = geometry.point(self.range_m, self.angle_rad);
+        self.angle_sigma = row_sigma * geometry.step_rad;
+        self.range_sigma = bin_sigma * geometry.bin_m;
+    }
 }
 
 /// Highest level relative to echo `e` that `e` itself could show at the place (native bin, angle).

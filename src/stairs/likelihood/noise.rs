@@ -43,9 +43,9 @@ impl NoiseSamples {
         for (bin, floor) in floors.iter_mut().enumerate().take(bins) {
             let mut column = [0u8; MAX_SAMPLES];
             for (value, row) in column.iter_mut().zip(&self.rows) {
-                *value = row[bin];
+                *value = row.get(bin).copied().unwrap_or(0);
             }
-            let column = &mut column[..self.count];
+            let column = column.get_mut(..self.count).unwrap_or(&mut []);
             for &level in column.iter() {
                 histogram[usize::from(level)] += 1;
             }

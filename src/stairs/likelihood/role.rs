@@ -73,8 +73,24 @@ pub enum Role {
 
 impl Role {
     /// Whether an echo in this role speaks against the flight.
-    pub fn contradicts(self) -> bool {
+    pub const fn contradicts(self) -> bool {
         matches!(self, Self::Inside | Self::Above | Self::Clutter)
+    }
+
+    /// Its name.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Corner => "corner",
+            Self::Nosing => "nosing",
+            Self::Flash => "flash",
+            Self::Face => "face",
+            Self::Tread => "tread",
+            Self::Edge => "edge",
+            Self::Inside => "inside",
+            Self::Above => "above",
+            Self::Clutter => "clutter",
+            Self::Stray => "stray",
+        }
     }
 }
 

@@ -10,7 +10,10 @@
 
 use super::beam;
 use super::beam::{LEVEL_DB, PATCH_BINS, PATCH_ROWS, Patch};
-use crate::stairs::particles::{Gaussian, Particle, SizedCloud, UNITS_PER_CELL};
+use super::echo::MAX_ECHOES;
+use crate::config::MAX_ROWS;
+use crate::stairs::cluster::FuzzyArt;
+use crate::stairs::particles::{Gaussian, Moments, Particle, SizedCloud, UNITS_PER_CELL};
 use crate::{math, stairs::map::PolarMap};
 use rand_core::Rng;
 
@@ -76,7 +79,8 @@ impl Lobe {
         let [angle, range] = responses.curvature;
         let mut rows = [0f32; PATCH_ROWS.len()];
         let mut bins = [0f32; PATCH_BINS.len()];
-        let middle = f32::from(patch[PATCH_BINS.len() / 2][PATCH_ROWS.len() / 2]);
+        let [_, [_, _, middle, _, _], _] = *patch;
+        let middle = f32::from(middle);
         for (bin, levels) in bins.iter_mut().zip(patch) {
             for (row, &level) in rows.iter_mut().zip(levels) {
                 let value = (f32::from(level) - middle) * LEVEL_DB;
@@ -100,9 +104,10 @@ impl Lobe {
         } else {
             (0.0, 9.0)
         };
-        let drop = 2.0 * bins[1] - bins[0] - bins[2];
+        let [near, at, far] = bins;
+        let drop = 2.0 * at - near - far;
         let peak_bin = if drop > 1e-3 {
-            (0.5 * (bins[2] - bins[0]) / drop).clamp(-0.5, 0.5)
+            (0.5 * (far - near) / drop).clamp(-0.5, 0.5)
         } else {
             0.0
         };
@@ -134,10 +139,8 @@ impl Lobe {
             let z = (v - slope * f32::from(d)) * scale;
             (z * z).min(CLIP * CLIP)
         };
-        let (a, b) = (
-            2.0 * self.curvature[0] * at[0],
-            2.0 * self.curvature[1] * at[1],
-        );
+        let ([angle, range], [row, bin]) = (self.curvature, at);
+        let (a, b) = (2.0 * angle * row, 2.0 * range * bin);
         let rows = self
             .rows
             .iter()
@@ -167,56 +170,121 @@ pub struct Place {
     pub sigma: [f32; 2],
 }
 
-/// Refines every mode in `lobes` (each with the candidate's cell) and hands its place to `found`.
+/// Where a mode starts.
+#[derive(Clone, Copy, Debug)]
+pub struct Mode {
+    /// Row and bin of the map.
+    pub cell: [u16; 2],
+    /// What the map shows around.
+    pub lobe: Lobe,
+}
+
+/// Refines one mode after the other and hands over its place.
 pub fn refine(
     cloud: &mut SizedCloud<MODE_PARTICLES>,
-    modes: &[(u16, u8, Lobe)],
+    modes: &[Mode],
     particles: usize,
     rng: &mut impl Rng,
-    mut found: impl FnMut(usize, Place),
+    mut found: impl FnMut(Place),
 ) {
-    let units = f32::from(UNITS_PER_CELL);
-    let share = (particles / modes.len().max(1)).min(MODE_PARTICLES);
-    for (m, (row, bin, lobe)) in modes.iter().enumerate() {
-        let middle = [f32::from(*row), f32::from(*bin)];
-        let mean = [0, 1].map(|k| ((middle[k] + lobe.peak[k]) * units) as i16);
-        let gaussian = Gaussian {
-            mean,
-            sigma: START.map(|s| (s * units) as u16),
+    let share = (particles / modes.len().max(1)).clamp(1, MODE_PARTICLES);
+    for mode in modes {
+        found(mode.place(cloud, share, rng));
+    }
+}
+
+/// Cells as a cloud's units.
+fn units(cells: [f32; 2]) -> [i16; 2] {
+    cells.map(|c| (c * f32::from(UNITS_PER_CELL)) as i16)
+}
+
+/// A cloud's units as cells.
+fn cells(units: [f32; 2]) -> [f32; 2] {
+    units.map(|u| u / f32::from(UNITS_PER_CELL))
+}
+
+fn plus([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
+    [a + c, b + d]
+}
+
+impl Mode {
+    /// Draws the mode's particles, weighs and resamples them; their mean and spread.
+    fn place(
+        &self,
+        cloud: &mut SizedCloud<MODE_PARTICLES>,
+        share: usize,
+        rng: &mut impl Rng,
+    ) -> Place {
+        let middle = self.cell.map(f32::from);
+        let peak = plus(middle, self.lobe.peak);
+        let spread = |sigma: [f32; 2]| units(sigma).map(i16::unsigned_abs);
+        let start = Gaussian {
+            mean: units(peak),
+            sigma: spread(START),
         };
         cloud.clear();
-        cloud.add_mode(share, || gaussian.draw(rng));
+        cloud.add_mode(share, || start.draw(rng));
+        let misfit = |p: &Particle| {
+            let [row, bin] = middle;
+            self.lobe
+                .misfit(plus(cells(p.at.map(f32::from)), [-row, -bin]))
+        };
         for round in 0..ROUNDS {
             if round > 0 {
+                cloud.resample(rng);
                 for particle in cloud.particles_mut() {
-                    let jitter = Gaussian {
-                        mean: particle.at,
-                        sigma: AGAIN.map(|s| (s * units) as u16),
-                    };
-                    particle.at = jitter.draw(rng);
+                    let mean = particle.at;
+                    particle.at = Gaussian {
+                        mean,
+                        sigma: spread(AGAIN),
+                    }
+                    .draw(rng);
                 }
             }
-            let misfit =
-                |p: &Particle| lobe.misfit([0, 1].map(|k| f32::from(p.at[k]) / units - middle[k]));
             let least = cloud
                 .particles()
                 .iter()
                 .map(misfit)
                 .fold(f32::INFINITY, f32::min);
             cloud.weigh(|p| (4095.0 * math::exp(least - misfit(p))) as u16);
-            if round + 1 < ROUNDS {
-                cloud.resample(rng);
-            }
         }
-        let moments = crate::stairs::particles::Moments::of(cloud.particles(), |p| p.weight);
-        if let Some(moments) = moments {
-            found(
-                m,
-                Place {
-                    at: moments.mean.map(|v| v / units),
-                    sigma: moments.variance.map(|v| math::sqrt(v) / units),
-                },
-            );
+        match Moments::of(cloud.particles(), |p| p.weight) {
+            Some(moments) => Place {
+                at: cells(moments.mean),
+                sigma: cells(moments.variance.map(math::sqrt)),
+            },
+            None => Place {
+                at: peak,
+                sigma: START,
+            },
         }
+    }
+}
+
+/// Fuzzy ART over the modes' places: modes whose particles went to the same scatterer fall into one
+/// category.
+pub struct Clusters {
+    art: FuzzyArt<2, MAX_ECHOES>,
+}
+
+impl Clusters {
+    /// Vigilance, thousandths: a category's box is at most 2 cells (row or bin) around.
+    const VIGILANCE: u16 = 996;
+
+    /// Without any category.
+    pub fn new() -> Self {
+        Self {
+            art: FuzzyArt::new(Self::VIGILANCE),
+        }
+    }
+
+    /// Takes a mode's place in; whether it founds a category.
+    pub fn is_new(&mut self, place: &Place) -> bool {
+        let [row, bin] = place.at;
+        // 288 rows on a byte.
+        let input = [row * (255.0 / MAX_ROWS as f32), bin].map(|v| v as u8);
+        let before = self.art.categories().len();
+        self.art.present(&input);
+        self.art.categories().len() > before
     }
 }

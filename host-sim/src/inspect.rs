@@ -1,0 +1,189 @@
+//! Looks over the shoulder of the likelihood estimator: what it took each scatterer for, and how
+//! the winner stands against its rivals.
+
+use std::fmt::Write as _;
+
+use stairscan::config::{Config, Plane};
+use stairscan::stairs::likelihood::trace::{Explanation, Hypothesis, Observer, Role, Scatterer};
+use stairscan::stairs::map::DB_PER_UNIT;
+use stairscan::stairs::{Likelihood, Outcome, PolarMap};
+
+use crate::plots::{ExplanationView, InspectView, Point, ScattererView, Verdict};
+
+/// One scan as the estimator sees it.
+#[derive(Clone, Debug)]
+pub struct Inspection {
+    /// Median of the filtered map above the map's zero, dB.
+    noise_db: f64,
+    /// Angle bias, degrees, and mount-height error, metres, where the floor shows them.
+    calibration: Option<(f64, f64)>,
+    scatterers: Vec<Scatterer>,
+    /// For pictures.
+    view: InspectView,
+    outcome: Outcome,
+}
+
+/// What the estimator tells.
+struct Witness {
+    plane: Plane,
+    mount_height_m: f64,
+    noise_db: f64,
+    calibration: Option<(f64, f64)>,
+    scatterers: Vec<Scatterer>,
+    view: InspectView,
+}
+
+/// What a role says about the winner.
+fn verdict(role: Role) -> Verdict {
+    match role {
+        Role::Stray => Verdict::Neither,
+        role if role.contradicts() => Verdict::Against,
+        _ => Verdict::For,
+    }
+}
+
+impl Witness {
+    /// An explanation in words, and the edges of its steps.
+    fn explain(&self, hypothesis: &Hypothesis<'_>) -> (String, Vec<Point>) {
+        let faces = hypothesis.faces;
+        let steps = match faces.len() {
+            1 => "1 step".into(),
+            n => format!("{n} steps"),
+        };
+        match hypothesis.explanation {
+            Explanation::NoStairs => ("no stairs".into(), Vec::new()),
+            Explanation::Up { rise_m, open } => {
+                let kind = if open { "floating" } else { "closed" };
+                let edge =
+                    |(k, x): (usize, f32)| (f64::from(x), (k + 1) as f64 * f64::from(rise_m));
+                let edges = faces.iter().map(|l| l.along).enumerate().map(edge);
+                let name = format!("{steps} up, {kind}, rise {:.2} m", rise_m);
+                (name, edges.collect())
+            }
+            Explanation::Down { edge_m, going_m } => {
+                let edge = |(k, depth): (usize, f32)| {
+                    let x = f64::from(edge_m) + k as f64 * f64::from(going_m);
+                    (x, self.mount_height_m - f64::from(depth))
+                };
+                let edges = faces.iter().map(|l| l.along).enumerate().map(edge);
+                let name = format!("{steps} down, going {going_m:.2} m");
+                (name, edges.collect())
+            }
+        }
+    }
+}
+
+impl Observer for Witness {
+    fn noise(&mut self, units: f32) {
+        self.noise_db = f64::from(units * DB_PER_UNIT);
+    }
+
+    fn calibration(&mut self, bias_rad: f32, height_m: f32) {
+        if self.plane == Plane::Depth {
+            self.calibration = Some((f64::from(bias_rad).to_degrees(), height_m.into()));
+        }
+    }
+
+    fn scatterer(&mut self, scatterer: &Scatterer) {
+        let echo = &scatterer.echo;
+        self.scatterers.push(*scatterer);
+        self.view.scatterers.push(ScattererView {
+            at: (echo.x.into(), echo.y.into()),
+            snr_db: echo.db.into(),
+            role: scatterer.role.as_str(),
+            verdict: verdict(scatterer.role),
+        });
+    }
+
+    fn hypothesis(&mut self, hypothesis: &Hypothesis<'_>) {
+        let (name, edges) = self.explain(hypothesis);
+        self.view.explanations.push(ExplanationView {
+            name,
+            score: hypothesis.score.into(),
+            winner: hypothesis.winner,
+            edges,
+        });
+    }
+}
+
+impl Inspection {
+    /// Lets the estimator work on a finished map once more, and listens.
+    pub fn of(map: &PolarMap, config: &Config, scan: u32) -> Self {
+        let mut witness = Witness {
+            plane: config.mount.plane,
+            mount_height_m: config.mount.mount_height_m().into(),
+            noise_db: 0.0,
+            calibration: None,
+            scatterers: Vec::new(),
+            view: InspectView::default(),
+        };
+        let mut estimator = Box::new(Likelihood::new());
+        estimator.begin(map);
+        for k in 0..map.rows() {
+            estimator.row(map, k);
+        }
+        let outcome = estimator.finish_observed(map, config, scan, &mut witness);
+        let mut view = witness.view;
+        view.explanations
+            .sort_by(|a, b| b.score.total_cmp(&a.score));
+        Self {
+            noise_db: witness.noise_db,
+            calibration: witness.calibration,
+            scatterers: witness.scatterers,
+            view,
+            outcome,
+        }
+    }
+
+    /// As pictures need it.
+    pub fn view(&self) -> &InspectView {
+        &self.view
+    }
+
+    /// As tables for people.
+    pub fn text(&self) -> String {
+        let mut text = format!("noise {:.1} dB above the map's zero", self.noise_db);
+        if let Some((bias, height)) = self.calibration {
+            let _ = write!(
+                text,
+                "; angle bias {bias:+.2}°, mount height {:+.1} mm",
+                1e3 * height
+            );
+        }
+        text.push_str("\n\n  snr dB    x m      y m     range σ mm  angle σ °  width  role\n");
+        for scatterer in &self.scatterers {
+            let e = &scatterer.echo;
+            let _ = writeln!(
+                text,
+                "  {:6.1} {:7.3} {:8.3} {:13.2} {:10.2} {:6.2}  {}{}",
+                e.db,
+                e.x,
+                e.y,
+                1e3 * e.range_sigma,
+                e.angle_sigma.to_degrees(),
+                e.width,
+                scatterer.role.as_str(),
+                if scatterer.role.contradicts() {
+                    " (against)"
+                } else {
+                    ""
+                },
+            );
+        }
+        text.push_str("\n  score nats  explanation\n");
+        for explanation in &self.view.explanations {
+            let mark = if explanation.winner { '*' } else { ' ' };
+            let _ = write!(
+                text,
+                "{mark} {:10.2}  {}",
+                explanation.score, explanation.name
+            );
+            for (x, y) in &explanation.edges {
+                let _ = write!(text, "  ({x:.3}, {y:.3})");
+            }
+            text.push('\n');
+        }
+        let _ = writeln!(text, "\n{:?} {}", self.outcome.status, self.outcome.reasons);
+        text
+    }
+}
