@@ -3,7 +3,9 @@
 
 use std::fmt::Write as _;
 
+use serde_json::{Value, json};
 use stairscan::config::{Config, Plane};
+use stairscan::range::FULL_SCALE;
 use stairscan::stairs::likelihood::trace::{Explanation, Hypothesis, Observer, Role, Scatterer};
 use stairscan::stairs::map::DB_PER_UNIT;
 use stairscan::stairs::{Likelihood, Outcome, PolarMap};
@@ -13,7 +15,7 @@ use crate::plots::{ExplanationView, InspectView, Point, ScattererView, Verdict};
 /// One scan as the estimator sees it.
 #[derive(Clone, Debug)]
 pub struct Inspection {
-    /// Median of the filtered map above the map's zero, dB.
+    /// Median of the filtered map, dB relative to full scale.
     noise_db: f64,
     /// Angle bias, degrees, and mount-height error, metres, where the floor shows them.
     calibration: Option<(f64, f64)>,
@@ -75,7 +77,7 @@ impl Witness {
 
 impl Observer for Witness {
     fn noise(&mut self, units: f32) {
-        self.noise_db = f64::from(units * DB_PER_UNIT);
+        self.noise_db = f64::from((units - f32::from(FULL_SCALE)) * DB_PER_UNIT);
     }
 
     fn calibration(&mut self, bias_rad: f32, height_m: f32) {
@@ -142,7 +144,7 @@ impl Inspection {
 
     /// As tables for people.
     pub fn text(&self) -> String {
-        let mut text = format!("noise {:.1} dB above the map's zero", self.noise_db);
+        let mut text = format!("noise {:.1} dBFS", self.noise_db);
         if let Some((bias, height)) = self.calibration {
             let _ = write!(
                 text,
@@ -183,7 +185,99 @@ impl Inspection {
             }
             text.push('\n');
         }
-        let _ = writeln!(text, "\n{:?} {}", self.outcome.status, self.outcome.reasons);
+        let _ = writeln!(
+            text,
+            "\n{} {}",
+            self.outcome.status.as_str(),
+            self.outcome.reasons
+        );
         text
+    }
+
+    /// As one JSON object.
+    pub fn json(&self, recording: &str) -> Value {
+        // Millionths, so that an f32 does not drag its binary digits along.
+        let decimal = |v: f64| (v * 1e6).round() / 1e6;
+        let scatterer = |s: &Scatterer| {
+            let e = &s.echo;
+            json!({
+                "x_m": decimal(e.x.into()),
+                "y_m": decimal(e.y.into()),
+                "range_m": decimal(e.range_m.into()),
+                "range_sigma_m": decimal(e.range_sigma.into()),
+                "angle_deg": decimal(f64::from(e.angle_rad).to_degrees()),
+                "angle_sigma_deg": decimal(f64::from(e.angle_sigma).to_degrees()),
+                "snr_db": decimal(e.db.into()),
+                "width": decimal(e.width.into()),
+                "role": s.role.as_str(),
+                "against": s.role.contradicts(),
+            })
+        };
+        let edge = |&(x, y): &Point| json!({"distance_m": decimal(x), "height_m": decimal(y)});
+        let explanation = |e: &ExplanationView| {
+            json!({
+                "name": e.name,
+                "score": decimal(e.score),
+                "winner": e.winner,
+                "edges": e.edges.iter().map(edge).collect::<Vec<_>>(),
+            })
+        };
+        json!({
+            "recording": recording,
+            "noise_dbfs": decimal(self.noise_db),
+            "angle_bias_deg": self.calibration.map(|c| decimal(c.0)),
+            "mount_height_error_m": self.calibration.map(|c| decimal(c.1)),
+            "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
+            "scatterers": self.scatterers.iter().map(scatterer).collect::<Vec<_>>(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::recording::Recording;
+    use crate::{replay, setup};
+    use std::path::Path;
+
+    /// What the estimator thinks of a recording of the repository, and how many steps it reports.
+    fn inspection(name: &str) -> (Inspection, usize) {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+        let recording = Recording::read(&dir.join(name)).unwrap();
+        let options = replay::Options::default();
+        let (config, _) = setup::config(&recording, &options.config).unwrap();
+        let mut seen = None;
+        replay::answers(&recording, &options, |pipeline, answer| {
+            let inspection = Inspection::of(pipeline.map(), &config, answer.scan.scan);
+            seen = Some((inspection, answer.steps.len()));
+        })
+        .unwrap();
+        seen.unwrap()
+    }
+
+    #[test]
+    fn the_winner_is_what_is_reported() {
+        for (name, steps) in [("stair_a", 3), ("descending", 4), ("empty", 0)] {
+            let (inspection, reported) = inspection(name);
+            let winners: Vec<_> = (inspection.view.explanations.iter())
+                .filter(|e| e.winner)
+                .map(|e| e.edges.len())
+                .collect();
+            assert_eq!((winners, reported), (vec![steps], steps), "{name}");
+        }
+    }
+
+    #[test]
+    fn every_scatterer_stands_in_table_and_json() {
+        let (inspection, _) = inspection("stair_a");
+        assert!(inspection.scatterers.len() > 5);
+        let json = inspection.json("stair_a");
+        let listed = json["scatterers"].as_array().unwrap();
+        assert_eq!(listed.len(), inspection.scatterers.len());
+        let text = inspection.text();
+        for scatterer in listed {
+            assert!(text.contains(scatterer["role"].as_str().unwrap()));
+            assert!(scatterer["x_m"].is_f64() && scatterer["snr_db"].is_f64());
+        }
     }
 }

@@ -3,9 +3,10 @@
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
+use stairscan::config::EstimatorKind;
 
-use super::{Settings, emit};
+use super::{Format, Settings, emit};
 use crate::inspect::Inspection;
 use crate::plots::{self, PaperView, ScanView};
 use crate::recording::Recording;
@@ -23,6 +24,9 @@ pub struct Args {
     /// Draw scatterers, winner and rivals into this directory, one picture a recording
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
 }
 
 /// Shows every recording; a bad one makes the exit status 1 and the rest goes on.
@@ -39,13 +43,21 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
     let options = args.settings.options(args.settings.config()?);
+    ensure!(
+        options.config.estimator == EstimatorKind::Likelihood,
+        "--estimator: inspect looks over the shoulder of {} only",
+        EstimatorKind::Likelihood.as_str()
+    );
     let recording = Recording::read(path)?;
     let (config, _) = setup::config(&recording, &options.config)?;
     let mut drawn = Ok(());
     replay::answers(&recording, &options, |pipeline, answer| {
         let map = pipeline.map();
         let inspection = Inspection::of(map, &config, answer.scan.scan);
-        emit(&format!("{}\n{}\n", recording.name, inspection.text()));
+        match args.format {
+            Format::Json => emit(&format!("{}\n", inspection.json(&recording.name))),
+            Format::Text => emit(&format!("{}\n{}\n", recording.name, inspection.text())),
+        }
         if let Some(dir) = &args.plots {
             let scan = ScanView {
                 recording: &recording,
@@ -56,6 +68,9 @@ fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
             };
             let file = dir.join(format!("{}-inspect.png", recording.name));
             drawn = plots::write_inspect(&file, &scan, inspection.view());
+            if let (Ok(()), Format::Text) = (&drawn, args.format) {
+                emit(&format!("picture\n  {}\n\n", file.display()));
+            }
         }
     })?;
     drawn
