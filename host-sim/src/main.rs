@@ -24,6 +24,10 @@ enum Command {
     Replay(commands::replay::Args),
     /// Show the range profile of one chirp with its CFAR threshold and detections
     Profile(commands::profile::Args),
+    /// Check flash, RAM, stack and symbols of the image against its budgets
+    Budget(commands::budget::Args),
+    /// Show how long a scan takes and with what
+    Timing(commands::timing::Args),
     /// Scan recordings with the image itself, in an emulator, and print the steps
     Emulate(commands::emulate::Args),
     /// Show why a scan came out as it did: scatterers with their roles, the winner and its rivals
@@ -49,6 +53,8 @@ enum Command {
 fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Replay(args) => commands::replay::run(&args),
+        Command::Budget(args) => commands::budget::run(&args),
+        Command::Timing(args) => commands::timing::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Profile(args) => commands::profile::run(&args),

@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod bench;
+pub mod budget;
 pub mod convergence;
 pub mod emulate;
 pub mod inspect;
@@ -10,6 +11,7 @@ pub mod replay;
 pub mod score;
 pub mod snr;
 pub mod table1;
+pub mod timing;
 pub mod twins;
 
 use std::io::Write as _;

@@ -200,8 +200,15 @@ impl<'a> Session<'a> {
     ) -> Result<String> {
         loop {
             let line = self.next_line(what)?;
-            if Sentence::parse(&line).is_ok_and(|sentence| wanted(&sentence)) {
+            let Ok(sentence) = Sentence::parse(&line) else {
+                continue;
+            };
+            if wanted(&sentence) {
                 return Ok(line);
+            }
+            // Waiting on would be waiting for another boot's answer.
+            if matches!(sentence, Sentence::Halt { .. }) {
+                bail!("the image halted while {what} was due: {line}");
             }
         }
     }

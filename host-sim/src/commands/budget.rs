@@ -1,0 +1,139 @@
+//! `budget`: what the image takes of the chip, against what it may take.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use serde_json::json;
+use stairscan::config::EstimatorKind;
+use stairscan::report::Sentence;
+use stairscan::scan::Settings as ScannerSettings;
+
+use super::{Format, Settings, emit};
+use crate::emulate::image::{self, Sizes};
+use crate::emulate::session::Waits;
+use crate::emulate::{Session, qemu};
+use crate::playback::Playback;
+use crate::recording::Recording;
+
+/// Arguments of `budget`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Recordings to scan in the emulator for the stack's high-water mark, with every estimator
+    recordings: Vec<PathBuf>,
+    /// The image; without it the workspace's is built
+    #[arg(long)]
+    elf: Option<PathBuf>,
+    #[command(flatten)]
+    settings: Settings,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// One line of the table.
+#[derive(Clone, Debug)]
+pub struct Figure {
+    /// What is measured.
+    pub what: String,
+    /// How much of it there is.
+    pub used: u64,
+    /// How much there may be.
+    pub limit: u64,
+}
+
+impl Figure {
+    fn new(what: &str, used: u64, limit: u64) -> Self {
+        Self {
+            what: what.to_owned(),
+            used,
+            limit,
+        }
+    }
+
+    /// Whether it is within its limit.
+    pub fn holds(&self) -> bool {
+        self.used <= self.limit
+    }
+}
+
+/// Flash, static RAM and symbols of an image.
+pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
+    let sizes = Sizes::read(elf)?;
+    Ok(vec![
+        Figure::new("flash, bytes", sizes.flash, 96 * 1024),
+        Figure::new("static RAM, bytes", sizes.ram, 100 * 1024),
+        Figure::new("allocator symbols", sizes.count(image::ALLOCATOR), 0),
+        Figure::new("double-precision symbols", sizes.count(image::DOUBLE), 0),
+        Figure::new("panic symbols", sizes.count(image::PANIC), 0),
+    ])
+}
+
+/// Most bytes of stack in use over two scans of a recording, one in each direction.
+pub fn stack(elf: &Path, recording: &Recording, settings: &ScannerSettings) -> Result<u64> {
+    let playback = Playback::new(recording, &settings.config)?;
+    let settings = ScannerSettings {
+        config: *playback.config(),
+        ..*settings
+    };
+    let mut session = Session::boot(elf, &playback)?;
+    session.configure(&settings, Waits::default())?;
+    session.skip_lines();
+    session.connect()?;
+    session.scan()?;
+    session.scan()?;
+    let answer = session.command("get,stack-used")?;
+    match Sentence::parse(&answer) {
+        Ok(Sentence::Config { value, .. }) => Ok(value.parse()?),
+        _ => anyhow::bail!("get,stack-used: the image answers {answer}"),
+    }
+}
+
+/// Prints the table; exit status 1 when a budget does not hold.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let elf = match &args.elf {
+        Some(elf) => elf.clone(),
+        None => image::build(&[])?,
+    };
+    let mut figures = of_image(&elf)?;
+    if !args.recordings.is_empty() && !qemu::available() {
+        anyhow::bail!("{}", qemu::HOW_TO_GET);
+    }
+    for path in &args.recordings {
+        let recording = Recording::read(path)?;
+        for &estimator in EstimatorKind::ALL {
+            let mut settings = ScannerSettings {
+                config: args.settings.config()?,
+                ..ScannerSettings::default()
+            };
+            settings.config.estimator = estimator;
+            let what = format!("stack, {} on {}, bytes", estimator.as_str(), recording.name);
+            let used = stack(&elf, &recording, &settings).with_context(|| what.clone())?;
+            figures.push(Figure::new(&what, used, 16 * 1024));
+        }
+    }
+    print(&figures, args.format);
+    Ok(if figures.iter().all(Figure::holds) {
+        ExitCode::SUCCESS
+    } else {
+        ExitCode::FAILURE
+    })
+}
+
+fn print(figures: &[Figure], format: Format) {
+    for f in figures {
+        match format {
+            Format::Json => {
+                let line = json!({"what": f.what, "used": f.used, "limit": f.limit});
+                emit(&format!("{line}\n"));
+            }
+            Format::Text => {
+                let verdict = if f.holds() { "" } else { "  ABOVE BUDGET" };
+                emit(&format!(
+                    "{:<44} {:>8} of {:>8}{verdict}\n",
+                    f.what, f.used, f.limit
+                ));
+            }
+        }
+    }
+}
