@@ -51,7 +51,7 @@ pub struct Echo {
     /// Standard deviation of the range, metres.
     pub range_sigma: f32,
     /// Native range bin (c/2B) from the radar.
-    bin: f32,
+    pub bin: f32,
 }
 
 /// What the map shows where there is no echo.

@@ -30,6 +30,9 @@ mod scatterer;
 mod search;
 pub mod trace;
 
+#[cfg(test)]
+mod tests;
+
 use ascent::Ascent;
 use descent::Descent;
 use dimension::Sized;
