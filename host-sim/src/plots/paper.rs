@@ -72,8 +72,11 @@ impl<'a> Witness<'a> {
                 fate: extent.fate,
             }
         };
-        let clusters = numbered.map(cluster);
-        clusters.filter(|c| !c.points.is_empty()).collect()
+        let clusters = numbered.map(cluster).filter(|c| !c.points.is_empty());
+        let mut clusters: Vec<ClusterView> = clusters.collect();
+        // Nearest first, as steps are counted.
+        clusters.sort_by(|a, b| a.centre.0.total_cmp(&b.centre.0));
+        clusters
     }
 }
 

@@ -233,7 +233,7 @@ pub fn beam(
         ),
         (
             Swatch::Mark(Shape::Diamond, 7.0, CONCLUDED),
-            format!("edge: less d tan {degrees}°, plus the particles' gap"),
+            format!("edge: less half the beam, d tan {degrees}°"),
         ),
     ];
     if beams.is_empty() {
