@@ -25,35 +25,39 @@ pub struct Category<const F: usize> {
     pub low: [u8; F],
     /// Largest value of each feature.
     pub high: [u8; F],
+    /// |w| = Σ low + (255 - high): the less, the larger the box.
+    norm: u16,
 }
 
 impl<const F: usize> Category<F> {
     /// Largest |w|: that of a point.
-    const NORM: u32 = 255 * F as u32;
+    const NORM: u16 = 255 * F as u16;
 
     fn point(input: &[u8; F]) -> Self {
         Self {
             low: *input,
             high: *input,
+            norm: Self::NORM,
         }
     }
 
-    /// |w| = Σ low + (255 - high): the less, the larger the box.
-    fn norm(&self) -> u32 {
-        let size: u32 = (self.low.iter().zip(&self.high))
-            .map(|(&low, &high)| u32::from(high - low.min(high)))
-            .sum();
-        Self::NORM - size
+    /// |w| - |I ∧ w|: how much the box must grow to hold `input` too.
+    #[inline]
+    fn growth(&self, input: &[u8; F]) -> u16 {
+        (self.low.iter().zip(&self.high).zip(input))
+            .map(|((&low, &high), &value)| {
+                u16::from(low.saturating_sub(value)) + u16::from(value.saturating_sub(high))
+            })
+            .sum()
     }
 
-    /// The box that holds `input` too: I ∧ w.
-    fn with(&self, input: &[u8; F]) -> Self {
-        let mut grown = *self;
-        for ((low, high), &value) in grown.low.iter_mut().zip(&mut grown.high).zip(input) {
+    /// Grows to hold `input` too: w becomes I ∧ w.
+    fn learn(&mut self, input: &[u8; F]) {
+        self.norm -= self.growth(input).min(self.norm);
+        for ((low, high), &value) in self.low.iter_mut().zip(&mut self.high).zip(input) {
             *low = (*low).min(value);
             *high = (*high).max(value);
         }
-        grown
     }
 }
 
@@ -72,7 +76,7 @@ pub struct FuzzyArt<const F: usize, const C: usize> {
 impl<const F: usize, const C: usize> FuzzyArt<F, C> {
     /// A network without categories and with the vigilance ρ in thousandths.
     pub fn new(vigilance: u16) -> Self {
-        let least = Category::<F>::NORM * u32::from(vigilance.min(1000));
+        let least = u32::from(Category::<F>::NORM) * u32::from(vigilance.min(1000));
         Self {
             categories: Vec::new(),
             least_norm: least.div_ceil(1000),
@@ -87,41 +91,38 @@ impl<const F: usize, const C: usize> FuzzyArt<F, C> {
     /// Presents one input, and learns from it. `None` when no category matches and there is no
     /// room for another.
     pub fn present(&mut self, input: &[u8; F]) -> Option<Match> {
-        let mut best: Option<(usize, Category<F>, u32, u32)> = None;
+        let mut best: Option<(usize, u32, u32)> = None;
         for (k, category) in self.categories.iter().enumerate() {
-            let grown = category.with(input);
-            let (matched, norm) = (grown.norm(), category.norm());
+            let norm = u32::from(category.norm);
+            let matched = norm.saturating_sub(u32::from(category.growth(input)));
             if matched < self.least_norm {
                 continue;
             }
             // Of equal choices α prefers the smaller box, and order the older one.
-            let better = best.is_none_or(|(_, _, best_matched, best_norm)| {
+            let better = best.is_none_or(|(_, best_matched, best_norm)| {
                 let (this, other) = (matched * best_norm, best_matched * norm);
                 this > other || (this == other && norm > best_norm)
             });
             if better {
-                best = Some((k, grown, matched, norm));
+                best = Some((k, matched, norm));
             }
         }
-        match best {
-            Some((k, grown, matched, norm)) => {
-                if let (true, Some(category)) = (matched < norm, self.categories.get_mut(k)) {
-                    *category = grown;
-                }
-                Some(Match {
-                    category: k as u16,
-                    learned: matched < norm,
-                })
-            }
-            None => {
-                let category = self.categories.len() as u16;
-                self.categories.push(Category::point(input)).ok()?;
-                Some(Match {
-                    category,
-                    learned: true,
-                })
-            }
+        let Some((k, matched, norm)) = best else {
+            let category = self.categories.len() as u16;
+            self.categories.push(Category::point(input)).ok()?;
+            return Some(Match {
+                category,
+                learned: true,
+            });
+        };
+        let learned = matched < norm;
+        if let (true, Some(category)) = (learned, self.categories.get_mut(k)) {
+            category.learn(input);
         }
+        Some(Match {
+            category: k as u16,
+            learned,
+        })
     }
 
     /// Presents all `items` in their order, again and again until an epoch neither learns nor
@@ -305,7 +306,9 @@ mod tests {
     fn of_two_boxes_around_an_input_the_smaller_takes_it() {
         let mut art = FuzzyArt::<1, 8>::new(0);
         for (low, high) in [([100], [200]), ([120], [170]), ([110], [160])] {
-            art.categories.push(Category { low, high }).unwrap();
+            let mut category = Category::point(&low);
+            category.learn(&high);
+            art.categories.push(category).unwrap();
         }
         // Within all three T = |w| / (α + |w|): 1 for every box when α → 0, and yet the larger the
         // smaller the box; of the two equal ones the older.
@@ -421,14 +424,18 @@ mod tests {
         ) {
             let (marks, art) = settle(&inputs, vigilance);
             for category in art.categories() {
-                prop_assert!(1000 * category.norm() >= 765 * u32::from(vigilance));
+                let size: u16 = (category.low.iter().zip(&category.high))
+                    .map(|(&low, &high)| u16::from(high) - u16::from(low))
+                    .sum();
+                prop_assert_eq!(category.norm, 765 - size);
+                prop_assert!(1000 * u32::from(category.norm) >= 765 * u32::from(vigilance));
             }
             for (input, &mark) in inputs.iter().zip(&marks) {
                 let Some(category) = art.categories().get(usize::from(mark)) else {
                     prop_assert_eq!(mark, NO_CLUSTER);
                     continue;
                 };
-                prop_assert_eq!(category.with(input), *category);
+                prop_assert_eq!(category.growth(input), 0);
             }
         }
 

@@ -28,17 +28,7 @@ pub struct StairFinder {
     scratch: Scratch,
 }
 
-/// What an estimator may keep beside the map.
-const SCRATCH: usize = 8416;
-const _: () = assert!(
-    size_of::<Paper>() <= SCRATCH && size_of::<Likelihood>() <= SCRATCH,
-    "scratch above its budget"
-);
-
 impl StairFinder {
-    /// Bytes of the map and of an estimator that keeps to its budget.
-    pub const BUDGETED: usize = size_of::<PolarMap>() + SCRATCH;
-
     /// A finder without a scan.
     pub const fn new() -> Self {
         Self {
