@@ -136,8 +136,13 @@ impl Cfar {
         self.load(power);
         match (self.guard, self.training) {
             // The usual windows are compiled with constant distances.
-            (3, 8) => self.test::<A>(Windows::new(3, 8), mask),
-            (guard, training) => self.test::<A>(Windows::new(guard, training), mask),
+            (3, 8) => self.test(Windows::new(3, 8), mask, A::test_word::<3, 8>),
+            (guard, training) => {
+                let windows = Windows::new(guard, training);
+                self.test(windows, mask, |cells, ratios, limit, unit| {
+                    windows.test_word::<A>(cells, ratios, limit, unit)
+                });
+            }
         }
     }
 
@@ -159,20 +164,19 @@ impl Cfar {
 
     /// Whole words of cells at a time: behind the last cell stand zeros, which are no hits.
     #[inline(always)]
-    fn test<A: Arithmetic>(&self, windows: Windows, mask: &mut [u32]) {
+    fn test(
+        &self,
+        windows: Windows,
+        mask: &mut [u32],
+        test_word: impl Fn(&[u32], &[u32; 32], u64, i32) -> (u32, u64),
+    ) {
         // One more than the sum, for a hit exceeds it: p · ratio ≥ sum · 2^24 + 1.
         let mut limit = (windows.first_sum(&self.padded) << RATIO_BITS) + 1;
         let (ratios, _) = self.ratios.as_chunks::<32>();
         let from = self.padded.get(PAD - windows.reach()..).unwrap_or(&[]);
         let cells = from.windows(2 * windows.reach() + 33).step_by(32);
         for ((cells, ratios), word) in cells.zip(ratios).zip(mask) {
-            let tested = windows.tested(cells).iter().zip(ratios);
-            let mut bits = 0;
-            for ((power, ratio), step) in tested.zip(windows.steps(cells)) {
-                let value = u64::from(*power) * u64::from(*ratio);
-                (bits, limit) = A::test(bits, value, limit, step, 1 << RATIO_BITS);
-            }
-            *word = bits;
+            (*word, limit) = test_word(cells, ratios, limit, 1 << RATIO_BITS);
         }
     }
 }
@@ -201,6 +205,24 @@ impl Windows {
     fn first_sum(self, padded: &[u32]) -> u64 {
         let behind = padded.iter().skip(PAD + self.guard + 1).take(self.training);
         behind.map(|&p| u64::from(p)).sum()
+    }
+
+    /// [`Arithmetic::test_word`] for any windows.
+    #[inline(always)]
+    fn test_word<A: Arithmetic>(
+        self,
+        cells: &[u32],
+        ratios: &[u32; 32],
+        mut limit: u64,
+        unit: i32,
+    ) -> (u32, u64) {
+        let mut bits = 0;
+        let tested = self.tested(cells).iter().zip(ratios);
+        for ((power, ratio), step) in tested.zip(self.steps(cells)) {
+            let value = u64::from(*power) * u64::from(*ratio);
+            (bits, limit) = A::test(bits, value, limit, step, unit);
+        }
+        (bits, limit)
     }
 
     /// The cells under test of a stretch that begins with the first one's first training cell and
@@ -287,6 +309,7 @@ fn log2_determinants(correlation: &[f32], near: usize, far: usize, s: f32) -> f3
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::range::packed::Native;
     use proptest::prelude::*;
 
     fn shaped(config: &CfarConfig, cells: u16) -> Cfar {
@@ -305,13 +328,17 @@ mod tests {
         #[test]
         fn running_sums_equal_the_definition(
             power in prop::collection::vec(prop_oneof![0u32..100, 0u32..1 << 30], 1..=256),
-            guard in 0u8..=16,
-            training in 1u8..=32,
+            (guard, training) in prop_oneof![(0u8..=16, 1u8..=32), Just((3, 8))],
         ) {
             let config = CfarConfig { guard, training, ..CfarConfig::default() };
             let mut cfar = shaped(&config, power.len() as u16);
             let (guard, training) = (usize::from(guard), usize::from(training));
             let cells: Vec<_> = cfar.run(&power).collect();
+            let mut mask = [0; 8];
+            cfar.detect::<Native>(&power, &mut mask);
+            for (k, cell) in cells.iter().enumerate() {
+                prop_assert_eq!(mask[k / 32] >> (k % 32) & 1 != 0, cell.is_hit(), "cell {}", k);
+            }
             prop_assert_eq!(cells.len(), power.len());
             for (k, cell) in cells.into_iter().enumerate() {
                 let tested = |&j: &usize| (guard + 1..=guard + training).contains(&j.abs_diff(k));

@@ -175,6 +175,27 @@ macro_rules! last_power {
     };
 }
 
+/// Two neighbouring cells: [r0] the first training cell, [r1] the ratios, r3:r2 the limit, r4 the
+/// bits, r5 the unit. Two words a load.
+macro_rules! test_pair {
+    () => {
+        concat!(
+            // Power times ratio, of both.
+            "ldrd r8, r9, [r0, #{tested}]\n ldrd r10, r11, [r1], #8\n",
+            "umull r8, r10, r8, r10\n umull r9, r11, r9, r11\n",
+            // The first against its limit: the carry is the answer, RRX shifts it in.
+            "subs r8, r8, r2\n sbcs r10, r10, r3\n rrx r4, r4\n",
+            // What enters and leaves, of both.
+            "ldrd r8, r10, [r0, #{enters_first}]\n ldrd r12, lr, [r0, #{enters_last}]\n",
+            "add r8, r8, r12\n add r10, r10, lr\n ldrd r12, lr, [r0, #{leaves_last}]\n",
+            "sub r8, r8, r12\n sub r10, r10, lr\n ldrd r12, lr, [r0], #8\n",
+            "sub r8, r8, r12\n sub r10, r10, lr\n smlal r2, r3, r8, r5\n",
+            // The second against its limit.
+            "subs r9, r9, r2\n sbcs r11, r11, r3\n rrx r4, r4\n smlal r2, r3, r10, r5\n",
+        )
+    };
+}
+
 impl Arithmetic for Dsp {
     // Both halves added, subtracted, or crosswise: the products with j cost nothing.
     #[inline(always)]
@@ -354,6 +375,51 @@ impl Arithmetic for Dsp {
     #[inline(always)]
     fn pack_low(re: i32, im: i32) -> Packed {
         Packed(instruction!((re, im) = "pkhbt {r}, {re}, {im}, lsl #16"))
+    }
+
+    #[inline(always)]
+    fn test_word<const GUARD: usize, const TRAINING: usize>(
+        cells: &[u32],
+        ratios: &[u32; 32],
+        limit: u64,
+        unit: i32,
+    ) -> (u32, u64) {
+        if cells.len() < 2 * (GUARD + TRAINING) + 33 {
+            return super::Portable::test_word::<GUARD, TRAINING>(cells, ratios, limit, unit);
+        }
+        let (mut low, mut high) = (limit as u32, (limit >> 32) as u32);
+        let mut bits = 0u32;
+        // SAFETY: the last of the 32 cells reads 2 (G + T) + 32 words behind the first one's first,
+        // which were counted; r6 is restored.
+        unsafe {
+            asm!(
+                "push {{r6}}",
+                "mov r6, #8",
+                "2:",
+                test_pair!(),
+                test_pair!(),
+                "subs r6, r6, #1",
+                "bne 2b",
+                "pop {{r6}}",
+                tested = const 4 * (GUARD + TRAINING),
+                enters_first = const 4 * TRAINING,
+                enters_last = const 4 * (2 * (GUARD + TRAINING) + 1),
+                leaves_last = const 4 * (2 * GUARD + TRAINING + 1),
+                inout("r0") cells.as_ptr() => _,
+                inout("r1") ratios.as_ptr() => _,
+                inout("r2") low,
+                inout("r3") high,
+                inout("r4") bits,
+                in("r5") unit,
+                out("r8") _,
+                out("r9") _,
+                out("r10") _,
+                out("r11") _,
+                out("r12") _,
+                out("lr") _,
+            );
+        }
+        (bits, u64::from(high) << 32 | u64::from(low))
     }
 
     #[inline(always)]

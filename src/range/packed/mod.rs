@@ -110,6 +110,32 @@ pub trait Arithmetic {
     /// `value` reaches `limit`, and moves the limit on by a·b.
     fn test(bits: u32, value: u64, limit: u64, a: i32, b: i32) -> (u32, u64);
 
+    /// 32 neighbouring cells of a profile against their running limits, with `GUARD` guard and
+    /// `TRAINING` training cells on each side; bit k says whether cell k reaches its limit.
+    ///
+    /// `cells` begins with the first cell's first training cell; limits are sums of training cells
+    /// times `unit`, to be reached by powers times their ratios.
+    #[inline(always)]
+    fn test_word<const GUARD: usize, const TRAINING: usize>(
+        cells: &[u32],
+        ratios: &[u32; 32],
+        mut limit: u64,
+        unit: i32,
+    ) -> (u32, u64) {
+        let reach = GUARD + TRAINING;
+        let mut bits = 0;
+        for (cells, ratio) in cells.windows(2 * reach + 2).zip(ratios) {
+            let value = u64::from(cells[reach]) * u64::from(*ratio);
+            // What enters and leaves when both windows move on by one cell.
+            let step = cells[TRAINING]
+                .wrapping_add(cells[2 * reach + 1])
+                .wrapping_sub(cells[reach + GUARD + 1])
+                .wrapping_sub(cells[0]) as i32;
+            (bits, limit) = Self::test(bits, value, limit, step, unit);
+        }
+        (bits, limit)
+    }
+
     /// The upper half-words of `re` and `im` as one complex number.
     fn pack_high(re: i32, im: i32) -> Packed;
     /// The lower half-words of `re` and `im` as one complex number.
