@@ -151,14 +151,8 @@ impl Cfar {
             .padded
             .get_mut(PAD..PAD + self.cells)
             .unwrap_or(&mut []);
-        // By eights, which move with two instructions.
-        let (to, to_rest) = cells.as_chunks_mut::<8>();
-        let (from, from_rest) = power.as_chunks::<8>();
-        for (to, from) in to.iter_mut().zip(from) {
-            *to = *from;
-        }
-        for (to, from) in to_rest.iter_mut().zip(from_rest) {
-            *to = *from;
+        if let Some(power) = power.get(..cells.len()) {
+            cells.copy_from_slice(power);
         }
     }
 
