@@ -32,6 +32,7 @@ pub struct Calibration {
 
 /// Least squares over the echoes that can only be floor, each height error being
 /// -(range · cos angle) · bias + height, with priors; echoes off the floor lose weight (Cauchy).
+#[inline(never)]
 pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry) -> Calibration {
     let mut a = [
         1.0 / (BIAS_SIGMA * BIAS_SIGMA),

@@ -239,6 +239,7 @@ pub struct Sized {
 
 /// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
 /// `bias_sigma` is the shaft's angle error that calibration leaves.
+#[inline(never)]
 pub fn ascending(
     evidence: &Evidence,
     flight: &Flight<Shape>,
@@ -305,6 +306,7 @@ pub fn ascending(
 }
 
 /// The steps of a descending flight.
+#[inline(never)]
 pub fn descending(descent: &Descent<'_>, flight: &Flight<descent::Shape>) -> Sized {
     let edges = descent.edges(flight);
     let levels = descent.levels(flight, &edges);

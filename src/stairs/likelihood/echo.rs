@@ -67,6 +67,7 @@ pub struct Background<'a> {
 
 /// Goes through the candidates, strongest first, and keeps what only a scatterer of its own
 /// explains.
+#[inline(never)]
 pub fn select(
     map: &PolarMap,
     candidates: &[Candidate],

@@ -94,6 +94,7 @@ pub fn credibility(db: f32) -> f32 {
 
 impl Evidence {
     /// Risers: columns of echoes above one another, in the depth plane.
+    #[inline(never)]
     pub fn risers(echoes: &[Echo], mount_height: f32) -> Self {
         let marks = (0..).zip(echoes).map(|(k, e)| {
             let side_lobe_floor = e.range_m < UNSEEN_FLOOR && e.y > 0.05 && e.db < 15.0;
@@ -108,6 +109,7 @@ impl Evidence {
     }
 
     /// Treads: rows of echoes beside one another, in the height plane.
+    #[inline(never)]
     pub fn treads(echoes: &[Echo], mount_height: f32) -> Self {
         let below = (0..)
             .zip(echoes)

@@ -14,6 +14,9 @@
 //! | [`search`] | the best flight |
 //! | [`ascent`], [`descent`] | its dimensions |
 
+// The stages are `inline(never)`: each has its working memory on a stack of 16 KB, and merged into
+// one function they would hold all of it at the same time.
+
 mod ascent;
 mod beam;
 mod calibrate;
@@ -36,14 +39,15 @@ mod tests;
 use ascent::Ascent;
 use descent::Descent;
 use dimension::Sized;
-use echo::Echo;
+use echo::{Echo, MAX_ECHOES};
 use evidence::{Evidence, Mark};
-use search::{Flight, Search, Stairs};
+use search::{Beams, Flight, Search, Stairs};
 use trace::{Explanation, Hypothesis, Observer, Scatterer};
 
-use super::map::PolarMap;
+use super::map::{Geometry, PolarMap};
 use super::{Outcome, Reason};
 use crate::config::{Config, Plane};
+use heapless::Vec;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -56,9 +60,21 @@ const ACCEPT_DOWN: f32 = 2.0;
 /// An echo that noise alone does not make in a whole scan, dB.
 const SURE_DB: f32 = 4.5;
 
-/// What the estimator keeps during a scan.
+/// The estimator: what it keeps during a scan, and after the last row the search's memory in the
+/// same place.
 #[derive(Debug)]
-pub struct Likelihood {
+pub struct Likelihood(Phase);
+
+#[derive(Debug)]
+enum Phase {
+    Rows(Rows),
+    Up(Beams<ascent::Shape>),
+    Down(Beams<descent::Shape>),
+}
+
+/// What is worked out row by row.
+#[derive(Debug)]
+struct Rows {
     filter: beam::BeamFilter,
     finder: candidate::CandidateFinder,
     noise: noise::NoiseSamples,
@@ -75,6 +91,65 @@ impl Default for Likelihood {
 impl Likelihood {
     /// Before the first scan.
     pub const fn new() -> Self {
+        Self(Phase::Rows(Rows::new()))
+    }
+
+    /// Ready for the first row of the scan that `map` has been shaped for.
+    pub fn begin(&mut self, map: &PolarMap) {
+        if !matches!(self.0, Phase::Rows(_)) {
+            *self = Self::new();
+        }
+        if let Phase::Rows(rows) = &mut self.0 {
+            rows.begin(map);
+        }
+    }
+
+    /// Takes in row `k` of the map. Rows come one after the other from either end; one whose chirp
+    /// was lost comes too, empty as it is.
+    pub fn row(&mut self, map: &PolarMap, k: usize) {
+        if let Phase::Rows(rows) = &mut self.0 {
+            rows.row(map, k);
+        }
+    }
+
+    /// The answer, after the last row.
+    pub fn finish(&mut self, map: &PolarMap, config: &Config, scan: u32) -> Outcome {
+        self.finish_observed(map, config, scan, &mut ())
+    }
+
+    /// [`Likelihood::finish`], telling `observer` what it thinks.
+    #[inline(never)]
+    pub fn finish_observed(
+        &mut self,
+        map: &PolarMap,
+        config: &Config,
+        scan: u32,
+        observer: &mut impl Observer,
+    ) -> Outcome {
+        let Phase::Rows(rows) = &mut self.0 else {
+            return Outcome::fault(Reason::Silent);
+        };
+        let mut echoes = rows.echoes(map, config, scan, observer);
+        let geometry = map.geometry();
+        self.0 = match geometry.plane {
+            Plane::Depth => Phase::Up(Beams::new()),
+            Plane::Height => Phase::Down(Beams::new()),
+        };
+        let outcome = match &mut self.0 {
+            Phase::Up(beams) => ascend(&mut echoes, geometry, beams, observer),
+            Phase::Down(beams) => descend(&echoes, geometry, beams, observer),
+            Phase::Rows(_) => Outcome::fault(Reason::Silent),
+        };
+        if echoes.iter().any(|e| e.db >= SURE_DB) {
+            outcome
+        } else {
+            Outcome::fault(Reason::NoEcho)
+        }
+    }
+}
+
+impl Rows {
+    const fn new() -> Self {
         Self {
             filter: beam::BeamFilter::new(),
             finder: candidate::CandidateFinder::new(),
@@ -84,8 +159,7 @@ impl Likelihood {
         }
     }
 
-    /// Ready for the first row of the scan that `map` has been shaped for.
-    pub fn begin(&mut self, map: &PolarMap) {
+    fn begin(&mut self, map: &PolarMap) {
         self.filter.begin(map.geometry());
         self.finder.begin();
         self.noise.begin();
@@ -93,9 +167,7 @@ impl Likelihood {
         self.reversed = false;
     }
 
-    /// Takes in row `k` of the map. Rows come one after the other from either end; one whose chirp
-    /// was lost comes too, empty as it is.
-    pub fn row(&mut self, map: &PolarMap, k: usize) {
+    fn row(&mut self, map: &PolarMap, k: usize) {
         if self.fed == 0 {
             self.reversed = k > 0;
         }
@@ -127,19 +199,14 @@ impl Likelihood {
         self.finder.advance(map.bins(), middle);
     }
 
-    /// The answer, after the last row.
-    pub fn finish(&mut self, map: &PolarMap, config: &Config, scan: u32) -> Outcome {
-        self.finish_observed(map, config, scan, &mut ())
-    }
-
-    /// [`Likelihood::finish`], telling `observer` what it thinks.
-    pub fn finish_observed(
+    /// What a scatterer of its own explains, after the last row; the noise goes to `observer`.
+    fn echoes(
         &mut self,
         map: &PolarMap,
         config: &Config,
         scan: u32,
         observer: &mut impl Observer,
-    ) -> Outcome {
+    ) -> Vec<Echo, MAX_ECHOES> {
         let end = if self.reversed {
             0
         } else {
@@ -159,38 +226,24 @@ impl Likelihood {
         };
         let seed = u64::from(config.seed) << 32 | u64::from(scan);
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
-        let mut echoes = echo::select(map, self.finder.sorted(), &background, config, &mut rng);
-        let geometry = map.geometry();
-        let outcome = match geometry.plane {
-            Plane::Depth => {
-                let found = calibrate::calibrate(&mut echoes, geometry);
-                observer.calibration(found.bias_rad, found.height_m);
-                let evidence = Evidence::risers(&echoes, geometry.mount_height_m);
-                ascend(&evidence, &echoes, found.bias_sigma, observer)
-            }
-            Plane::Height => {
-                let evidence = Evidence::treads(&echoes, geometry.mount_height_m);
-                descend(&evidence, &echoes, observer)
-            }
-        };
-        if echoes.iter().any(|e| e.db >= SURE_DB) {
-            outcome
-        } else {
-            Outcome::fault(Reason::NoEcho)
-        }
+        echo::select(map, self.finder.sorted(), &background, config, &mut rng)
     }
 }
 
 /// The best stairs going up, if they explain the echoes better than everything else.
+#[inline(never)]
 fn ascend(
-    evidence: &Evidence,
-    echoes: &[Echo],
-    bias_sigma: f32,
+    echoes: &mut [Echo],
+    geometry: &Geometry,
+    beams: &mut Beams<ascent::Shape>,
     observer: &mut impl Observer,
 ) -> Outcome {
+    let found = calibrate::calibrate(echoes, geometry);
+    observer.calibration(found.bias_rad, found.height_m);
+    let evidence = &Evidence::risers(echoes, geometry.mount_height_m);
     let ascent = Ascent::new(evidence);
     let mut search = Search::new(&ascent);
-    let best = search.best().map(|mut flight| {
+    let best = search.best(beams).map(|mut flight| {
         let (rise, score) = ascent.rise(&flight);
         flight.score = score;
         (flight, rise)
@@ -199,15 +252,22 @@ fn ascend(
         .as_ref()
         .filter(|(flight, _)| flight.score >= ACCEPT_UP);
     tell(&search, winner.map(|w| &w.0), echoes, observer);
-    let sized = winner.map(|(f, rise)| dimension::ascending(evidence, f, *rise, bias_sigma));
+    let sized = winner.map(|(f, rise)| dimension::ascending(evidence, f, *rise, found.bias_sigma));
     conclude(&search, best.as_ref().map(|b| &b.0), sized, ACCEPT_UP)
 }
 
 /// The same for stairs going down.
-fn descend(evidence: &Evidence, echoes: &[Echo], observer: &mut impl Observer) -> Outcome {
+#[inline(never)]
+fn descend(
+    echoes: &[Echo],
+    geometry: &Geometry,
+    beams: &mut Beams<descent::Shape>,
+    observer: &mut impl Observer,
+) -> Outcome {
+    let evidence = &Evidence::treads(echoes, geometry.mount_height_m);
     let descent = Descent::new(evidence);
     let mut search = Search::new(&descent);
-    let best = search.best();
+    let best = search.best(beams);
     let winner = best.as_ref().filter(|flight| flight.score >= ACCEPT_DOWN);
     tell(&search, winner, echoes, observer);
     let sized = winner.map(|flight| dimension::descending(&descent, flight));
@@ -215,6 +275,7 @@ fn descend(evidence: &Evidence, echoes: &[Echo], observer: &mut impl Observer) -
 }
 
 /// The outcome and what it is worth: of a flight that was accepted and sized, or of none.
+#[inline(never)]
 fn conclude<S: Stairs>(
     search: &Search<'_, S>,
     best: Option<&Flight<S::Shape>>,

@@ -38,6 +38,7 @@ impl NoiseSamples {
     }
 
     /// Medians over the angles, map units: per range bin into `floors`; returns the one over all.
+    #[inline(never)]
     pub fn medians(&self, bins: usize, floors: &mut [u8; MAX_BINS]) -> f32 {
         let mut histogram = [0u16; 256];
         for (bin, floor) in floors.iter_mut().enumerate().take(bins) {

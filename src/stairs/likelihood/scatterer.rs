@@ -180,6 +180,7 @@ pub struct Mode {
 }
 
 /// Refines one mode after the other and hands over its place.
+#[inline(never)]
 pub fn refine(
     cloud: &mut SizedCloud<MODE_PARTICLES>,
     modes: &[Mode],

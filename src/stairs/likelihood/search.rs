@@ -84,6 +84,24 @@ pub struct Flight<S> {
 /// The best beginnings so far.
 type Beam<S> = Vec<Flight<S>, BEAM>;
 
+/// Working memory of a search: the beginnings that are followed, and those that they lead to. Too
+/// large for a small stack, so it comes from outside.
+#[derive(Debug)]
+pub struct Beams<S> {
+    now: Beam<S>,
+    next: Beam<S>,
+}
+
+impl<S> Beams<S> {
+    /// Without beginnings.
+    pub const fn new() -> Self {
+        Self {
+            now: Vec::new(),
+            next: Vec::new(),
+        }
+    }
+}
+
 /// The search's state.
 #[derive(Debug)]
 pub struct Search<'s, S: Stairs> {
@@ -118,8 +136,10 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// The best flight.
-    pub fn best(&mut self) -> Option<Flight<S::Shape>> {
-        let mut beam = Beam::new();
+    #[inline(never)]
+    pub fn best(&mut self, beams: &mut Beams<S::Shape>) -> Option<Flight<S::Shape>> {
+        let Beams { now, next } = beams;
+        now.clear();
         for k in 0..self.stairs.evidence().columns.len() {
             let first = self.link(k);
             self.stairs.shapes(first, |shape| {
@@ -128,17 +148,17 @@ impl<'s, S: Stairs> Search<'s, S> {
                     ..Flight::default()
                 };
                 if let Some(flight) = extended(self.stairs, &start, &[first]) {
-                    keep(&mut beam, flight);
+                    keep(now, flight);
                 }
             });
         }
-        while !beam.is_empty() {
-            let mut next = Beam::new();
-            for flight in &beam {
+        while !now.is_empty() {
+            next.clear();
+            for flight in now.iter() {
                 self.lead(flight);
-                self.grow(flight, &mut next);
+                self.grow(flight, next);
             }
-            beam = next;
+            core::mem::swap(now, next);
         }
         let best = self
             .leaders
