@@ -132,7 +132,7 @@ pub fn outcome<'a>(
 }
 
 /// An integer that orders as the number does.
-fn sort_key(value: f32) -> i32 {
+pub(crate) fn sort_key(value: f32) -> i32 {
     let bits = value.to_bits() as i32;
     if bits < 0 { i32::MIN - bits } else { bits }
 }

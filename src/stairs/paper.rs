@@ -115,6 +115,8 @@ impl Paper {
 
     /// The answer, after the last row. The same map, configuration and scan number give the same
     /// answer.
+    // Its working memory must not lie on the stack while the other estimator works.
+    #[inline(never)]
     pub fn finish(
         &mut self,
         map: &PolarMap,

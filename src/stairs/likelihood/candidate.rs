@@ -1,6 +1,7 @@
 //! Local maxima of the filtered map, found row by row: the places where a mode of particles starts.
 
 use super::MAX_BINS;
+use crate::stairs::particles::shell_sort;
 use heapless::Vec;
 
 /// Most candidates of a scan: the strongest are kept.
@@ -110,8 +111,7 @@ impl CandidateFinder {
 
     /// The candidates, strongest first.
     pub fn sorted(&mut self) -> &[Candidate] {
-        self.found
-            .sort_unstable_by_key(|c| core::cmp::Reverse(c.key()));
+        shell_sort(&mut self.found, |c| core::cmp::Reverse(c.key()));
         self.weakest = self.found.len().saturating_sub(1);
         &self.found
     }

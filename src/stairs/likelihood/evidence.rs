@@ -2,6 +2,8 @@
 
 use super::echo::{Echo, MAX_ECHOES};
 use crate::math::{self, RAD_PER_DEG};
+use crate::stairs::dimension::sort_key;
+use crate::stairs::particles::shell_sort;
 use heapless::Vec;
 
 /// Most columns (places where a riser may stand).
@@ -93,9 +95,17 @@ pub fn credibility(db: f32) -> f32 {
 }
 
 impl Evidence {
+    /// Nothing yet.
+    pub fn new(mount_height: f32) -> Self {
+        Self {
+            mount_height,
+            ..Self::default()
+        }
+    }
+
     /// Risers: columns of echoes above one another, in the depth plane.
     #[inline(never)]
-    pub fn risers(echoes: &[Echo], mount_height: f32) -> Self {
+    pub fn risers(&mut self, echoes: &[Echo]) {
         let marks = (0..).zip(echoes).map(|(k, e)| {
             let side_lobe_floor = e.range_m < UNSEEN_FLOOR && e.y > 0.05 && e.db < 15.0;
             Mark {
@@ -105,12 +115,13 @@ impl Evidence {
                 ..Mark::new(k, e)
             }
         });
-        Self::gather(marks, mount_height, COLUMN, X_MIN)
+        self.gather(marks, COLUMN, X_MIN);
     }
 
     /// Treads: rows of echoes beside one another, in the height plane.
     #[inline(never)]
-    pub fn treads(echoes: &[Echo], mount_height: f32) -> Self {
+    pub fn treads(&mut self, echoes: &[Echo]) {
+        let mount_height = self.mount_height;
         let below = (0..)
             .zip(echoes)
             .filter(|(_, e)| e.y < 0.06 && e.db > FAINTEST_TREAD_DB);
@@ -125,35 +136,25 @@ impl Evidence {
                 ..Mark::new(k, e)
             }
         });
-        Self::gather(marks, mount_height, ROW, 0.0)
+        self.gather(marks, ROW, 0.0);
     }
 
     /// Sorts the marks and gathers columns around the strongest ones left; what lies nearer than
     /// `nearest` is in none.
-    fn gather(
-        marks: impl Iterator<Item = Mark>,
-        mount_height: f32,
-        width: f32,
-        nearest: f32,
-    ) -> Self {
-        let mut evidence = Self {
-            marks: marks.take(MAX_ECHOES).collect(),
-            columns: Vec::new(),
-            mount_height,
-        };
-        evidence
-            .marks
-            .sort_unstable_by(|a, b| a.along.total_cmp(&b.along));
+    fn gather(&mut self, marks: impl Iterator<Item = Mark>, width: f32, nearest: f32) {
+        self.marks.clear();
+        self.columns.clear();
+        for mark in marks {
+            // As many as there are echoes at most.
+            let _ = self.marks.push(mark);
+        }
+        shell_sort(&mut self.marks, |m| sort_key(m.along));
         let mut taken = [false; MAX_ECHOES];
-        for (mark, taken) in evidence.marks.iter().zip(&mut taken) {
+        for (mark, taken) in self.marks.iter().zip(&mut taken) {
             *taken = mark.along <= nearest;
         }
         loop {
-            let left = evidence
-                .marks
-                .iter()
-                .zip(&taken)
-                .filter(|(_, taken)| !**taken);
+            let left = self.marks.iter().zip(&taken).filter(|(_, taken)| !**taken);
             let Some((centre, _)) = left.max_by(|(a, _), (b, _)| a.db.total_cmp(&b.db)) else {
                 break;
             };
@@ -163,7 +164,7 @@ impl Evidence {
                 first: usize::MAX,
                 end: 0,
             };
-            for (k, (mark, taken)) in evidence.marks.iter().zip(&mut taken).enumerate() {
+            for (k, (mark, taken)) in self.marks.iter().zip(&mut taken).enumerate() {
                 if !*taken && (mark.along - column.along).abs() <= width {
                     *taken = true;
                     column.first = column.first.min(k);
@@ -173,14 +174,11 @@ impl Evidence {
                     }
                 }
             }
-            if evidence.columns.push(column).is_err() {
+            if self.columns.push(column).is_err() {
                 break;
             }
         }
-        evidence
-            .columns
-            .sort_unstable_by(|a, b| a.along.total_cmp(&b.along));
-        evidence
+        shell_sort(&mut self.columns, |c| sort_key(c.along));
     }
 
     /// Marks with `from` < along ≤ `to`.

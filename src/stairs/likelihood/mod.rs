@@ -240,7 +240,9 @@ fn ascend(
 ) -> Outcome {
     let found = calibrate::calibrate(echoes, geometry);
     observer.calibration(found.bias_rad, found.height_m);
-    let evidence = &Evidence::risers(echoes, geometry.mount_height_m);
+    let mut evidence = Evidence::new(geometry.mount_height_m);
+    evidence.risers(echoes);
+    let evidence = &evidence;
     let ascent = Ascent::new(evidence);
     let mut search = Search::new(&ascent);
     let best = search.best(beams).map(|mut flight| {
@@ -264,7 +266,9 @@ fn descend(
     beams: &mut Beams<descent::Shape>,
     observer: &mut impl Observer,
 ) -> Outcome {
-    let evidence = &Evidence::treads(echoes, geometry.mount_height_m);
+    let mut evidence = Evidence::new(geometry.mount_height_m);
+    evidence.treads(echoes);
+    let evidence = &evidence;
     let descent = Descent::new(evidence);
     let mut search = Search::new(&descent);
     let best = search.best(beams);
