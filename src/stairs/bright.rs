@@ -151,8 +151,10 @@ impl<'a> Field<'a> {
         })
     }
 
-    /// Calls `take` with the row and bin of each high-intensity cell, row by row.
-    fn each_bright(&self, mut take: impl FnMut(usize, usize)) {
+    /// Calls `take` with the row and bin of each high-intensity cell, row by row. One copy, whoever
+    /// takes: flash is short.
+    #[inline(never)]
+    fn each_bright(&self, take: &mut dyn FnMut(usize, usize)) {
         let bright = self.bright();
         for row in 0..self.map.rows() {
             if self.cfar {
@@ -174,14 +176,14 @@ impl<'a> Field<'a> {
     /// over all bright places, where independent draws would now and then leave one out.
     pub fn modes(&self, config: &ParticleConfig, rng: &mut impl Rng) -> Vec<Gaussian, MAX_MODES> {
         let mut count = 0_u32;
-        self.each_bright(|_, _| count += 1);
+        self.each_bright(&mut |_, _| count += 1);
         let offset = uniform(rng, count);
         let number = u32::from(config.modes).clamp(1, MAX_MODES as u32);
         let mut modes = Vec::new();
         // The k-th mode stands on the cell of rank (offset + k count) / number.
         let mut below = offset;
         let mut until_next = below / number;
-        self.each_bright(|row, bin| {
+        self.each_bright(&mut |row, bin| {
             while until_next == 0 && modes.len() < number as usize {
                 if modes.push(self.gaussian(config, row, bin)).is_err() {
                     return;

@@ -237,7 +237,8 @@ fn form_clusters(cloud: &mut Cloud, sensitivity: u16) {
     sort_by_cluster(cloud);
 }
 
-/// Puts the particles of each cluster side by side, the topmost first.
+/// Puts the particles of each cluster side by side, the topmost first. One copy: flash is short.
+#[inline(never)]
 fn sort_by_cluster(cloud: &mut Cloud) {
     cloud.sort_by_key(|p| (p.mark, p.at[1], p.at[0], p.weight));
 }
