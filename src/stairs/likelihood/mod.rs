@@ -66,6 +66,10 @@ const SURE_DB: f32 = 4.5;
 pub struct Likelihood(Phase);
 
 #[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one after the other in the same memory is the point"
+)]
 enum Phase {
     Rows(Rows),
     Up(Beams<ascent::Shape>),
