@@ -47,7 +47,6 @@ use trace::{Explanation, Hypothesis, Observer, Scatterer};
 use super::map::{Geometry, PolarMap};
 use super::{Outcome, Reason};
 use crate::config::{Config, Plane};
-use heapless::Vec;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -210,7 +209,7 @@ impl Rows {
         config: &Config,
         scan: u32,
         observer: &mut impl Observer,
-    ) -> Vec<Echo, MAX_ECHOES> {
+    ) -> heapless::Vec<Echo, MAX_ECHOES> {
         let end = if self.reversed {
             0
         } else {

@@ -271,7 +271,8 @@ fn echoes_above_one_another_share_a_column() {
         echo(1.1, 0.17, 25.0),
         echo(0.2, 0.1, 40.0),
     ];
-    let evidence = Evidence::risers(&echoes, 0.4);
+    let mut evidence = Evidence::new(0.4);
+    evidence.risers(&echoes);
     let along: Vec<f32> = evidence.columns.iter().map(|c| c.along).collect();
     assert_eq!(along, [0.8, 1.1]);
 }
