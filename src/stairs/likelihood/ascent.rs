@@ -12,7 +12,7 @@ use crate::math;
 /// What stands farther behind the last riser is no part of the flight, metres.
 const LANDING: f32 = 0.55;
 /// Heights of single things too tall to climb, metres.
-const TALL: [f32; 9] = [0.25, 0.28, 0.32, 0.36, 0.40, 0.46, 0.55, 0.7, 2.0];
+const TALL: [f32; 7] = [0.25, 0.29, 0.33, 0.38, 0.46, 0.60, 2.0];
 /// Floating stairs are rarer than closed ones, nats: legs and boxes pass for a single floating
 /// step, so it takes more than one to be believed.
 const FLOATING: f32 = 3.0;
@@ -52,14 +52,25 @@ impl<'e> Ascent<'e> {
         };
         let mut tall = ascent.tall;
         for (k, (gain, column)) in tall.iter_mut().zip(&evidence.columns).enumerate() {
+            if !column.begins {
+                continue;
+            }
             let link = Link {
                 along: column.along,
                 column: Some(k as u8),
             };
             for rise in TALL {
-                for open in [false, true] {
-                    *gain = gain.max(ascent.whole(&[link], Shape { rise, open }));
-                }
+                let shape = Shape { rise, open: true };
+                // Without a corner to be seen it is a post, with one a box or a wall.
+                let post = ascent.whole(&[link], shape);
+                let wall = ascent.whole(
+                    &[link],
+                    Shape {
+                        open: false,
+                        ..shape
+                    },
+                );
+                *gain = gain.max(post).max(wall);
             }
         }
         ascent.tall = tall;

@@ -172,23 +172,34 @@ pub type Patch = [[u16; PATCH_ROWS.len()]; PATCH_BINS.len()];
 /// The filtered map around one place, worked out again from the map itself.
 pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
     let rows = box_rows(map.geometry());
-    let first = isize::try_from(row).unwrap_or(0) - (rows - 1 + REACH) as isize;
-    let last = map.rows() as isize - 1;
-    PATCH_BINS.map(|offset| {
-        let bin = usize::from(bin).wrapping_add_signed(offset.into());
-        let cell = |k: usize| power(map.cell((first + k as isize).clamp(0, last) as usize, bin));
-        // One box after the other, each a running sum.
-        let mut once = [0u32; MAX_BOX + 2 * REACH];
-        let mut sum = (0..rows - 1).map(cell).fold(0u32, u32::wrapping_add);
-        for (k, out) in once.iter_mut().enumerate().take(rows + 2 * REACH) {
-            sum = sum.wrapping_add(cell(k + rows - 1));
-            *out = sum;
-            sum = sum.wrapping_sub(cell(k));
+    let first = i32::from(row) - (rows - 1 + REACH) as i32;
+    let last = map.rows() as i32 - 1;
+    let mut cells = [[0u32; PATCH_BINS.len()]; 2 * (MAX_BOX - 1 + REACH) + 1];
+    let needed = 2 * (rows - 1 + REACH) + 1;
+    for (at, cells) in (first..).zip(cells.iter_mut().take(needed)) {
+        let line = map.row(at.clamp(0, last) as usize);
+        let around = line.get(usize::from(bin).wrapping_sub(1)..).unwrap_or(&[]);
+        for (out, &cell) in cells.iter_mut().zip(around) {
+            *out = power(cell);
         }
-        PATCH_ROWS.map(|offset| {
+    }
+    let mut patch = Patch::default();
+    for (k, levels) in patch.iter_mut().enumerate() {
+        let column = || cells.iter().map(|c| c.get(k).copied().unwrap_or(0));
+        // One box after the other, each a running sum.
+        let mut boxed = [0u32; MAX_BOX + 2 * REACH];
+        let mut sum = column().take(rows - 1).fold(0u32, u32::wrapping_add);
+        let moving = column().skip(rows - 1).zip(column());
+        for (out, (new, old)) in boxed.iter_mut().zip(moving).take(rows + 2 * REACH) {
+            sum = sum.wrapping_add(new);
+            *out = sum;
+            sum = sum.wrapping_sub(old);
+        }
+        for (level_out, offset) in levels.iter_mut().zip(PATCH_ROWS) {
             let from = REACH.wrapping_add_signed(offset.into());
-            let boxed = once.get(from..from + rows).unwrap_or(&[]);
-            level(boxed.iter().copied().fold(0, u32::wrapping_add))
-        })
-    })
+            let summed = boxed.get(from..from + rows).unwrap_or(&[]);
+            *level_out = level(summed.iter().copied().fold(0, u32::wrapping_add));
+        }
+    }
+    patch
 }

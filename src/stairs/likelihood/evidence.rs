@@ -14,6 +14,8 @@ pub const COLUMN: f32 = 0.035;
 pub const ROW: f32 = 0.025;
 /// Height below which an echo may be ground, metres.
 const ON_GROUND: f32 = 0.03;
+/// A weaker echo on the ground is no corner, dB.
+const CORNER_DB: f32 = 15.0;
 /// Weaker echoes in the height plane are left out, dB.
 const FAINTEST_TREAD_DB: f32 = 3.0;
 /// Octaves of amplitude in a decibel.
@@ -57,6 +59,8 @@ pub struct Column {
     pub along: f32,
     /// Sum of the credibilities of what does not lie on the floor.
     pub weight: f32,
+    /// Whether a flight may begin here: something stands off the ground, or a corner shines.
+    pub begins: bool,
     /// Its echoes: from this mark …
     pub first: usize,
     /// … up to but without this one.
@@ -161,6 +165,7 @@ impl Evidence {
             let mut column = Column {
                 along: centre.along,
                 weight: 0.01 * centre.db,
+                begins: centre.db > CORNER_DB,
                 first: usize::MAX,
                 end: 0,
             };
@@ -171,6 +176,7 @@ impl Evidence {
                     column.end = k + 1;
                     if mark.y.abs() > ON_GROUND {
                         column.weight += mark.weight;
+                        column.begins = true;
                     }
                 }
             }

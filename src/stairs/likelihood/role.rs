@@ -365,14 +365,14 @@ impl Evidence {
 
     /// Score of the best ramp or flat floor.
     pub fn best_ramp(&self) -> f32 {
-        let mut best = f32::NEG_INFINITY;
-        // tan of 0° and 3° … 11°
-        const SLOPES: [f32; 10] = [
-            0.0, 0.0524, 0.0699, 0.0875, 0.1051, 0.1228, 0.1405, 0.1584, 0.1763, 0.1944,
+        // tan of 3° … 11°
+        const SLOPES: [f32; 9] = [
+            0.0524, 0.0699, 0.0875, 0.1051, 0.1228, 0.1405, 0.1584, 0.1763, 0.1944,
         ];
+        let mut best = self.ramp(0.0, 0.0);
         for slope in SLOPES {
-            for from in 0..10u8 {
-                best = best.max(self.ramp(0.3 + 0.1 * f32::from(from), slope));
+            for from in [0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2] {
+                best = best.max(self.ramp(from, slope));
             }
         }
         best

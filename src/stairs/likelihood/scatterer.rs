@@ -31,7 +31,9 @@ const START: [f32; 2] = [1.5, 0.06];
 /// Between the rounds the guesses are spread again by this much.
 const AGAIN: [f32; 2] = [0.3, 0.015];
 /// Most particles of one mode: more would tell no more.
-pub const MODE_PARTICLES: usize = 64;
+pub const MODE_PARTICLES: usize = 24;
+/// Weight of the best guess: many of them still add up in 32 bits.
+const LARGEST_WEIGHT: f32 = 4095.0;
 /// Rounds of weighing and resampling.
 const ROUNDS: usize = 2;
 
@@ -225,29 +227,25 @@ impl Mode {
         };
         cloud.clear();
         cloud.add_mode(share, || start.draw(rng));
-        let misfit = |p: &Particle| {
+        // The least-squares place is close to the best one: weights relative to it use their range.
+        let least = self.lobe.misfit(self.lobe.peak);
+        let weight = |p: &Particle| {
             let [row, bin] = middle;
-            self.lobe
-                .misfit(plus(cells(p.at.map(f32::from)), [-row, -bin]))
+            let misfit = self
+                .lobe
+                .misfit(plus(cells(p.at.map(f32::from)), [-row, -bin]));
+            (LARGEST_WEIGHT * math::exp((least - misfit).min(0.0))) as u16
         };
         for round in 0..ROUNDS {
             if round > 0 {
                 cloud.resample(rng);
                 for particle in cloud.particles_mut() {
                     let mean = particle.at;
-                    particle.at = Gaussian {
-                        mean,
-                        sigma: spread(AGAIN),
-                    }
-                    .draw(rng);
+                    let sigma = spread(AGAIN);
+                    particle.at = Gaussian { mean, sigma }.draw(rng);
                 }
             }
-            let least = cloud
-                .particles()
-                .iter()
-                .map(misfit)
-                .fold(f32::INFINITY, f32::min);
-            cloud.weigh(|p| (4095.0 * math::exp(least - misfit(p))) as u16);
+            cloud.weigh(weight);
         }
         match Moments::of(cloud.particles(), |p| p.weight) {
             Some(moments) => Place {

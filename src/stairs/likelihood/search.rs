@@ -18,7 +18,7 @@ use heapless::Vec;
 /// Most faces of a flight.
 pub const MAX_FLIGHT: usize = 10;
 /// Beginnings that are followed at a time.
-const BEAM: usize = 32;
+const BEAM: usize = 16;
 /// A column's weight that makes up for standing 5 cm off its place.
 const OFF_PLACE: f32 = 20.0;
 
@@ -140,7 +140,10 @@ impl<'s, S: Stairs> Search<'s, S> {
     pub fn best(&mut self, beams: &mut Beams<S::Shape>) -> Option<Flight<S::Shape>> {
         let Beams { now, next } = beams;
         now.clear();
-        for k in 0..self.stairs.evidence().columns.len() {
+        for (k, column) in self.stairs.evidence().columns.iter().enumerate() {
+            if !column.begins {
+                continue;
+            }
             let first = self.link(k);
             self.stairs.shapes(first, |shape| {
                 let start = Flight {
