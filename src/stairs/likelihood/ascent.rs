@@ -1,13 +1,15 @@
 //! Stairs going up, as the search sees them: risers one behind the other, each as high as the
 //! others, closed or floating; and what else could stand there.
 
+use super::echo::MAX_ECHOES;
 use super::evidence::{COLUMN, Evidence, MAX_COLUMNS, Mark};
 use super::levels::Reading;
-use super::role::{Riser, Role, irregularity};
+use super::role::{Before, Riser, Role, irregularity};
 use super::search::Flight;
 use super::search::{Link, Stairs};
 use super::trace::Explanation;
 use crate::math;
+use core::cell::RefCell;
 
 /// What stands farther behind the last riser is no part of the flight, metres.
 const LANDING: f32 = 0.55;
@@ -36,41 +38,87 @@ pub struct Shape {
 #[derive(Debug)]
 pub struct Ascent<'e> {
     evidence: &'e Evidence,
+    /// Per column: the floor before it, which is the same for every first riser there.
+    floors: [Before; MAX_COLUMNS],
+    /// What lies behind first risers of the shape looked at last.
+    landing: RefCell<Landing>,
     /// Per column: by how much one tall thing there explains more than a ramp.
     tall: [f32; MAX_COLUMNS],
     null: f32,
+}
+
+/// Scores of landings at one level, by where they begin.
+#[derive(Debug)]
+struct Landing {
+    shape: Shape,
+    /// Entry k: of all marks from number k on.
+    sums: [f32; MAX_ECHOES + 1],
+}
+
+impl Default for Landing {
+    fn default() -> Self {
+        Self {
+            shape: Shape::default(),
+            sums: [0.0; MAX_ECHOES + 1],
+        }
+    }
+}
+
+impl Landing {
+    /// Score of the landing behind the only riser of a flight; none where what is seen of it
+    /// depends on where the riser stands.
+    fn look_up(&mut self, evidence: &Evidence, x: f32, shape: Shape) -> Option<f32> {
+        if shape.rise >= evidence.mount_height {
+            return None;
+        }
+        if self.shape != shape {
+            self.shape = shape;
+            let mut sum = 0.0;
+            let marks = evidence.marks.iter().rev();
+            let places = self.sums.get_mut(..evidence.marks.len())?.iter_mut().rev();
+            for (place, mark) in places.zip(marks) {
+                sum += evidence.on_landing(mark, shape.rise, shape.open);
+                *place = sum;
+            }
+            *self.sums.get_mut(evidence.marks.len())? = 0.0;
+        }
+        self.sums.get(evidence.first_beyond(x + COLUMN)).copied()
+    }
 }
 
 impl<'e> Ascent<'e> {
     /// Scores everything that is no stair.
     pub fn new(evidence: &'e Evidence) -> Self {
         let ramp = evidence.best_ramp();
+        let mut floors = [Before::default(); MAX_COLUMNS];
+        for (floor, column) in floors.iter_mut().zip(&evidence.columns) {
+            *floor = evidence.tread(&Riser {
+                previous_x: None,
+                x: column.along,
+                base: 0.0,
+                top: 0.0,
+                open: false,
+            });
+        }
         let mut ascent = Self {
             evidence,
+            floors,
+            landing: RefCell::new(Landing::default()),
             tall: [0.0; MAX_COLUMNS],
             null: ramp,
         };
         let mut tall = ascent.tall;
-        for (k, (gain, column)) in tall.iter_mut().zip(&evidence.columns).enumerate() {
-            if !column.begins {
-                continue;
-            }
-            let link = Link {
-                along: column.along,
-                column: Some(k as u8),
-            };
-            for rise in TALL {
-                let shape = Shape { rise, open: true };
-                // Without a corner to be seen it is a post, with one a box or a wall.
-                let post = ascent.whole(&[link], shape);
-                let wall = ascent.whole(
-                    &[link],
-                    Shape {
-                        open: false,
-                        ..shape
-                    },
-                );
-                *gain = gain.max(post).max(wall);
+        // A post shows no corner, a box or a wall does.
+        for rise in TALL {
+            for open in [false, true] {
+                let columns = tall.iter_mut().zip(&evidence.columns).enumerate();
+                for (k, (gain, column)) in columns.filter(|(_, (_, c))| c.begins) {
+                    let link = Link {
+                        along: column.along,
+                        column: Some(k as u8),
+                    };
+                    *gain = gain.max(ascent.whole(&[link], Shape { rise, open }));
+                }
             }
         }
         ascent.tall = tall;
@@ -117,28 +165,33 @@ impl Stairs for Ascent<'_> {
     type Shape = Shape;
     const SPACING: core::ops::RangeInclusive<f32> = 0.20..=0.44;
     const TOLERANCE: f32 = 0.045;
+    const SHAPES: usize = 2 * RISES.len();
 
     fn evidence(&self) -> &Evidence {
         self.evidence
     }
 
-    fn shapes(&self, _first: Link, mut found: impl FnMut(Shape)) {
-        for rise in RISES {
-            for open in [false, true] {
-                found(Shape { rise, open });
-            }
-        }
+    fn shape(&self, _first: Link, index: usize) -> Option<Shape> {
+        let rise = *RISES.get(index / 2)?;
+        let open = index % 2 == 1;
+        Some(Shape { rise, open })
     }
 
     fn face(&self, chain: &[Link], next: Link, shape: Shape) -> f32 {
         let k = chain.len() as f32;
-        let gain = self.evidence.riser(&Riser {
+        let riser = Riser {
             previous_x: chain.last().map(|l| l.along),
             x: next.along,
             base: k * shape.rise,
             top: (k + 1.0) * shape.rise,
             open: shape.open,
-        });
+        };
+        let floor = next.column.filter(|_| chain.is_empty());
+        let floor = floor.and_then(|c| self.floors.get(usize::from(c)));
+        let before = floor
+            .copied()
+            .unwrap_or_else(|| self.evidence.tread(&riser));
+        let gain = self.evidence.riser(&riser, before);
         match chain {
             [.., a, b] => gain - irregularity(a.along, b.along, next.along),
             [_] => gain,
@@ -150,7 +203,16 @@ impl Stairs for Ascent<'_> {
     fn behind(&self, chain: &[Link], shape: Shape) -> f32 {
         let Some(last) = chain.last() else { return 0.0 };
         let level = chain.len() as f32 * shape.rise;
-        let landing = self.evidence.landing(Some(last.along), level, shape.open);
+        let cached = match chain {
+            [only] => self
+                .landing
+                .try_borrow_mut()
+                .ok()
+                .and_then(|mut cache| cache.look_up(self.evidence, only.along, shape)),
+            _ => None,
+        };
+        let landing =
+            cached.unwrap_or_else(|| self.evidence.landing(Some(last.along), level, shape.open));
         landing + self.wall_behind(last.along)
     }
 

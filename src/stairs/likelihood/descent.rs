@@ -56,6 +56,8 @@ pub struct Shape {
 #[derive(Debug)]
 pub struct Descent<'e> {
     evidence: &'e Evidence,
+    /// The ground's last echo in front, and the one before: where it may end.
+    ends: [f32; 2],
     null: f32,
 }
 
@@ -107,8 +109,17 @@ impl Tread {
 impl<'e> Descent<'e> {
     /// Scores everything that is no stair: the ground going on, and ramps downwards.
     pub fn new(evidence: &'e Evidence) -> Self {
+        let height = evidence.mount_height;
+        let mut ends = [0.0f32; 2];
+        for m in evidence.between(height - 0.03, height + 0.03) {
+            let [last, _] = ends;
+            if m.x < 0.1 && (m.x > last || last == 0.0) {
+                ends = [m.x, last];
+            }
+        }
         let mut descent = Self {
             evidence,
+            ends,
             null: 0.0,
         };
         let ground = Tread {
@@ -199,25 +210,31 @@ impl<'e> Descent<'e> {
 
     /// Mean and covariance of edge and going over their likelihood, the treads given.
     pub fn edges(&self, flight: &Flight<Shape>) -> Edges {
-        let shape = |a: u8, g: u8| Shape {
+        // Two centimetres apart: finer than the echoes know it. The bounds are those of stairs that
+        // people use and of a wheelchair that stands before them.
+        let shape = |(a, g): (u8, u8)| Shape {
             edge: -0.26 + 0.02 * f32::from(a),
             going: 0.20 + 0.02 * f32::from(g),
         };
-        let grid = || (0..18u8).flat_map(|a| (0..11u8).map(move |g| (a, g)));
-        let score = |(a, g)| self.whole(&flight.chain, shape(a, g));
-        let top = grid().map(score).fold(f32::NEG_INFINITY, f32::max);
-        let mut sum = 0.0;
-        let (mut d, mut g, mut dd, mut gg, mut dg) = (0.0, 0.0, 0.0, 0.0, 0.0);
-        for at in grid() {
-            let p = math::exp(score(at) - top);
-            let Shape { edge, going } = shape(at.0, at.1);
-            sum += p;
-            d += p * edge;
-            g += p * going;
-            dd += p * edge * edge;
-            gg += p * going * going;
-            dg += p * edge * going;
+        let grid = (0..18u8).flat_map(|a| (0..11u8).map(move |g| (a, g)));
+        let mut top = f32::NEG_INFINITY;
+        let mut sums = [0f32; 6];
+        for at in grid.map(shape) {
+            let score = self.whole(&flight.chain, at);
+            if score > top {
+                // A new best: what was summed up shrinks in comparison.
+                let shrink = math::exp(top - score);
+                sums = sums.map(|s| s * shrink);
+                top = score;
+            }
+            let p = math::exp(score - top);
+            let Shape { edge, going } = at;
+            let moments = [1.0, edge, going, edge * edge, going * going, edge * going];
+            for (sum, moment) in sums.iter_mut().zip(moments) {
+                *sum += p * moment;
+            }
         }
+        let [sum, d, g, dd, gg, dg] = sums;
         let (edge, going) = (d / sum, g / sum);
         Edges {
             edge,
@@ -304,30 +321,21 @@ impl Stairs for Descent<'_> {
     type Shape = Shape;
     const SPACING: core::ops::RangeInclusive<f32> = 0.09..=0.22;
     const TOLERANCE: f32 = 0.02;
+    const SHAPES: usize = (EDGES.len() + 2) * GOINGS.len();
 
     fn evidence(&self) -> &Evidence {
         self.evidence
     }
 
-    fn shapes(&self, first: Link, mut found: impl FnMut(Shape)) {
-        let height = self.evidence.mount_height;
-        let rise = first.along - height;
-        if !Self::SPACING.contains(&rise) {
-            return;
-        }
-        // The ground's last echo in front, and the one before, are where it may end.
-        let mut ends = [0.0f32; 2];
-        for m in self.evidence.between(height - 0.03, height + 0.03) {
-            if m.x < 0.1 && (m.x > ends[0] || ends[0] == 0.0) {
-                ends = [m.x, ends[0]];
-            }
-        }
-        for edge in EDGES.into_iter().chain(ends) {
-            for off in GOINGS {
-                let going = STRIDE - 2.0 * rise + off;
-                found(Shape { edge, going });
-            }
-        }
+    fn shape(&self, first: Link, index: usize) -> Option<Shape> {
+        let rise = first.along - self.evidence.mount_height;
+        let off = GOINGS.get(index % GOINGS.len())?;
+        let ends = EDGES.iter().chain(&self.ends);
+        let edge = *ends.clone().nth(index / GOINGS.len())?;
+        let going = STRIDE - 2.0 * rise + off;
+        Self::SPACING
+            .contains(&rise)
+            .then_some(Shape { edge, going })
     }
 
     fn face(&self, chain: &[Link], next: Link, shape: Shape) -> f32 {

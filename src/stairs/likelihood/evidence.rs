@@ -187,9 +187,14 @@ impl Evidence {
         shell_sort(&mut self.columns, |c| sort_key(c.along));
     }
 
+    /// Number of the first mark beyond `along`.
+    pub fn first_beyond(&self, along: f32) -> usize {
+        self.marks.partition_point(|m| m.along <= along)
+    }
+
     /// Marks with `from` < along ≤ `to`.
     pub fn between(&self, from: f32, to: f32) -> &[Mark] {
-        let beyond = |at: f32| self.marks.partition_point(|m| m.along <= at);
-        self.marks.get(beyond(from)..beyond(to)).unwrap_or(&[])
+        let (first, end) = (self.first_beyond(from), self.first_beyond(to));
+        self.marks.get(first..end).unwrap_or(&[])
     }
 }

@@ -109,6 +109,15 @@ pub struct Riser {
     pub open: bool,
 }
 
+/// The tread before a riser.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Before {
+    /// Its score.
+    pub score: f32,
+    /// The strongest echo on it near the riser, dB.
+    pub strongest: f32,
+}
+
 /// How an echo near a riser fits its roles, in nats, its credibility included.
 #[derive(Clone, Copy, Debug, Default)]
 struct Fit {
@@ -249,9 +258,8 @@ impl Evidence {
         }
     }
 
-    /// Score of the tread before a riser (or of the landing) and the strongest echo on it near the
-    /// riser, dB.
-    fn tread(&self, riser: &Riser) -> (f32, f32) {
+    /// The tread before a riser, or the landing.
+    pub fn tread(&self, riser: &Riser) -> Before {
         let from = riser.previous_x.map_or(X_MIN, |x| x + COLUMN);
         let (mut total, mut strongest, mut clutter) = (0.0, 3.0f32, 0.0f32);
         for m in self.between(from, riser.x - COLUMN) {
@@ -268,7 +276,22 @@ impl Evidence {
                 strongest = strongest.max(m.db);
             }
         }
-        (total + clutter, strongest)
+        Before {
+            score: total + clutter,
+            strongest,
+        }
+    }
+
+    /// Gain or cost of a mark on a landing below the mirror.
+    pub fn on_landing(&self, m: &Mark, level: f32, open: bool) -> f32 {
+        let landing = Riser {
+            previous_x: None,
+            x: f32::INFINITY,
+            base: level,
+            top: level,
+            open,
+        };
+        self.on_tread(m, &landing).1
     }
 
     /// Score of everything behind the last riser of a flight.
@@ -280,17 +303,16 @@ impl Evidence {
             top: base,
             open,
         })
-        .0
+        .score
     }
 
-    /// Score of one riser and the tread before it.
-    pub fn riser(&self, riser: &Riser) -> f32 {
+    /// Score of one riser and the tread `before` it.
+    pub fn riser(&self, riser: &Riser, before: Before) -> f32 {
         let height = self.mount_height;
         let Riser {
             x, base, top, open, ..
         } = *riser;
-        let (mut total, brightest_on_tread) = self.tread(riser);
-        total -= STEP;
+        let mut total = before.score - STEP;
         let marks = self.between((x - COLUMN).max(X_MIN), x + COLUMN);
         if marks.is_empty() {
             return total - NOTHING;
@@ -323,7 +345,7 @@ impl Evidence {
         if edge < 0.8 {
             total -= NO_TOP;
         }
-        if corner > 1.0 && corner_db > 8f32.max(brightest_on_tread + 8.0) {
+        if corner > 1.0 && corner_db > 8f32.max(before.strongest + 8.0) {
             total += BRIGHT;
         }
         total + corner + nosing

@@ -27,11 +27,11 @@ const NOISE_DB: f32 = 1.3;
 /// Departures count at most this many standard deviations.
 const CLIP: f32 = 3.0;
 /// Spread of the guesses at the start: rows and range bins.
-const START: [f32; 2] = [1.5, 0.06];
+const START: [f32; 2] = [0.8, 0.04];
 /// Between the rounds the guesses are spread again by this much.
-const AGAIN: [f32; 2] = [0.3, 0.015];
+const AGAIN: [f32; 2] = [0.2, 0.01];
 /// Most particles of one mode: more would tell no more.
-pub const MODE_PARTICLES: usize = 24;
+pub const MODE_PARTICLES: usize = 20;
 /// Weight of the best guess: many of them still add up in 32 bits.
 const LARGEST_WEIGHT: f32 = 4095.0;
 /// Rounds of weighing and resampling.

@@ -45,8 +45,11 @@ pub trait Stairs {
 
     /// The echoes.
     fn evidence(&self) -> &Evidence;
-    /// Hands over every shape worth a try for a flight whose first face is `first`.
-    fn shapes(&self, first: Link, found: impl FnMut(Self::Shape));
+    /// Number of shapes to try.
+    const SHAPES: usize;
+
+    /// Shape number `index` of those worth a try for a flight whose first face is `first`.
+    fn shape(&self, first: Link, index: usize) -> Option<Self::Shape>;
     /// Log-likelihood that `next` adds to the chain.
     fn face(&self, chain: &[Link], next: Link, shape: Self::Shape) -> f32;
     /// Log-likelihood of everything behind the last face.
@@ -140,12 +143,11 @@ impl<'s, S: Stairs> Search<'s, S> {
     pub fn best(&mut self, beams: &mut Beams<S::Shape>) -> Option<Flight<S::Shape>> {
         let Beams { now, next } = beams;
         now.clear();
-        for (k, column) in self.stairs.evidence().columns.iter().enumerate() {
-            if !column.begins {
-                continue;
-            }
-            let first = self.link(k);
-            self.stairs.shapes(first, |shape| {
+        for index in 0..S::SHAPES {
+            for (k, column) in self.stairs.evidence().columns.iter().enumerate() {
+                let first = self.link(k);
+                let shape = self.stairs.shape(first, index).filter(|_| column.begins);
+                let Some(shape) = shape else { continue };
                 let start = Flight {
                     shape,
                     ..Flight::default()
@@ -153,7 +155,7 @@ impl<'s, S: Stairs> Search<'s, S> {
                 if let Some(flight) = extended(self.stairs, &start, &[first]) {
                     keep(now, flight);
                 }
-            });
+            }
         }
         while !now.is_empty() {
             next.clear();
