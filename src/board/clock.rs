@@ -124,6 +124,7 @@ mod apply {
         // Flash must be slow enough before the core gets fast.
         // SAFETY: as above.
         flash.acr().write(|w| unsafe { w.bits(FLASH_ACR) });
+        // SAFETY: as above.
         rcc.cfgr().write(|w| unsafe { w.bits(CFGR) });
         if wait(PLL_POLLS, || rcc.cfgr().read().sws().is_pll()) {
             return HSE;

@@ -34,17 +34,17 @@ struct Motor {
 /// priority and so never interrupt each other.
 struct Shared(UnsafeCell<Option<Motor>>);
 
-// SAFETY: see above; `with` and `from_interrupt` are the only ways in.
+// SAFETY: see above; `with` and `in_interrupt` are the only ways in.
 unsafe impl Sync for Shared {}
 
 static MOTOR: Shared = Shared(UnsafeCell::new(None));
 
 impl Shared {
     fn with<T: Default>(&self, act: impl FnOnce(&mut Motor) -> T) -> T {
-        cortex_m::interrupt::free(|_| self.from_interrupt(act))
+        cortex_m::interrupt::free(|_| self.in_interrupt(act))
     }
 
-    fn from_interrupt<T: Default>(&self, act: impl FnOnce(&mut Motor) -> T) -> T {
+    fn in_interrupt<T: Default>(&self, act: impl FnOnce(&mut Motor) -> T) -> T {
         // SAFETY: nothing else can hold the reference, see `Shared`.
         match unsafe { &mut *self.0.get() } {
             Some(motor) => act(motor),
@@ -123,12 +123,12 @@ pub fn start(pins: Pins, inputs: Inputs, mut timer: SYST, core_hz: u32) -> Handl
 
 #[exception]
 fn SysTick() {
-    MOTOR.from_interrupt(Motor::tick);
+    MOTOR.in_interrupt(Motor::tick);
 }
 
 #[interrupt]
 fn EXTI0() {
-    MOTOR.from_interrupt(|motor| {
+    MOTOR.in_interrupt(|motor| {
         motor.home.clear_interrupt_pending_bit();
         motor.on_home();
     });
@@ -136,7 +136,7 @@ fn EXTI0() {
 
 #[interrupt]
 fn EXTI1() {
-    MOTOR.from_interrupt(|motor| {
+    MOTOR.in_interrupt(|motor| {
         motor.stall.clear_interrupt_pending_bit();
         motor.on_stall();
     });

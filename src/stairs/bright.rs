@@ -1,5 +1,7 @@
 //! Where the map is bright: what the particles are drawn around and weighed with (paper III-A).
 
+use core::num::NonZeroU32;
+
 use heapless::Vec;
 use rand_core::Rng;
 
@@ -178,13 +180,14 @@ impl<'a> Field<'a> {
         let mut count = 0_u32;
         self.each_bright(&mut |_, _| count += 1);
         let offset = uniform(rng, count);
-        let number = u32::from(config.modes).clamp(1, MAX_MODES as u32);
+        let number = u32::from(config.modes).min(MAX_MODES as u32);
+        let number = NonZeroU32::new(number).unwrap_or(NonZeroU32::MIN);
         let mut modes = Vec::new();
         // The k-th mode stands on the cell of rank (offset + k count) / number.
         let mut below = offset;
         let mut until_next = below / number;
         self.each_bright(&mut |row, bin| {
-            while until_next == 0 && modes.len() < number as usize {
+            while until_next == 0 && modes.len() < number.get() as usize {
                 if modes.push(self.gaussian(config, row, bin)).is_err() {
                     return;
                 }

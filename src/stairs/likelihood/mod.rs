@@ -193,7 +193,7 @@ impl Rows {
             return;
         };
         let spacing = (self.filter.lag() + 1).max(map.rows().div_ceil(noise::MAX_SAMPLES));
-        if place(centre) % spacing == spacing / 2 {
+        if place(centre).checked_rem(spacing) == Some(spacing / 2) {
             self.noise.add(&levels[..], self.filter.gain());
         }
         let middle = centre
