@@ -42,8 +42,9 @@ pub struct Ascent<'e> {
     floors: [Before; MAX_COLUMNS],
     /// What lies behind first risers of the shape looked at last.
     landing: RefCell<Landing>,
-    /// Per column: by how much one tall thing there explains more than a ramp.
-    tall: [f32; MAX_COLUMNS],
+    /// Per column: by how much one tall thing farther than a landing behind it explains more than a
+    /// ramp.
+    walls: [f32; MAX_COLUMNS],
     null: f32,
 }
 
@@ -104,10 +105,10 @@ impl<'e> Ascent<'e> {
             evidence,
             floors,
             landing: RefCell::new(Landing::default()),
-            tall: [0.0; MAX_COLUMNS],
+            walls: [0.0; MAX_COLUMNS],
             null: ramp,
         };
-        let mut tall = ascent.tall;
+        let mut tall = [0f32; MAX_COLUMNS];
         // A post shows no corner, a box or a wall does.
         for rise in TALL {
             for open in [false, true] {
@@ -121,16 +122,13 @@ impl<'e> Ascent<'e> {
                 }
             }
         }
-        ascent.tall = tall;
+        for (wall, column) in ascent.walls.iter_mut().zip(&evidence.columns) {
+            let columns = evidence.columns.iter().zip(&tall);
+            let behind = columns.filter(|(c, _)| c.along > column.along + LANDING);
+            *wall = behind.map(|(_, &gain)| gain).fold(0.0, f32::max);
+        }
         ascent.null = ramp + tall.iter().copied().fold(0.0, f32::max);
         ascent
-    }
-
-    /// What a tall thing behind a flight that ends at `x` may explain of the rest.
-    fn wall_behind(&self, x: f32) -> f32 {
-        let columns = self.evidence.columns.iter().zip(&self.tall);
-        let behind = columns.filter(|(c, _)| c.along > x + LANDING);
-        behind.map(|(_, &gain)| gain).fold(0.0, f32::max)
     }
 
     /// Mean and standard deviation of the riser height over its likelihood, the chain given, and
@@ -213,7 +211,9 @@ impl Stairs for Ascent<'_> {
         };
         let landing =
             cached.unwrap_or_else(|| self.evidence.landing(Some(last.along), level, shape.open));
-        landing + self.wall_behind(last.along)
+        // Flights end at columns.
+        let wall = last.column.and_then(|c| self.walls.get(usize::from(c)));
+        landing + wall.copied().unwrap_or(0.0)
     }
 
     fn null(&self) -> f32 {

@@ -219,7 +219,12 @@ impl<'e> Descent<'e> {
         let grid = (0..18u8).flat_map(|a| (0..11u8).map(move |g| (a, g)));
         let mut top = f32::NEG_INFINITY;
         let mut sums = [0f32; 6];
-        for at in grid.map(shape) {
+        let rise = flight
+            .chain
+            .first()
+            .map_or(0.0, |l| l.along - self.evidence.mount_height);
+        let strides = |at: &Shape| (2.0 * rise + at.going - STRIDE).abs() < 2.5 * STRIDE_SIGMA;
+        for at in grid.map(shape).filter(strides) {
             let score = self.whole(&flight.chain, at);
             if score > top {
                 // A new best: what was summed up shrinks in comparison.

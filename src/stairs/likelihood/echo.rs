@@ -31,6 +31,9 @@ const IMAGE_DB: f32 = 30.0;
 /// Oscillator noise of a strong echo: every range, same angle, dB.
 const PHASE_DB: f32 = 40.0;
 
+/// By how much a ghost's level differs at most between a cell's middle and the peak within, dB.
+const ROUGH_DB: f32 = 3.0;
+
 /// One echo: a point scatterer, as far as the map tells.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Echo {
@@ -102,6 +105,16 @@ pub fn select(
         if db < floor_db + needed {
             continue;
         }
+        // What is far below a ghost need not be looked at closely.
+        let ghost_at = |bin: f32, angle: f32| {
+            let native = (geometry.range_m(bin) + offset_m) / resolution_m;
+            let ghost = |e: &Echo| e.db + ghost_db(e, native, angle, lobe_sigma, samples);
+            echoes.iter().map(ghost).fold(f32::NEG_INFINITY, f32::max)
+        };
+        let row_angle = map.angle_rad(usize::from(candidate.row));
+        if db < ghost_at(candidate.bin.into(), row_angle) - ROUGH_DB {
+            continue;
+        }
         let lobe = Lobe::new(
             &beam::patch(map, candidate.row, candidate.bin),
             &responses,
@@ -109,14 +122,10 @@ pub fn select(
         );
         let [row_off, bin_off] = lobe.peak;
         let bin = f32::from(candidate.bin) + bin_off;
-        let angle_rad = map.angle_rad(usize::from(candidate.row)) + row_off * geometry.step_rad;
+        let angle_rad = row_angle + row_off * geometry.step_rad;
         let range_m = geometry.range_m(bin);
         let native = (range_m + offset_m) / resolution_m;
-        let ghost = echoes
-            .iter()
-            .map(|e: &Echo| e.db + ghost_db(e, native, angle_rad, lobe_sigma, samples))
-            .fold(f32::NEG_INFINITY, f32::max);
-        if db < ghost {
+        if db < ghost_at(bin, angle_rad) {
             continue;
         }
         let (x, y) = geometry.point(range_m, angle_rad);

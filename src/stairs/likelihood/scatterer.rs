@@ -34,20 +34,25 @@ const AGAIN: [f32; 2] = [0.2, 0.01];
 pub const MODE_PARTICLES: usize = 20;
 /// Weight of the best guess: many of them still add up in 32 bits.
 const LARGEST_WEIGHT: f32 = 4095.0;
+/// Rows and bins of a patch as numbers.
+const ROW_OFFSETS: [f32; PATCH_ROWS.len()] = [-3.0, -2.0, 0.0, 2.0, 3.0];
+/// The same for its bins.
+const BIN_OFFSETS: [f32; PATCH_BINS.len()] = [-1.0, 0.0, 1.0];
+/// Most particles in all.
+const MOST: usize = 480;
 /// Rounds of weighing and resampling.
 const ROUNDS: usize = 2;
 
 /// The levels of a patch as the responses see them.
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe {
-    /// Per row: mean level less the beam's parabola around the patch's middle, dB.
+    /// Per row: mean level less the beam's parabola around the patch's middle, in units of its
+    /// standard deviation.
     rows: [f32; PATCH_ROWS.len()],
     /// Per bin: the same for the range response.
     bins: [f32; PATCH_BINS.len()],
-    /// dB per squared row and per squared bin.
-    curvature: [f32; 2],
-    /// Standard deviation of the departures, dB.
-    sigma_db: f32,
+    /// By how much one row, one bin to the next differ for each by which the scatterer is off.
+    slopes: [f32; 2],
     /// Least-squares place: rows and bins off the middle.
     pub peak: [f32; 2],
     /// Width in angle in units of a point scatterer's; large where there is no peak.
@@ -120,11 +125,11 @@ impl Lobe {
             *v += range * f32::from(d) * f32::from(d);
         }
         let noise = NOISE_DB * super::dimension::amplitude(-db);
+        let scale = 1.0 / math::hypot(MODEL_DB, noise);
         let mut lobe = Self {
-            rows,
-            bins,
-            curvature: [angle, range],
-            sigma_db: math::hypot(MODEL_DB, noise),
+            rows: rows.map(|v| v * scale),
+            bins: bins.map(|v| v * scale),
+            slopes: [angle, range].map(|c| 2.0 * c * scale),
             peak: [peak_row, peak_bin],
             width,
         };
@@ -136,23 +141,19 @@ impl Lobe {
     /// Half the sum of squared, clipped departures in units of their variance if the scatterer were
     /// at `at` (rows and bins off the middle).
     fn misfit(&self, at: [f32; 2]) -> f32 {
-        let scale = 1.0 / self.sigma_db;
-        let departure = |v: f32, slope: f32, d: i8| {
-            let z = (v - slope * f32::from(d)) * scale;
-            (z * z).min(CLIP * CLIP)
-        };
-        let ([angle, range], [row, bin]) = (self.curvature, at);
-        let (a, b) = (2.0 * angle * row, 2.0 * range * bin);
+        let ([angle, range], [row, bin]) = (self.slopes, at);
+        let (a, b) = (angle * row, range * bin);
+        let clipped = |z: f32| (z * z).min(CLIP * CLIP);
         let rows = self
             .rows
             .iter()
-            .zip(&PATCH_ROWS)
-            .map(|(&v, &d)| departure(v, a, d));
+            .zip(ROW_OFFSETS)
+            .map(|(&v, d)| clipped(v - a * d));
         let bins = self
             .bins
             .iter()
-            .zip(&PATCH_BINS)
-            .map(|(&v, &d)| departure(v, b, d));
+            .zip(BIN_OFFSETS)
+            .map(|(&v, d)| clipped(v - b * d));
         0.5 * (rows.sum::<f32>() + bins.sum::<f32>())
     }
 }
@@ -190,7 +191,7 @@ pub fn refine(
     rng: &mut impl Rng,
     mut found: impl FnMut(Place),
 ) {
-    let share = (particles / modes.len().max(1)).clamp(1, MODE_PARTICLES);
+    let share = (particles.min(MOST) / modes.len().max(1)).clamp(1, MODE_PARTICLES);
     for mode in modes {
         found(mode.place(cloud, share, rng));
     }

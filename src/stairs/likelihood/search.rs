@@ -148,12 +148,16 @@ impl<'s, S: Stairs> Search<'s, S> {
                 let first = self.link(k);
                 let shape = self.stairs.shape(first, index).filter(|_| column.begins);
                 let Some(shape) = shape else { continue };
-                let start = Flight {
-                    shape,
-                    ..Flight::default()
-                };
-                if let Some(flight) = extended(self.stairs, &start, &[first]) {
-                    keep(now, flight);
+                let faces = self.stairs.face(&[], first, shape);
+                let score = faces + self.stairs.behind(&[first], shape) - self.stairs.null();
+                if let Some(place) = room(now, score) {
+                    let chain = Chain::from_iter([first]);
+                    *place = Flight {
+                        chain,
+                        shape,
+                        faces,
+                        score,
+                    };
                 }
             }
         }
@@ -230,16 +234,22 @@ impl<'s, S: Stairs> Search<'s, S> {
         skipped: usize,
         next: &mut Beam<S::Shape>,
     ) {
-        let between = link.along - spacing;
-        // A face between may have a column near where it should stand.
-        let between = self.near(between).unwrap_or(Link {
-            along: between,
-            column: None,
-        });
-        let links = [between, link];
-        let added = links.get(1 - skipped.min(1)..).unwrap_or(&[]);
-        if let Some(flight) = extended(self.stairs, flight, added) {
-            keep(next, flight);
+        let mut added = Vec::<Link, 2>::new();
+        if skipped > 0 {
+            let along = link.along - spacing;
+            // A face between may have a column near where it should stand.
+            let between = self.near(along).unwrap_or(Link {
+                along,
+                column: None,
+            });
+            // Two fit.
+            let _ = added.push(between);
+        }
+        let _ = added.push(link);
+        if let Some(flight) = extended(self.stairs, flight, &added)
+            && let Some(place) = room(next, flight.score)
+        {
+            *place = flight;
         }
     }
 
@@ -269,14 +279,12 @@ fn extended<S: Stairs>(
     Some(flight)
 }
 
-/// Adds a flight to the beam, in place of the worst if there is no room.
-fn keep<S>(beam: &mut Beam<S>, flight: Flight<S>) {
-    if let Err(flight) = beam.push(flight) {
-        let worst = beam.iter_mut().min_by(|a, b| a.score.total_cmp(&b.score));
-        if let Some(worst) = worst
-            && worst.score < flight.score
-        {
-            *worst = flight;
-        }
+/// Where a flight of that score goes: a new place, or that of the worst if there is no room; `None`
+/// if it is no better.
+fn room<S: Default>(beam: &mut Beam<S>, score: f32) -> Option<&mut Flight<S>> {
+    if beam.push(Flight::default()).is_ok() {
+        return beam.last_mut();
     }
+    let worst = beam.iter_mut().min_by(|a, b| a.score.total_cmp(&b.score));
+    worst.filter(|worst| worst.score < score)
 }
