@@ -6,7 +6,7 @@
 //!   it is linear power, so that the middle of the echo counts and not its skirts.
 //! - Inputs of Fuzzy ART are place and power scaled to 0…1: the particles' extent in depth and in
 //!   height, and as far above the weakest as high-intensity cells reach; they come in order of
-//!   depth. [`vigilance`] is what makes of ρ = 0.5 a fair clustering of them.
+//!   depth. `vigilance` is what makes of ρ = 0.5 a fair clustering of them.
 //! - Clusters of one riser are fused (III-B: "must be either fused or …"), those that come too
 //!   close to another in height are rejected.
 

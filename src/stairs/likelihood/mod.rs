@@ -3,16 +3,16 @@
 //!
 //! | module | does |
 //! |---|---|
-//! | [`beam`] | matched filter along the angle, row by row |
-//! | [`candidate`] | its local maxima, row by row |
-//! | [`noise`] | noise and side-lobe level |
-//! | [`echo`] | drops what noise or a stronger echo could have made |
-//! | [`scatterer`] | a mode of particles for each: sub-cell place and covariance |
-//! | [`calibrate`] | angle bias and mount height from the floor |
-//! | [`evidence`] | columns of echoes, credibility |
-//! | [`role`] | likelihood of a riser, a tread, a ramp |
-//! | [`search`] | the best flight |
-//! | [`ascent`], [`descent`] | its dimensions |
+//! | `beam` | matched filter along the angle, row by row |
+//! | `candidate` | its local maxima, row by row |
+//! | `noise` | noise and side-lobe level |
+//! | `echo` | drops what noise or a stronger echo could have made |
+//! | `scatterer` | a mode of particles for each: sub-cell place and covariance |
+//! | `calibrate` | angle bias and mount height from the floor |
+//! | `evidence` | columns of echoes, credibility |
+//! | `role` | likelihood of a riser, a tread, a ramp |
+//! | `search` | the best flight |
+//! | `ascent`, `descent` | its dimensions |
 
 // The stages are `inline(never)`: each has its working memory on a stack of 16 KB, and merged into
 // one function they would hold all of it at the same time.
