@@ -15,7 +15,7 @@ pub const ROW: f32 = 0.025;
 /// Height below which an echo may be ground, metres.
 const ON_GROUND: f32 = 0.03;
 /// A weaker echo on the ground is no corner, dB.
-const CORNER_DB: f32 = 15.0;
+const CORNER_DB: f32 = 20.0;
 /// Weaker echoes in the height plane are left out, dB.
 const FAINTEST_TREAD_DB: f32 = 3.0;
 /// Octaves of amplitude in a decibel.
