@@ -16,6 +16,8 @@ use crate::playback::Playback;
 const PATIENCE: Duration = Duration::from_secs(180);
 /// Between two looks at sockets and log when nothing came.
 const PAUSE: Duration = Duration::from_micros(300);
+/// How the log names a write to the watchdog, whose neighbour the emulator takes it for.
+const WATCHDOG: &str = "I2S2ext: unimplemented device write";
 /// Where the shaft stands at power-up, microsteps above the home switch.
 const POWER_UP: i64 = 300;
 
@@ -63,6 +65,7 @@ pub struct Session<'a> {
     pressed: bool,
     home_angle: i32,
     homed: bool,
+    feeds: u64,
     /// Every trigger since boot.
     pub shots: Vec<Shot>,
     /// Every sentence since boot, and what was none.
@@ -75,12 +78,22 @@ pub struct Session<'a> {
 impl<'a> Session<'a> {
     /// Boots `elf`; the radar module plays `playback`, but keeps its handshake back.
     pub fn boot(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
+        Self::boot_with(elf, playback, true)
+    }
+
+    /// The same with a home switch that does not work.
+    pub fn boot_without_switch(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
+        Self::boot_with(elf, playback, false)
+    }
+
+    fn boot_with(elf: &Path, playback: &'a Playback<'a>, switch_works: bool) -> Result<Self> {
         let qemu = Qemu::start(elf)?;
         let mut session = Self {
             qemu,
             module: Module::new(playback),
             shaft: Shaft::new(POWER_UP),
-            switch_works: true,
+            switch_works,
+            feeds: 0,
             pressed: false,
             home_angle: Settings::default().motor.home_angle,
             homed: false,
@@ -129,6 +142,7 @@ impl<'a> Session<'a> {
         let lines = self.qemu.log_lines()?;
         for line in lines.lines() {
             self.shaft.log_line(line);
+            self.feeds += u64::from(line.starts_with(WATCHDOG) && line.contains("0xaaaa"));
             let pressed = self.shaft.pressed() && self.switch_works;
             if pressed != self.pressed {
                 self.pressed = pressed;
@@ -285,6 +299,16 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
+    /// Puts the home switch to another angle of the shaft (0.001°) and has the scanner home again:
+    /// near the sweep's first row a fault costs less time.
+    pub fn move_switch(&mut self, home_angle: i32) -> Result<()> {
+        self.set("home-angle", &home_angle.to_string())?;
+        self.home_angle = home_angle;
+        self.command("stop")?;
+        self.command("start")?;
+        Ok(())
+    }
+
     /// Lets the radar module answer.
     pub fn connect(&mut self) -> Result<()> {
         let answer = self.module.get_ready();
@@ -304,6 +328,21 @@ impl<'a> Session<'a> {
             sentences.push(self.wait_for("a step", is_step)?);
         }
         Ok(sentences)
+    }
+
+    /// Hands out again what has been printed since the boot sentence.
+    pub fn rewind(&mut self) {
+        self.read = 1;
+    }
+
+    /// Waits for the sentence of a crash.
+    pub fn next_halt(&mut self) -> Result<String> {
+        self.wait_for("a halt", |s| matches!(s, Sentence::Halt { .. }))
+    }
+
+    /// How often the watchdog has been fed since boot.
+    pub fn watchdog_feeds(&self) -> u64 {
+        self.feeds
     }
 
     /// Forgets what has been printed so far.

@@ -38,6 +38,12 @@ impl Shaft {
         }
     }
 
+    /// Somebody turns the shaft by hand, to `place` microsteps above the home switch.
+    pub fn turn_by_hand(&mut self, place: i64) {
+        self.place = place;
+        self.zero = None;
+    }
+
     /// Takes one line of the log.
     pub fn log_line(&mut self, line: &str) {
         let value = line

@@ -14,7 +14,7 @@ use core::cell::RefCell;
 /// What stands farther behind the last riser is no part of the flight, metres.
 const LANDING: f32 = 0.55;
 /// Heights of single things too tall to climb, metres.
-const TALL: [f32; 7] = [0.25, 0.29, 0.33, 0.38, 0.46, 0.60, 2.0];
+const TALL: [f32; 6] = [0.25, 0.30, 0.36, 0.43, 0.60, 2.0];
 /// Floating stairs are rarer than closed ones, nats: legs and boxes pass for a single floating
 /// step, so it takes more than one to be believed.
 const FLOATING: f32 = 3.0;

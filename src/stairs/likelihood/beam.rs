@@ -171,34 +171,33 @@ pub type Patch = [[u16; PATCH_ROWS.len()]; PATCH_BINS.len()];
 
 /// The filtered map around one place, worked out again from the map itself.
 pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
+    /// Rows that the longest filter sees from a patch, and the two empty sums before them.
+    const SEEN: usize = 2 * (MAX_BOX + REACH) + 1;
     let rows = box_rows(map.geometry());
     let first = i32::from(row) - (rows - 1 + REACH) as i32;
     let last = map.rows() as i32 - 1;
-    let mut cells = [[0u32; PATCH_BINS.len()]; 2 * (MAX_BOX - 1 + REACH) + 1];
-    let needed = 2 * (rows - 1 + REACH) + 1;
-    for (at, cells) in (first..).zip(cells.iter_mut().take(needed)) {
+    // Two boxes are the second difference, a box apart, of what is summed up twice.
+    let mut twice = [[0u32; PATCH_BINS.len()]; SEEN];
+    let (mut slope, mut sum) = ([0u32; PATCH_BINS.len()], [0u32; PATCH_BINS.len()]);
+    for (at, twice) in (first..).zip(twice.iter_mut().skip(2)) {
         let line = map.row(at.clamp(0, last) as usize);
         let around = line.get(usize::from(bin).wrapping_sub(1)..).unwrap_or(&[]);
-        for (out, &cell) in cells.iter_mut().zip(around) {
-            *out = power(cell);
+        for (((slope, sum), twice), &cell) in slope.iter_mut().zip(&mut sum).zip(twice).zip(around)
+        {
+            *slope = slope.wrapping_add(power(cell));
+            *sum = sum.wrapping_add(*slope);
+            *twice = *sum;
         }
     }
     let mut patch = Patch::default();
-    for (k, levels) in patch.iter_mut().enumerate() {
-        let column = || cells.iter().map(|c| c.get(k).copied().unwrap_or(0));
-        // One box after the other, each a running sum.
-        let mut boxed = [0u32; MAX_BOX + 2 * REACH];
-        let mut sum = column().take(rows - 1).fold(0u32, u32::wrapping_add);
-        let moving = column().skip(rows - 1).zip(column());
-        for (out, (new, old)) in boxed.iter_mut().zip(moving).take(rows + 2 * REACH) {
-            sum = sum.wrapping_add(new);
-            *out = sum;
-            sum = sum.wrapping_sub(old);
-        }
-        for (level_out, offset) in levels.iter_mut().zip(PATCH_ROWS) {
-            let from = REACH.wrapping_add_signed(offset.into());
-            let summed = boxed.get(from..from + rows).unwrap_or(&[]);
-            *level_out = level(summed.iter().copied().fold(0, u32::wrapping_add));
+    for (k, offset) in PATCH_ROWS.into_iter().enumerate() {
+        let from = REACH.wrapping_add_signed(offset.into());
+        let at = |boxes: usize| twice.get(from + boxes * rows).copied().unwrap_or_default();
+        let ends = at(2).into_iter().zip(at(1)).zip(at(0));
+        for (levels, ((end, middle), start)) in patch.iter_mut().zip(ends) {
+            if let Some(out) = levels.get_mut(k) {
+                *out = level(end.wrapping_sub(middle << 1).wrapping_add(start));
+            }
         }
     }
     patch

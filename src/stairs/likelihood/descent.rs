@@ -210,13 +210,13 @@ impl<'e> Descent<'e> {
 
     /// Mean and covariance of edge and going over their likelihood, the treads given.
     pub fn edges(&self, flight: &Flight<Shape>) -> Edges {
-        // Two centimetres apart: finer than the echoes know it. The bounds are those of stairs that
+        // Two and a half centimetres apart: finer than the echoes know it. The bounds are those of stairs that
         // people use and of a wheelchair that stands before them.
         let shape = |(a, g): (u8, u8)| Shape {
-            edge: -0.26 + 0.02 * f32::from(a),
-            going: 0.20 + 0.02 * f32::from(g),
+            edge: -0.26 + 0.025 * f32::from(a),
+            going: 0.20 + 0.025 * f32::from(g),
         };
-        let grid = (0..18u8).flat_map(|a| (0..11u8).map(move |g| (a, g)));
+        let grid = (0..14u8).flat_map(|a| (0..9u8).map(move |g| (a, g)));
         let mut top = f32::NEG_INFINITY;
         let mut sums = [0f32; 6];
         let rise = flight

@@ -272,11 +272,6 @@ pub fn ascending(
     }
     let overhang = overhang(&readings, flight.shape.open);
     let line = fit_line(readings.faces.iter().map(|f| f.x.map(|x| x.value)));
-    let unsure = if overhang.is_none() && !flight.shape.open {
-        UNSURE_OVERHANG
-    } else {
-        0.0
-    };
     let faces = (0u8..).zip(&readings.faces).zip(&levels.places);
     sized(
         Direction::Up,
@@ -287,9 +282,9 @@ pub fn ascending(
                 sigma: INFERRED_SIGMA,
             });
             let step = Step {
-                distance_m: x.value - overhang.unwrap_or(0.0),
+                distance_m: x.value - overhang.value,
                 height_m: place.height,
-                distance_sigma_m: math::hypot(x.sigma, unsure),
+                distance_sigma_m: math::hypot(x.sigma, overhang.sigma),
                 height_sigma_m: math::hypot(SIGMA * place.sigma, x.value * bias_sigma)
                     .max(LEAST_SIGMA),
                 ..Step::default()
@@ -353,20 +348,33 @@ fn sized(direction: Direction, faces: impl Iterator<Item = (Step, Support)>) -> 
     out
 }
 
-/// How far the nosings stand before their risers, on the median: all alike on one staircase; `None`
-/// if no riser shows both.
-fn overhang(readings: &Readings, open: bool) -> Option<f32> {
+/// How far the nosings stand before their risers, on the median: all alike on one staircase; not
+/// known if no riser shows both.
+fn overhang(readings: &Readings, open: bool) -> Reading {
+    if open {
+        return Reading::default();
+    }
     let mut values = Vec::<f32, MAX_FLIGHT>::new();
     values.extend(readings.faces.iter().filter_map(|f| f.overhang));
     values.sort_unstable_by(f32::total_cmp);
-    let upper = values.get(values.len() / 2)?;
-    let lower = values.get((values.len() - 1) / 2)?;
+    let (Some(least), Some(most)) = (values.first(), values.last()) else {
+        return Reading {
+            value: 0.0,
+            sigma: UNSURE_OVERHANG,
+        };
+    };
+    let upper = values.get(values.len() / 2).unwrap_or(most);
+    let lower = values.get((values.len() - 1) / 2).unwrap_or(least);
     let median = 0.5 * (lower + upper);
-    Some(if median > LEAST_OVERHANG && !open {
-        median
-    } else {
-        0.0
-    })
+    // The echoes' disagreement; a single one says nothing about it.
+    let sigma = match values.len() {
+        1 => 0.5 * UNSURE_OVERHANG,
+        n => 0.5 * (most - least) / math::sqrt(n as f32),
+    };
+    Reading {
+        value: if median > LEAST_OVERHANG { median } else { 0.0 },
+        sigma,
+    }
 }
 
 /// Least-squares line through the values that are there, over their index: start and slope.

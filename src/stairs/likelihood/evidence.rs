@@ -14,8 +14,12 @@ pub const COLUMN: f32 = 0.035;
 pub const ROW: f32 = 0.025;
 /// Height below which an echo may be ground, metres.
 const ON_GROUND: f32 = 0.03;
+/// A corner outshines the ground this far before it, metres …
+const BEFORE: f32 = 0.35;
+/// … by this much, dB.
+const SHINES_DB: f32 = 5.0;
 /// A weaker echo on the ground is no corner, dB.
-const CORNER_DB: f32 = 15.0;
+const CORNER_DB: f32 = 20.0;
 /// Weaker echoes in the height plane are left out, dB.
 const FAINTEST_TREAD_DB: f32 = 3.0;
 /// Octaves of amplitude in a decibel.
@@ -165,7 +169,7 @@ impl Evidence {
             let mut column = Column {
                 along: centre.along,
                 weight: 0.01 * centre.db,
-                begins: centre.db > CORNER_DB,
+                begins: self.shines(centre),
                 first: usize::MAX,
                 end: 0,
             };
@@ -185,6 +189,13 @@ impl Evidence {
             }
         }
         shell_sort(&mut self.columns, |c| sort_key(c.along));
+    }
+
+    /// Whether an echo on the ground outshines what lies before it as a corner does.
+    fn shines(&self, centre: &Mark) -> bool {
+        let before = self.between(centre.along - BEFORE, centre.along - COLUMN);
+        let rest = before.iter().filter(|m| m.y.abs() < ON_GROUND);
+        centre.db > CORNER_DB && rest.map(|m| m.db + SHINES_DB).all(|db| db < centre.db)
     }
 
     /// Number of the first mark beyond `along`.

@@ -316,6 +316,9 @@ fn tell<S: Stairs>(
     echoes: &[Echo],
     observer: &mut impl Observer,
 ) {
+    if !observer.listens() {
+        return;
+    }
     let stairs = search.stairs();
     for (k, &echo) in (0..).zip(echoes) {
         let mark = stairs.evidence().marks.iter().find(|m| m.echo == k);

@@ -53,6 +53,10 @@ pub struct Hypothesis<'a> {
 
 /// Listens to the estimator.
 pub trait Observer {
+    /// Whether it wants to hear about scatterers and explanations.
+    fn listens(&self) -> bool {
+        true
+    }
     /// The noise: the filtered map's median, map units (1/8 octave).
     fn noise(&mut self, _units: f32) {}
     /// What the floor said: angle bias, radians, and mount-height error, metres.
@@ -63,4 +67,8 @@ pub trait Observer {
     fn hypothesis(&mut self, _hypothesis: &Hypothesis<'_>) {}
 }
 
-impl Observer for () {}
+impl Observer for () {
+    fn listens(&self) -> bool {
+        false
+    }
+}

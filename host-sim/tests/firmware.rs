@@ -1,0 +1,451 @@
+//! The image itself, in the emulator: what is flashed is what is tested.
+//!
+//! Boots are dear (a scan takes some ten seconds), so each test asks one boot many things. Without
+//! QEMU the tests say so and pass, except in CI.
+
+use std::path::{Path, PathBuf};
+use std::sync::OnceLock;
+use std::time::Duration;
+
+use host_sim::emulate::session::Waits;
+use host_sim::emulate::{Fault, Session, image, qemu};
+use host_sim::playback::Playback;
+use host_sim::recording::{self, Recording};
+use host_sim::replay;
+use stairscan::config::Config;
+use stairscan::report::{ScanLine, Sentence};
+use stairscan::scan::Settings;
+use stairscan::scan::schedule::{Schedule, shaft_angle};
+use stairscan::stairs::{Reason, Status};
+
+/// The image, built once; `None` after a message where there is no emulator.
+fn elf() -> Option<&'static Path> {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    emulator().then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
+}
+
+fn emulator() -> bool {
+    let available = qemu::available();
+    let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
+    assert!(available || !ci, "{}", qemu::HOW_TO_GET);
+    if !available {
+        eprintln!("SKIPPED: {}", qemu::HOW_TO_GET);
+    }
+    available
+}
+
+fn recordings() -> PathBuf {
+    image::workspace().join("recordings")
+}
+
+fn read(name: &str) -> Recording {
+    Recording::read(&recordings().join(name)).unwrap()
+}
+
+/// Every third row of a recording: a scan in a third of the time.
+fn thinned(full: &Recording) -> Recording {
+    let rows: Vec<usize> = (0..full.chirps()).step_by(3).collect();
+    let mut thin = full.clone();
+    thin.meta.angles_deg = rows.iter().map(|&k| full.meta.angles_deg[k]).collect();
+    thin.samples = rows
+        .iter()
+        .flat_map(|&k| full.chirp(k).unwrap().to_vec())
+        .collect();
+    thin
+}
+
+fn settings(playback: &Playback<'_>) -> Settings {
+    Settings {
+        config: *playback.config(),
+        ..Settings::default()
+    }
+}
+
+/// Configured and connected.
+fn start<'a>(elf: &Path, playback: &'a Playback<'a>, waits: Waits) -> Session<'a> {
+    let mut session = Session::boot(elf, playback).unwrap();
+    session.configure(&settings(playback), waits).unwrap();
+    session.skip_lines();
+    session.connect().unwrap();
+    session
+}
+
+/// What `replay` prints for the first `scans` scans.
+fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
+    let options = replay::Options {
+        scans,
+        ..replay::Options::default()
+    };
+    let answers = replay::answers(recording, &options, |_, _| ()).unwrap();
+    answers.into_iter().map(|answer| answer.sentences).collect()
+}
+
+fn head(sentences: &[String]) -> ScanLine {
+    match Sentence::parse(&sentences[0]) {
+        Ok(Sentence::Scan(scan)) => scan,
+        other => panic!("{other:?} is no SCAN"),
+    }
+}
+
+fn body(line: &str) -> &str {
+    line.trim_start_matches("$PSTR,")
+        .rsplit_once('*')
+        .unwrap()
+        .0
+}
+
+#[test]
+fn every_recording_gives_the_bytes_that_replay_gives() {
+    let Some(elf) = elf() else { return };
+    for path in recording::list(&recordings()).unwrap() {
+        let recording = Recording::read(&path).unwrap();
+        let playback = Playback::new(&recording, &Config::default()).unwrap();
+        let mut session = start(elf, &playback, Waits::default());
+        let scanned = session.scan().unwrap();
+        assert_eq!(scanned, replayed(&recording, 1)[0], "{}", recording.name);
+    }
+}
+
+/// Two scans, one each way: every pulse accounted for, commands answered meanwhile, bad input
+/// refused, and the stack within its budget.
+#[test]
+fn two_scans_stand_on_the_schedule_and_answer_commands() {
+    let Some(elf) = elf() else { return };
+    let recording = read("stair_a");
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let mut session = start(elf, &playback, Waits::default());
+    let boot = session.lines[0].clone();
+    let revision = concat!("BOOT,", env!("CARGO_PKG_VERSION"), ",");
+    assert!(
+        boot.contains(revision) && boot.contains(",hsi-16*"),
+        "{boot}"
+    );
+
+    await_first_trigger(&mut session);
+    ask_everything(&mut session);
+    bad_input(&mut session);
+    // The answers above came between the sentences of the first scan; its own are all there.
+    let expected = replayed(&recording, 2);
+    session.rewind();
+    assert_eq!(session.scan().unwrap(), expected[0]);
+    assert_eq!(session.scan().unwrap(), expected[1]);
+    check_shots(&session, playback.config());
+
+    let used: u32 = value(&session.command("get,stack-used").unwrap());
+    let size: u32 = value(&session.command("get stack-size").unwrap());
+    assert!(
+        used > 1024 && used < size && size == 16 * 1024,
+        "{used} of {size}"
+    );
+    assert_eq!(session.module.garbage(), 0);
+
+    stop_start_scan(&mut session);
+}
+
+/// From here on the scanner is scanning.
+fn await_first_trigger(session: &mut Session<'_>) {
+    for _ in 0..600 {
+        if !session.shots.is_empty() {
+            return;
+        }
+        session.idle(Duration::from_millis(100)).unwrap();
+    }
+    panic!("no trigger within a minute");
+}
+
+fn value(line: &str) -> u32 {
+    match Sentence::parse(line) {
+        Ok(Sentence::Config { value, .. }) => value.parse().unwrap(),
+        other => panic!("{other:?} is no CONF"),
+    }
+}
+
+fn ask_everything(session: &mut Session<'_>) {
+    let status = session.command("status").unwrap();
+    assert!(
+        body(&status).starts_with("STAT,scanning,hsi-16,1,"),
+        "{status}"
+    );
+    let version = session.command("version").unwrap();
+    let expected = concat!("CONF,version,", env!("CARGO_PKG_VERSION"), " ");
+    assert!(body(&version).starts_with(expected), "{version}");
+    let bandwidth = session.command("get,radar-bandwidth").unwrap();
+    assert_eq!(body(&bandwidth), "CONF,radar-bandwidth,10000000");
+    for command in ["scan", "selftest"] {
+        let refused = session.command(command).unwrap();
+        let expected = format!("FAIL,{command},state,idle: stop first");
+        assert_eq!(body(&refused), expected);
+    }
+    session.set("fault-hold", "1000000").unwrap();
+    session.type_bytes(b"get\n").unwrap();
+    for key in Settings::KEYS {
+        let line = session.next_line("a setting").unwrap();
+        assert!(body(&line).starts_with(&format!("CONF,{key},")), "{line}");
+    }
+    assert_eq!(body(&session.next_line("the end").unwrap()), "DONE,get");
+}
+
+fn bad_input(session: &mut Session<'_>) {
+    let long = "x".repeat(300);
+    for (line, expected) in [
+        ("launch", "FAIL,-,command,"),
+        ("set,seed,-1", "FAIL,set,seed,"),
+        (
+            "set,angle-count,289",
+            "FAIL,set,angle-count,3 to 288 angles",
+        ),
+        ("set,plane,sideways", "FAIL,set,plane,depth or height"),
+        ("set,nothing,1", "FAIL,set,key,"),
+        ("set,seed", "FAIL,set,seed,a value"),
+        ("status now", "FAIL,status,arguments,"),
+        ("set,radar-samples,64", "FAIL,set,radar-samples,nothing"),
+        ("$PSTC,stop*00000000", "FAIL,-,crc,"),
+        (&long, "FAIL,-,line,at most 96"),
+        ("\u{0}\u{1}\u{7f}\u{ff}", "FAIL,-,line,printable"),
+    ] {
+        let answer = session.command(line).unwrap();
+        assert!(body(&answer).starts_with(expected), "{line}: {answer}");
+    }
+    let status = session.command("status").unwrap();
+    assert!(
+        body(&status).starts_with("STAT,scanning,"),
+        "the scan goes on: {status}"
+    );
+}
+
+/// Each trigger stands exactly on its row's microstep, counted pulse by pulse since homing.
+fn check_shots(session: &Session<'_>, config: &Config) {
+    let schedule = Schedule::new(config).unwrap();
+    let rows = usize::from(schedule.rows());
+    assert!(session.shots.len() >= 2 * rows);
+    for (k, shot) in session.shots.iter().take(2 * rows).enumerate() {
+        let row = if k < rows { k } else { 2 * rows - 1 - k };
+        let position = schedule.position(row as u16);
+        assert_eq!(shot.position, Some(i64::from(position)), "trigger {k}");
+        assert_eq!(
+            shot.trigger.shaft_angle,
+            shaft_angle(position),
+            "trigger {k}"
+        );
+        assert_eq!(shot.trigger.attempt, u32::from(k == rows), "trigger {k}");
+    }
+    assert_eq!(session.shaft.idle_pulses(), 0, "pulses with the driver off");
+}
+
+/// Stopped, nothing moves; one scan when asked; then on and on again.
+fn stop_start_scan(session: &mut Session<'_>) {
+    assert_eq!(body(&session.command("stop").unwrap()), "DONE,stop");
+    session.idle(Duration::from_millis(100)).unwrap();
+    let pulses = session.shaft.pulses();
+    session.idle(Duration::from_millis(300)).unwrap();
+    assert_eq!(session.shaft.pulses(), pulses, "moved while stopped");
+    for command in ["set,angle-count,24", "selftest", "scan"] {
+        session.command(command).unwrap();
+    }
+    let scan = head(&session.scan().unwrap());
+    session.idle(Duration::from_millis(300)).unwrap();
+    let status = session.command("status").unwrap();
+    let expected = format!("STAT,idle,hsi-16,{},", scan.scan);
+    assert!(body(&status).starts_with(&expected), "{status}");
+    assert_eq!(body(&session.command("start").unwrap()), "DONE,start");
+    assert_eq!(head(&session.scan().unwrap()).scan, scan.scan + 1);
+}
+
+/// Every fault of module and motor gives its status, and the scan after it is whole again.
+#[test]
+fn faults_are_told_and_pass() {
+    let Some(elf) = elf() else { return };
+    let recording = thinned(&read("stair_a"));
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let waits = Waits {
+        chirp: 3_000_000,
+        configure: 3_000_000,
+        ..Waits::default()
+    };
+    let mut session = Session::boot(elf, &playback).unwrap();
+    session.configure(&settings(&playback), waits).unwrap();
+    session.set("fault-hold", "100000").unwrap();
+    session.move_switch(-25_000).unwrap();
+    session.skip_lines();
+    session.connect().unwrap();
+    let clean = head(&session.scan().unwrap());
+    assert_eq!((clean.status, clean.lost_rows), (Status::Ok, 0));
+    for (faults, status, reason, rows) in [
+        // What a retry or a sequence number mends is no loss.
+        (
+            &[
+                "corrupt@5-9x1",
+                "lost@12x1",
+                "late@3x1",
+                "repeat@14-40x1",
+                "error@11x2",
+            ][..],
+            Status::Ok,
+            None,
+            0,
+        ),
+        (
+            &["lost@12x3", "corrupt@20-22x3"],
+            Status::Degraded,
+            Some(Reason::LostRows),
+            4,
+        ),
+        (
+            &["error@30-50x3"],
+            Status::Fault,
+            Some(Reason::ModuleError),
+            8,
+        ),
+        (
+            &["corrupt@30-50x3"],
+            Status::Fault,
+            Some(Reason::LinkSilent),
+            8,
+        ),
+        (&["silent@60"], Status::Fault, Some(Reason::LinkSilent), 8),
+    ] {
+        let parsed: Vec<Fault> = faults.iter().map(|text| text.parse().unwrap()).collect();
+        session.module.set_faults(&parsed);
+        let scan = head(&session.scan().unwrap());
+        assert_eq!(
+            (scan.status, scan.lost_rows),
+            (status, rows),
+            "{faults:?}: {scan:?}"
+        );
+        assert!(
+            reason.is_none_or(|r| scan.reasons.has(r)),
+            "{faults:?}: {scan:?}"
+        );
+        assert!(status != Status::Fault || scan.steps == 0);
+        session.module.set_faults(&[]);
+        let after = next_scan(&mut session, scan.scan);
+        assert_eq!(
+            (after.status, after.lost_rows),
+            (Status::Ok, 0),
+            "after {faults:?}"
+        );
+    }
+    wrong_settings(&mut session);
+    stalled(&mut session);
+    let no_reset = session
+        .lines
+        .iter()
+        .filter(|line| line.contains(",BOOT,"))
+        .count();
+    assert_eq!(no_reset, 1, "all of that without a reset");
+}
+
+/// The next numbered scan after number `scan`: not a self-test's.
+fn next_scan(session: &mut Session<'_>, scan: u32) -> ScanLine {
+    for _ in 0..4 {
+        let next = head(&session.scan().unwrap());
+        if next.scan != 0 {
+            assert_eq!(next.scan, scan + 1);
+            return next;
+        }
+    }
+    panic!("nothing but failed self-tests: {:?}", session.lines);
+}
+
+fn wrong_settings(session: &mut Session<'_>) {
+    session.module.set_faults(&["config".parse().unwrap()]);
+    // The scan under way has its settings already.
+    session.scan().unwrap();
+    let scan = head(&session.scan().unwrap());
+    assert_eq!(scan.status, Status::Fault);
+    assert!(scan.reasons.has(Reason::ModuleConfig), "{scan:?}");
+    session.module.set_faults(&[]);
+    let after = next_scan(session, scan.scan);
+    assert_eq!(after.status, Status::Ok);
+}
+
+fn stalled(session: &mut Session<'_>) {
+    session.idle(Duration::from_millis(300)).unwrap();
+    session.stall(true).unwrap();
+    let scan = head(&session.scan().unwrap());
+    assert_eq!(scan.status, Status::Fault);
+    assert!(scan.reasons.has(Reason::MotorStall), "{scan:?}");
+    session.stall(false).unwrap();
+    let after = next_scan(session, scan.scan);
+    assert_eq!(after.status, Status::Ok, "homed again");
+    let homed = session.shots.last().and_then(|shot| shot.position);
+    assert_eq!(
+        homed,
+        session.shaft.position(),
+        "and the position is right again"
+    );
+}
+
+/// Homing: without a switch the search ends by itself with the driver off; with it, it is found.
+#[test]
+fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
+    let Some(elf) = elf() else { return };
+    let recording = thinned(&read("empty"));
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let mut session = Session::boot_without_switch(elf, &playback).unwrap();
+    session.set("fault-hold", "5000000").unwrap();
+    let scan = head(&session.scan().unwrap());
+    assert_eq!((scan.scan, scan.status), (0, Status::Fault));
+    assert!(scan.reasons.has(Reason::HomeNotFound));
+    session.idle(Duration::from_millis(50)).unwrap();
+    assert!(!session.shaft.enabled());
+    let turn = stairscan::scan::MICROSTEPS_PER_TURN as u64;
+    assert_eq!(
+        session.shaft.pulses(),
+        turn,
+        "the search is one turn and no more"
+    );
+    // The emulator's inputs have edges but no level: a switch pressed all along is not seen.
+    session.switch_works = true;
+    session.shaft.turn_by_hand(300);
+    session
+        .configure(&settings(&playback), Waits::default())
+        .unwrap();
+    session.connect().unwrap();
+    assert_eq!(next_scan(&mut session, 0).status, Status::Ok);
+}
+
+/// Test builds with faults on command: overflow, panic and hang end in the fault path or at the
+/// watchdog, and `stop` outlives them.
+#[test]
+fn crashes_end_in_the_fault_path() {
+    if !emulator() {
+        return;
+    }
+    let elf = image::build(&["provoke"]).unwrap();
+    let recording = read("empty");
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let mut session = start(&elf, &playback, Waits::default());
+    session.idle(Duration::from_millis(300)).unwrap();
+    for (byte, reset) in [(0x01, "hard-fault"), (0x02, "panic")] {
+        session.type_bytes(&[byte]).unwrap();
+        let halt = session.next_halt().unwrap();
+        assert_eq!(body(&halt), "HALT,crash");
+        let boot = session.wait_for("another boot", |s| matches!(s, Sentence::Boot { .. }));
+        let boot = boot.unwrap();
+        assert!(boot.contains(&format!(",{reset},hsi-16*")), "{boot}");
+        let status = session.command("status").unwrap();
+        assert!(body(&status).ends_with(",crash"), "{status}");
+    }
+    assert_eq!(body(&session.command("stop").unwrap()), "DONE,stop");
+    session.type_bytes(&[0x02]).unwrap();
+    session.next_halt().unwrap();
+    let boot = session.wait_for("another boot", |s| matches!(s, Sentence::Boot { .. }));
+    boot.unwrap();
+    let status = session.command("status").unwrap();
+    assert!(body(&status).starts_with("STAT,idle,"), "{status}");
+    assert!(!session.shaft.enabled(), "the driver is off after a crash");
+
+    let fed = session.watchdog_feeds();
+    session.idle(Duration::from_millis(500)).unwrap();
+    assert!(session.watchdog_feeds() > fed, "fed while all is well");
+    session.type_bytes(&[0x03]).unwrap();
+    session.idle(Duration::from_millis(200)).unwrap();
+    let fed = session.watchdog_feeds();
+    session.idle(Duration::from_millis(500)).unwrap();
+    assert_eq!(
+        session.watchdog_feeds(),
+        fed,
+        "nobody feeds it while the loop hangs"
+    );
+}
