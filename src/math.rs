@@ -42,6 +42,19 @@ fn sqrt_positive(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// The larger of two numbers. Three instructions; `f32::max`, which cares for NaN, is a call on this
+/// core.
+#[inline]
+pub const fn max(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}
+
+/// The smaller of two numbers, like [`max`].
+#[inline]
+pub const fn min(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
 /// Hypotenuse of the two legs, without care for overflow: metres and radians never come near.
 #[inline]
 pub fn hypot(x: f32, y: f32) -> f32 {

@@ -12,6 +12,7 @@ use heapless::Vec;
 use rand_core::Rng;
 
 pub use crate::config::MAX_PARTICLES;
+use crate::math;
 
 /// Most modes of one cloud.
 pub const MAX_CLOUD_MODES: usize = 64;
@@ -346,7 +347,7 @@ impl Moments {
         Some(Self {
             weight: total,
             mean: [a0 + a, b0 + b],
-            variance: [(aa - a * a).max(0.0), (bb - b * b).max(0.0)],
+            variance: [math::max(aa - a * a, 0.0), math::max(bb - b * b, 0.0)],
             covariance: ab - a * b,
         })
     }

@@ -118,16 +118,16 @@ impl<'e> Ascent<'e> {
                         along: column.along,
                         column: Some(k as u8),
                     };
-                    *gain = gain.max(ascent.whole(&[link], Shape { rise, open }));
+                    *gain = math::max(*gain, ascent.whole(&[link], Shape { rise, open }));
                 }
             }
         }
         for (wall, column) in ascent.walls.iter_mut().zip(&evidence.columns) {
             let columns = evidence.columns.iter().zip(&tall);
             let behind = columns.filter(|(c, _)| c.along > column.along + LANDING);
-            *wall = behind.map(|(_, &gain)| gain).fold(0.0, f32::max);
+            *wall = behind.map(|(_, &gain)| gain).fold(0.0, math::max);
         }
-        ascent.null = ramp + tall.iter().copied().fold(0.0, f32::max);
+        ascent.null = ramp + tall.iter().copied().fold(0.0, math::max);
         ascent
     }
 
@@ -144,7 +144,7 @@ impl<'e> Ascent<'e> {
                 },
             )
         });
-        let top = scores.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+        let top = scores.iter().copied().fold(f32::NEG_INFINITY, math::max);
         let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
         for (score, offset) in scores.iter().zip(FINE) {
             let p = math::exp(score - top);

@@ -83,7 +83,11 @@ impl Tread {
         let reach = 1.5 * m.sigma_x;
         // Behind the mirror's foot the riser is seen too, and with it the corner.
         let corner = self.start.is_finite() && self.start < 0.0;
-        let before = if corner { reach.max(0.03) } else { reach };
+        let before = if corner {
+            math::max(reach, 0.03)
+        } else {
+            reach
+        };
         if m.x <= self.start - before || m.x >= self.end + reach {
             return None;
         }
@@ -131,7 +135,7 @@ impl<'e> Descent<'e> {
         for degrees in 1..=12u8 {
             let (sin, cos) = math::sin_cos(f32::from(degrees) * RAD_PER_DEG);
             for from in [0.0, -0.1, -0.2] {
-                descent.null = descent.null.max(descent.ramp(from, sin / cos));
+                descent.null = math::max(descent.null, descent.ramp(from, sin / cos));
             }
         }
         descent
@@ -140,8 +144,8 @@ impl<'e> Descent<'e> {
     /// Score of ground that falls steadily by `slope` from `from` on.
     fn ramp(&self, from: f32, slope: f32) -> f32 {
         let scores = self.evidence.marks.iter().map(|m| {
-            let z = (m.y + (m.x - from).max(0.0) * slope) / m.sigma;
-            m.weight * (TREAD - 0.5 * z * z).max(-STRAY)
+            let z = (m.y + math::max(m.x - from, 0.0) * slope) / m.sigma;
+            m.weight * math::max(TREAD - 0.5 * z * z, -STRAY)
         });
         scores.sum()
     }
@@ -159,7 +163,7 @@ impl<'e> Descent<'e> {
                 _ => -STRAY,
             };
             total += gain * m.weight;
-            best = best.max(gain * m.weight);
+            best = math::max(best, gain * m.weight);
         }
         (total, best)
     }
@@ -276,7 +280,7 @@ impl<'e> Descent<'e> {
                 }
             }
             if weight > 0.0 {
-                let sigma = math::sqrt(1.0 / weight).max(0.003);
+                let sigma = math::max(math::sqrt(1.0 / weight), 0.003);
                 fusion.add(Reading {
                     value: sum / weight,
                     sigma,
@@ -317,7 +321,7 @@ impl Edges {
         let variance = self.edge_variance + 2.0 * k * self.covariance + k * k * self.going_variance;
         Reading {
             value: self.edge + k * self.going,
-            sigma: SCALE * math::sqrt(variance.max(0.0) + SPECKLE * SPECKLE),
+            sigma: SCALE * math::sqrt(math::max(variance, 0.0) + SPECKLE * SPECKLE),
         }
     }
 }
@@ -365,7 +369,7 @@ impl Stairs for Descent<'_> {
                 }
                 Some(first) => {
                     let z = (rise - (first.along - self.evidence.mount_height)) / RISE_SIGMA;
-                    (0.5 * z * z).min(2.0)
+                    math::min(0.5 * z * z, 2.0)
                 }
             }
     }

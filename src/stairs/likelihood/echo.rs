@@ -5,6 +5,7 @@ use super::beam::{self, LEVEL_DB};
 use super::candidate::Candidate;
 use super::scatterer::{self, Clusters, HANN_CURVATURE, Lobe, Mode, Place, Responses};
 use crate::config::Config;
+use crate::math;
 use crate::stairs::map::{DB_PER_UNIT, PolarMap};
 use crate::stairs::particles::SizedCloud;
 use heapless::Vec;
@@ -94,7 +95,7 @@ pub fn select(
     let mut echoes = Vec::new();
     for candidate in candidates {
         let floor = floors.get(usize::from(candidate.bin)).copied().unwrap_or(0);
-        let floor_db = (f32::from(floor) - noise).max(0.0) * DB_PER_UNIT;
+        let floor_db = math::max(f32::from(floor) - noise, 0.0) * DB_PER_UNIT;
         let above_gain = f32::from(candidate.level.saturating_sub(gain));
         let db = above_gain * LEVEL_DB - noise * DB_PER_UNIT;
         let needed = if floor_db > LOBE_SEEN_DB {
@@ -109,7 +110,7 @@ pub fn select(
         let ghost_at = |bin: f32, angle: f32| {
             let native = (geometry.range_m(bin) + offset_m) / resolution_m;
             let ghost = |e: &Echo| e.db + ghost_db(e, native, angle, lobe_sigma, samples);
-            echoes.iter().map(ghost).fold(f32::NEG_INFINITY, f32::max)
+            echoes.iter().map(ghost).fold(f32::NEG_INFINITY, math::max)
         };
         let row_angle = map.angle_rad(usize::from(candidate.row));
         if db < ghost_at(candidate.bin.into(), row_angle) - ROUGH_DB {
@@ -196,10 +197,10 @@ fn ghost_db(e: &Echo, native: f32, angle: f32, lobe_sigma: f32, samples: f32) ->
         } else {
             NEVER
         };
-        ghost = ghost.max(response + (lobe + 3.0).max(-PEDESTAL_DB));
+        ghost = math::max(ghost, response + math::max(lobe + 3.0, -PEDESTAL_DB));
     }
     if (native + e.bin - samples).abs() < 2.5 {
-        ghost = ghost.max(lobe + 1.0 - IMAGE_DB);
+        ghost = math::max(ghost, lobe + 1.0 - IMAGE_DB);
     }
     ghost
 }

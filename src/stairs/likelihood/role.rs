@@ -7,6 +7,7 @@
 //! last, so that flights with the same beginning share its score.
 
 use super::evidence::{COLUMN, Evidence, Mark, X_MIN};
+use crate::math;
 
 /// An echo at a place known in x and y: corner, nosing, flash.
 const POINT: f32 = 5.4;
@@ -42,7 +43,7 @@ const HIDDEN_FOOT: f32 = 0.01;
 
 /// Gain of an echo `z` standard deviations off its role's place.
 fn gain(role: f32, z: f32) -> f32 {
-    (role - 0.5 * z * z).max(0.0)
+    math::max(role - 0.5 * z * z, 0.0)
 }
 
 /// What an echo is taken for.
@@ -155,7 +156,7 @@ impl Evidence {
             0.0
         };
         if riser.open {
-            on.max(gain(TREAD, m.y / m.sigma))
+            math::max(on, gain(TREAD, m.y / m.sigma))
         } else {
             on
         }
@@ -214,7 +215,7 @@ impl Evidence {
         }
         if base > height - HIDDEN_FOOT {
             // From the sight line over the last nosing up to its own.
-            let z = (m.y - top).max(low - m.y).max(0.0) / s;
+            let z = math::max(math::max(m.y - top, low - m.y), 0.0) / s;
             let top = (POINT - 0.5 * z * z) * w;
             return Fit {
                 top,
@@ -241,11 +242,11 @@ impl Evidence {
             top_role,
             other: None,
         };
-        if m.y <= base + (2.0 * s).max(0.04) || m.y >= top {
+        if m.y <= base + math::max(2.0 * s, 0.04) || m.y >= top {
             return fit;
         }
         // Seen from afar a low riser's nosing and face melt into one echo.
-        let blend = top - base < 0.105 * x.max(0.3);
+        let blend = top - base < 0.105 * math::max(x, 0.3);
         let face = FACE * w * if blend { 1.4 } else { 1.0 };
         if face <= edge {
             return fit;
@@ -266,14 +267,14 @@ impl Evidence {
             let (role, gain) = self.on_tread(m, riser);
             if role == Role::Clutter {
                 // What stands on one tread is one thing, however many echoes it has.
-                total += AGAIN * (clutter.max(gain));
-                clutter = clutter.min(gain);
+                total += AGAIN * math::max(clutter, gain);
+                clutter = math::min(clutter, gain);
             } else {
                 total += gain;
             }
             let on_level = (m.y - riser.base).abs() < 2.5 * m.sigma;
             if role == Role::Tread && on_level && m.x > riser.x - 0.35 {
-                strongest = strongest.max(m.db);
+                strongest = math::max(strongest, m.db);
             }
         }
         Before {
@@ -313,7 +314,7 @@ impl Evidence {
             x, base, top, open, ..
         } = *riser;
         let mut total = before.score - STEP;
-        let marks = self.between((x - COLUMN).max(X_MIN), x + COLUMN);
+        let marks = self.between(math::max(x - COLUMN, X_MIN), x + COLUMN);
         if marks.is_empty() {
             return total - NOTHING;
         }
@@ -321,7 +322,7 @@ impl Evidence {
         let (mut corner, mut nosing, mut edge, mut corner_db) = (0.0f32, 0.0f32, 0.0f32, -99.0f32);
         for m in marks {
             let fit = self.on_riser(m, riser);
-            edge = edge.max(fit.edge);
+            edge = math::max(edge, fit.edge);
             if let Some((_, gain)) = fit.other {
                 total += gain;
             } else if fit.corner > fit.top && fit.corner > corner {
@@ -332,7 +333,7 @@ impl Evidence {
                 total += AGAIN * nosing;
                 nosing = fit.top;
             } else if fit.corner > 0.0 || fit.top > 0.0 {
-                total += AGAIN * fit.corner.max(fit.top);
+                total += AGAIN * math::max(fit.corner, fit.top);
             } else {
                 total -= STRAY * m.weight;
             }
@@ -345,7 +346,7 @@ impl Evidence {
         if edge < 0.8 {
             total -= NO_TOP;
         }
-        if corner > 1.0 && corner_db > 8f32.max(before.strongest + 8.0) {
+        if corner > 1.0 && corner_db > math::max(8.0, before.strongest + 8.0) {
             total += BRIGHT;
         }
         total + corner + nosing
@@ -371,7 +372,7 @@ impl Evidence {
     fn ramp(&self, from_x: f32, slope: f32) -> f32 {
         let mut total = 0.0;
         for m in self.between(X_MIN, f32::INFINITY) {
-            let z = (m.y - slope * (m.x - from_x).max(0.0)) / m.sigma;
+            let z = (m.y - slope * math::max(m.x - from_x, 0.0)) / m.sigma;
             let g = TREAD - 0.5 * z * z;
             total += m.weight
                 * if g > 0.0 {
@@ -394,7 +395,7 @@ impl Evidence {
         let mut best = self.ramp(0.0, 0.0);
         for slope in SLOPES {
             for from in [0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2] {
-                best = best.max(self.ramp(from, slope));
+                best = math::max(best, self.ramp(from, slope));
             }
         }
         best
@@ -404,5 +405,5 @@ impl Evidence {
 /// Cost of three risers in a row that are not evenly spaced.
 pub fn irregularity(a: f32, b: f32, c: f32) -> f32 {
     let d = (c - 2.0 * b + a) / 0.015;
-    (IRREGULAR * d * d).min(1.0)
+    math::min(IRREGULAR * d * d, 1.0)
 }

@@ -143,7 +143,7 @@ impl Lobe {
     fn misfit(&self, at: [f32; 2]) -> f32 {
         let ([angle, range], [row, bin]) = (self.slopes, at);
         let (a, b) = (angle * row, range * bin);
-        let clipped = |z: f32| (z * z).min(CLIP * CLIP);
+        let clipped = |z: f32| math::min(z * z, CLIP * CLIP);
         let rows = self
             .rows
             .iter()
@@ -235,7 +235,7 @@ impl Mode {
             let misfit = self
                 .lobe
                 .misfit(plus(cells(p.at.map(f32::from)), [-row, -bin]));
-            (LARGEST_WEIGHT * math::exp((least - misfit).min(0.0))) as u16
+            (LARGEST_WEIGHT * math::exp(math::min(least - misfit, 0.0))) as u16
         };
         for round in 0..ROUNDS {
             if round > 0 {

@@ -13,6 +13,7 @@
 use super::evidence::{Evidence, Mark};
 use super::role::Role;
 use super::trace::Explanation;
+use crate::math;
 use heapless::Vec;
 
 /// Most faces of a flight.
@@ -135,7 +136,7 @@ impl<'s, S: Stairs> Search<'s, S> {
     /// The best score of a flight with another number of faces; no stairs at all counts 0.
     pub fn rival(&self, faces: usize) -> f32 {
         let others = self.leaders.iter().filter(|f| f.chain.len() != faces);
-        others.map(|f| f.score).fold(0.0, f32::max)
+        others.map(|f| f.score).fold(0.0, math::max)
     }
 
     /// The best flight.
