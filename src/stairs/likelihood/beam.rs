@@ -76,22 +76,41 @@ pub fn box_rows(geometry: &Geometry) -> usize {
     ((rows as usize) | 1).min(MAX_BOX)
 }
 
+/// 128 log2(1 + f/128), rounded off.
+static FRACTION: [u8; 128] = fraction_table();
+
+const fn fraction_table() -> [u8; 128] {
+    let mut table = [0; 128];
+    let mut fraction = 0;
+    while fraction < 128 {
+        // log2(1 + f) ≈ f + 0.344 f (1 - f)
+        let bend = (fraction * (128 - fraction) * 44) >> 14;
+        table[fraction] = (fraction + bend) as u8;
+        fraction += 1;
+    }
+    table
+}
+
 /// Binary logarithm of a filtered power in 1/128 octave; monotone, error below 0.01 octave.
 #[inline]
 pub fn level(power: u32) -> u16 {
     let power = power | 1;
     let zeros = power.leading_zeros();
     let fraction = ((power << zeros) >> 24) & 127;
-    // log2(1 + f) ≈ f + 0.344 f (1 - f)
-    let bend = (fraction * (128 - fraction) * 44) >> 14;
-    (((31 - zeros) << 7) + fraction + bend) as u16
+    ((31 - zeros) << 7 | u32::from(FRACTION[fraction as usize])) as u16
+}
+
+/// The running sums of one range bin.
+#[derive(Clone, Copy, Debug)]
+struct Sums {
+    slope: u32,
+    sum: u32,
 }
 
 /// The running sums of all range bins.
 #[derive(Debug)]
 pub struct BeamFilter {
-    slope: [u32; MAX_BINS],
-    sum: [u32; MAX_BINS],
+    sums: [Sums; MAX_BINS],
     rows: usize,
     fed: usize,
 }
@@ -100,8 +119,7 @@ impl BeamFilter {
     /// Without any row yet.
     pub const fn new() -> Self {
         Self {
-            slope: [0; MAX_BINS],
-            sum: [0; MAX_BINS],
+            sums: [Sums { slope: 0, sum: 0 }; MAX_BINS],
             rows: 1,
             fed: 0,
         }
@@ -132,29 +150,26 @@ impl BeamFilter {
         delayed: impl Fn(usize) -> &'m [u8],
         levels: &mut [u16],
     ) {
-        let (slope, sum) = (self.slope.iter_mut(), self.sum.iter_mut());
         if self.fed == 0 {
             let rows = self.rows as u32;
-            for (((&cell, slope), sum), level_out) in row.iter().zip(slope).zip(sum).zip(levels) {
-                let power = power(cell);
-                *slope = 0;
-                *sum = power * rows * rows;
-                *level_out = level(*sum);
+            for (sums, &cell) in self.sums.iter_mut().zip(row) {
+                *sums = Sums {
+                    slope: 0,
+                    sum: power(cell) * rows * rows,
+                };
             }
-        } else {
-            let one = delayed(self.fed.min(self.rows));
-            let two = delayed(self.fed.min(2 * self.rows));
-            let cells = row.iter().zip(one).zip(two);
-            for ((((new, one), two), (slope, sum)), level_out) in
-                cells.zip(slope.zip(sum)).zip(levels)
-            {
-                let change = power(*new)
-                    .wrapping_add(power(*two))
-                    .wrapping_sub(power(*one) << 1);
-                *slope = slope.wrapping_add(change);
-                *sum = sum.wrapping_add(*slope);
-                *level_out = level(*sum);
-            }
+        }
+        let one = delayed(self.fed.min(self.rows));
+        let two = delayed(self.fed.min(2 * self.rows));
+        let cells = row.iter().zip(one).zip(two);
+        for ((((&new, &one), &two), sums), level_out) in cells.zip(&mut self.sums).zip(levels) {
+            let change = power(new)
+                .wrapping_add(power(two))
+                .wrapping_sub(power(one) << 1);
+            let slope = sums.slope.wrapping_add(change);
+            let sum = sums.sum.wrapping_add(slope);
+            *sums = Sums { slope, sum };
+            *level_out = level(sum);
         }
         self.fed += 1;
     }
@@ -179,15 +194,19 @@ pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
     // Two boxes are the second difference, a box apart, of what is summed up twice.
     let mut twice = [[0u32; PATCH_BINS.len()]; SEEN];
     let (mut slope, mut sum) = ([0u32; PATCH_BINS.len()], [0u32; PATCH_BINS.len()]);
-    for (at, twice) in (first..).zip(twice.iter_mut().skip(2)) {
+    let seen = 2 * (rows + REACH) - 1;
+    for (at, twice) in (first..).zip(twice.iter_mut().skip(2).take(seen)) {
         let line = map.row(at.clamp(0, last) as usize);
         let around = line.get(usize::from(bin).wrapping_sub(1)..).unwrap_or(&[]);
-        for (((slope, sum), twice), &cell) in slope.iter_mut().zip(&mut sum).zip(twice).zip(around)
-        {
+        // A maximum has a bin to each side.
+        let Some(around) = around.first_chunk::<{ PATCH_BINS.len() }>() else {
+            break;
+        };
+        for ((slope, sum), &cell) in slope.iter_mut().zip(&mut sum).zip(around) {
             *slope = slope.wrapping_add(power(cell));
             *sum = sum.wrapping_add(*slope);
-            *twice = *sum;
         }
+        *twice = sum;
     }
     let mut patch = Patch::default();
     for (k, offset) in PATCH_ROWS.into_iter().enumerate() {

@@ -1,7 +1,6 @@
 //! Local maxima of the filtered map, found row by row: the places where a mode of particles starts.
 
 use super::MAX_BINS;
-use crate::stairs::particles::shell_sort;
 use heapless::Vec;
 
 /// Most candidates of a scan: the strongest are kept.
@@ -23,9 +22,10 @@ pub struct Candidate {
 }
 
 impl Candidate {
-    /// Order of strength; ties go by place, so that the order of arrival does not matter.
-    pub fn key(&self) -> (u16, u16, u8) {
-        (self.level, self.row, self.bin)
+    /// Order of strength; ties go by place, so that the order of arrival does not matter. A level
+    /// has 12 bits, and a row fewer.
+    fn key(&self) -> u32 {
+        u32::from(self.level) << 20 | u32::from(self.row) << 8 | u32::from(self.bin)
     }
 }
 
@@ -34,8 +34,8 @@ impl Candidate {
 pub struct CandidateFinder {
     window: [[u16; MAX_BINS]; WINDOW],
     fed: usize,
+    /// Once it is full, a heap with the weakest on top.
     found: Vec<Candidate, MAX_CANDIDATES>,
-    weakest: usize,
 }
 
 impl CandidateFinder {
@@ -45,7 +45,6 @@ impl CandidateFinder {
             window: [[0; MAX_BINS]; WINDOW],
             fed: 0,
             found: Vec::new(),
-            weakest: 0,
         }
     }
 
@@ -53,7 +52,6 @@ impl CandidateFinder {
     pub fn begin(&mut self) {
         self.fed = 0;
         self.found.clear();
-        self.weakest = 0;
     }
 
     /// Where the next row's levels go; [`CandidateFinder::advance`] then looks at them.
@@ -68,10 +66,12 @@ impl CandidateFinder {
         let Some(row) = row.filter(|_| self.fed >= WINDOW) else {
             return;
         };
-        let Some(middle) = self.window.get((self.fed + WINDOW - 1 - MIDDLE) % WINDOW) else {
+        let Self {
+            window, fed, found, ..
+        } = self;
+        let Some(middle) = window.get((*fed + WINDOW - 1 - MIDDLE) % WINDOW) else {
             return;
         };
-        let middle = *middle;
         for (bin, cells) in (1u8..).zip(middle.get(..bins).unwrap_or(&[]).windows(3)) {
             let &[near, level, far] = cells else { return };
             if level < near || level < far {
@@ -82,37 +82,67 @@ impl CandidateFinder {
                 let around = line.get(at.clone()).unwrap_or(&[]);
                 around.iter().all(|&other| other <= level)
             };
-            if self.window.iter().all(lower) {
-                self.keep(Candidate { level, row, bin });
+            if window.iter().all(lower) {
+                keep(found, Candidate { level, row, bin });
             }
         }
-    }
-
-    /// Adds a candidate, in place of the weakest if there is no room.
-    fn keep(&mut self, candidate: Candidate) {
-        if self.found.push(candidate).is_ok() {
-            if self.found.is_full() {
-                self.find_weakest();
-            }
-            return;
-        }
-        if let Some(weakest) = self.found.get_mut(self.weakest)
-            && weakest.key() < candidate.key()
-        {
-            *weakest = candidate;
-            self.find_weakest();
-        }
-    }
-
-    fn find_weakest(&mut self) {
-        let weakest = self.found.iter().enumerate().min_by_key(|(_, c)| c.key());
-        self.weakest = weakest.map_or(0, |(k, _)| k);
     }
 
     /// The candidates, strongest first.
     pub fn sorted(&mut self) -> &[Candidate] {
-        shell_sort(&mut self.found, |c| core::cmp::Reverse(c.key()));
-        self.weakest = self.found.len().saturating_sub(1);
+        heapify(&mut self.found);
+        for end in (1..self.found.len()).rev() {
+            exchange(&mut self.found, 0, end);
+            sift_down(self.found.get_mut(..end).unwrap_or(&mut []), 0);
+        }
         &self.found
+    }
+}
+
+/// Adds a candidate, in place of the weakest if there is no room.
+fn keep(found: &mut Vec<Candidate, MAX_CANDIDATES>, candidate: Candidate) {
+    if found.push(candidate).is_ok() {
+        if found.is_full() {
+            heapify(found);
+        }
+        return;
+    }
+    if let Some(weakest) = found.first_mut()
+        && weakest.key() < candidate.key()
+    {
+        *weakest = candidate;
+        sift_down(found, 0);
+    }
+}
+
+fn exchange(found: &mut [Candidate], a: usize, b: usize) {
+    if let Ok([a, b]) = found.get_disjoint_mut([a, b]) {
+        core::mem::swap(a, b);
+    }
+}
+
+/// Makes a heap of the candidates, the weakest on top.
+fn heapify(found: &mut [Candidate]) {
+    for k in (0..found.len() / 2).rev() {
+        sift_down(found, k);
+    }
+}
+
+/// Lets candidate `k` sink below the weaker ones under it.
+#[inline(never)]
+fn sift_down(found: &mut [Candidate], mut k: usize) {
+    loop {
+        let weight = |k: usize| found.get(k).map_or(u32::MAX, Candidate::key);
+        let (near, far) = (2 * k + 1, 2 * k + 2);
+        let child = if weight(far) < weight(near) {
+            far
+        } else {
+            near
+        };
+        if weight(k) <= weight(child) {
+            return;
+        }
+        exchange(found, k, child);
+        k = child;
     }
 }

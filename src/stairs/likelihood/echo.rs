@@ -27,6 +27,8 @@ const PEDESTAL_DB: f32 = 17.0;
 const SKIRT_DB: f32 = 25.0;
 /// … and how far they reach, native range bins.
 const SKIRT_BINS: f32 = 9.0;
+/// Reach of an echo's own lobe in range, native bins.
+const LOBE_BINS: f32 = 2.0;
 /// I/Q image at Ns - bin, dB.
 const IMAGE_DB: f32 = 30.0;
 /// Oscillator noise of a strong echo: every range, same angle, dB.
@@ -107,13 +109,18 @@ pub fn select(
             continue;
         }
         // What is far below a ghost need not be looked at closely.
-        let ghost_at = |bin: f32, angle: f32| {
+        let is_ghost = |bin: f32, angle: f32, db: f32| {
             let native = (geometry.range_m(bin) + offset_m) / resolution_m;
-            let ghost = |e: &Echo| e.db + ghost_db(e, native, angle, lobe_sigma, samples);
-            echoes.iter().map(ghost).fold(f32::NEG_INFINITY, math::max)
+            let explains = |e: &Echo| {
+                let needed = db - e.db;
+                // Farther off in range no ghost reaches up to its skirts.
+                ((native - e.bin).abs() < LOBE_BINS || needed < 1.0 - SKIRT_DB)
+                    && needed < ghost_db(e, native, angle, lobe_sigma, samples)
+            };
+            echoes.iter().any(explains)
         };
         let row_angle = map.angle_rad(usize::from(candidate.row));
-        if db < ghost_at(candidate.bin.into(), row_angle) - ROUGH_DB {
+        if is_ghost(candidate.bin.into(), row_angle, db + ROUGH_DB) {
             continue;
         }
         let lobe = Lobe::new(
@@ -126,7 +133,7 @@ pub fn select(
         let angle_rad = row_angle + row_off * geometry.step_rad;
         let range_m = geometry.range_m(bin);
         let native = (range_m + offset_m) / resolution_m;
-        if db < ghost_at(bin, angle_rad) {
+        if is_ghost(bin, angle_rad, db) {
             continue;
         }
         let (x, y) = geometry.point(range_m, angle_rad);
@@ -191,7 +198,7 @@ fn ghost_db(e: &Echo, native: f32, angle: f32, lobe_sigma: f32, samples: f32) ->
         } else {
             PHASE_DB
         };
-    if bins < 2.0 {
+    if bins < LOBE_BINS {
         let response = if bins < 1.7 {
             -HANN_CURVATURE * bins * bins
         } else {

@@ -71,11 +71,18 @@ pub struct Column {
     pub end: usize,
 }
 
+/// Cells of the index over the marks …
+const CELLS: usize = 64;
+/// … and how many of them a metre has: some two marks fall into one.
+const CELLS_PER_M: f32 = 20.0;
+
 /// All echoes in order of where they lie along the line of sight, and the columns among them.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub struct Evidence {
     /// In order of [`Mark::along`].
     pub marks: Vec<Mark, MAX_ECHOES>,
+    /// Number of marks short of each cell.
+    starts: [u8; CELLS],
     /// In order of [`Column::along`].
     pub columns: Vec<Column, MAX_COLUMNS>,
     /// Mirror above the ground, metres.
@@ -102,12 +109,20 @@ pub fn credibility(db: f32) -> f32 {
     ((db - 1.0) / 9.0).clamp(0.15, 1.0)
 }
 
+/// Which cell of the index a place falls into; it never falls as the place grows, and what lies
+/// before the mirror is in the first.
+fn index(along: f32) -> usize {
+    (along * CELLS_PER_M) as usize
+}
+
 impl Evidence {
     /// Nothing yet.
     pub fn new(mount_height: f32) -> Self {
         Self {
+            marks: Vec::new(),
+            starts: [0; CELLS],
+            columns: Vec::new(),
             mount_height,
-            ..Self::default()
         }
     }
 
@@ -157,6 +172,12 @@ impl Evidence {
             let _ = self.marks.push(mark);
         }
         shell_sort(&mut self.marks, |m| sort_key(m.along));
+        let mut short = 0;
+        for (cell, start) in self.starts.iter_mut().enumerate() {
+            let rest = self.marks.get(short..).unwrap_or(&[]);
+            short += rest.iter().take_while(|m| index(m.along) < cell).count();
+            *start = short as u8;
+        }
         let mut taken = [false; MAX_ECHOES];
         for (mark, taken) in self.marks.iter().zip(&mut taken) {
             *taken = mark.along <= nearest;
@@ -200,7 +221,10 @@ impl Evidence {
 
     /// Number of the first mark beyond `along`.
     pub fn first_beyond(&self, along: f32) -> usize {
-        self.marks.partition_point(|m| m.along <= along)
+        let cell = index(along).min(CELLS - 1);
+        let start = usize::from(self.starts.get(cell).copied().unwrap_or(0));
+        let rest = self.marks.get(start..).unwrap_or(&[]);
+        start + rest.iter().take_while(|m| m.along <= along).count()
     }
 
     /// Marks with `from` < along ≤ `to`.

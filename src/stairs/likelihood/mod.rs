@@ -194,7 +194,8 @@ impl Rows {
         };
         let spacing = (self.filter.lag() + 1).max(map.rows().div_ceil(noise::MAX_SAMPLES));
         if place(centre).checked_rem(spacing) == Some(spacing / 2) {
-            self.noise.add(&levels[..], self.filter.gain());
+            let levels = levels.get(..map.bins()).unwrap_or(&[]);
+            self.noise.add(levels, self.filter.gain());
         }
         let middle = centre
             .checked_sub(candidate::MIDDLE)
@@ -220,7 +221,7 @@ impl Rows {
             self.push(map, map.row(end));
         }
         let mut floors = [0; MAX_BINS];
-        let noise = self.noise.medians(map.bins(), &mut floors);
+        let noise = self.noise.medians(&mut floors);
         observer.noise(noise);
         let background = echo::Background {
             floors: &floors,
