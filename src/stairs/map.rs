@@ -196,6 +196,13 @@ impl PolarMap {
         self.row(row).get(bin).copied().unwrap_or(0)
     }
 
+    /// A cell between its neighbours in range; `None` where the map holds no three.
+    #[inline]
+    pub fn around(&self, row: usize, bin: usize) -> Option<&[u8; 3]> {
+        let first = (row * self.bins + bin).checked_sub(1)?;
+        self.cells.get(first..)?.first_chunk()
+    }
+
     /// Whether CA-CFAR let the cell through; false outside the map.
     pub fn hit(&self, row: usize, bin: usize) -> bool {
         self.mask(row)

@@ -74,14 +74,7 @@ impl Landing {
         }
         if self.shape != shape {
             self.shape = shape;
-            let mut sum = 0.0;
-            let marks = evidence.marks.iter().rev();
-            let places = self.sums.get_mut(..evidence.marks.len())?.iter_mut().rev();
-            for (place, mark) in places.zip(marks) {
-                sum += evidence.on_landing(mark, shape.rise, shape.open);
-                *place = sum;
-            }
-            *self.sums.get_mut(evidence.marks.len())? = 0.0;
+            evidence.landings(shape.rise, shape.open, &mut self.sums);
         }
         self.sums.get(evidence.first_beyond(x + COLUMN)).copied()
     }

@@ -196,10 +196,8 @@ pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
     let (mut slope, mut sum) = ([0u32; PATCH_BINS.len()], [0u32; PATCH_BINS.len()]);
     let seen = 2 * (rows + REACH) - 1;
     for (at, twice) in (first..).zip(twice.iter_mut().skip(2).take(seen)) {
-        let line = map.row(at.clamp(0, last) as usize);
-        let around = line.get(usize::from(bin).wrapping_sub(1)..).unwrap_or(&[]);
         // A maximum has a bin to each side.
-        let Some(around) = around.first_chunk::<{ PATCH_BINS.len() }>() else {
+        let Some(around) = map.around(at.clamp(0, last) as usize, bin.into()) else {
             break;
         };
         for ((slope, sum), &cell) in slope.iter_mut().zip(&mut sum).zip(around) {

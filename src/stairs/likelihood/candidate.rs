@@ -10,22 +10,30 @@ const WINDOW: usize = 5;
 /// … and this one is in the middle.
 pub const MIDDLE: usize = WINDOW / 2;
 
-/// One local maximum of the filtered map.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Candidate {
-    /// Filtered level, 1/128 octave.
-    pub level: u16,
-    /// Row of the map.
-    pub row: u16,
-    /// Stored range bin.
-    pub bin: u8,
-}
+/// One local maximum of the filtered map, in one word: level, row, bin. So the stronger is the
+/// larger, and ties go by place: the order of arrival does not matter.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Candidate(u32);
 
 impl Candidate {
-    /// Order of strength; ties go by place, so that the order of arrival does not matter. A level
-    /// has 12 bits, and a row fewer.
-    fn key(&self) -> u32 {
-        u32::from(self.level) << 20 | u32::from(self.row) << 8 | u32::from(self.bin)
+    /// A level has 12 bits, and a row no more.
+    fn new(level: u16, row: u16, bin: u8) -> Self {
+        Self(u32::from(level) << 20 | u32::from(row) << 8 | u32::from(bin))
+    }
+
+    /// Filtered level, 1/128 octave.
+    pub fn level(self) -> u16 {
+        (self.0 >> 20) as u16
+    }
+
+    /// Row of the map.
+    pub fn row(self) -> u16 {
+        (self.0 >> 8 & 0xfff) as u16
+    }
+
+    /// Stored range bin.
+    pub fn bin(self) -> u8 {
+        self.0 as u8
     }
 }
 
@@ -83,16 +91,19 @@ impl CandidateFinder {
                 around.iter().all(|&other| other <= level)
             };
             if window.iter().all(lower) {
-                keep(found, Candidate { level, row, bin });
+                keep(found, Candidate::new(level, row, bin));
             }
         }
     }
 
-    /// The candidates, strongest first.
-    pub fn sorted(&mut self) -> &[Candidate] {
+    /// The candidates from `least` on, strongest first.
+    pub fn sorted(&mut self, least: u16) -> &[Candidate] {
+        self.found.retain(|c| c.level() >= least);
         heapify(&mut self.found);
         for end in (1..self.found.len()).rev() {
-            exchange(&mut self.found, 0, end);
+            if let Ok([top, last]) = self.found.get_disjoint_mut([0, end]) {
+                core::mem::swap(top, last);
+            }
             sift_down(self.found.get_mut(..end).unwrap_or(&mut []), 0);
         }
         &self.found
@@ -108,16 +119,10 @@ fn keep(found: &mut Vec<Candidate, MAX_CANDIDATES>, candidate: Candidate) {
         return;
     }
     if let Some(weakest) = found.first_mut()
-        && weakest.key() < candidate.key()
+        && *weakest < candidate
     {
         *weakest = candidate;
         sift_down(found, 0);
-    }
-}
-
-fn exchange(found: &mut [Candidate], a: usize, b: usize) {
-    if let Ok([a, b]) = found.get_disjoint_mut([a, b]) {
-        core::mem::swap(a, b);
     }
 }
 
@@ -131,18 +136,24 @@ fn heapify(found: &mut [Candidate]) {
 /// Lets candidate `k` sink below the weaker ones under it.
 #[inline(never)]
 fn sift_down(found: &mut [Candidate], mut k: usize) {
+    let Some(&sinking) = found.get(k) else { return };
     loop {
-        let weight = |k: usize| found.get(k).map_or(u32::MAX, Candidate::key);
-        let (near, far) = (2 * k + 1, 2 * k + 2);
-        let child = if weight(far) < weight(near) {
-            far
-        } else {
-            near
+        let mut child = 2 * k + 1;
+        let weakest = match found.get(child..) {
+            Some(&[near, far, ..]) if far < near => {
+                child += 1;
+                far
+            }
+            Some(&[near, ..]) => near,
+            _ => sinking,
         };
-        if weight(k) <= weight(child) {
+        let risen = weakest < sinking;
+        if let Some(place) = found.get_mut(k) {
+            *place = if risen { weakest } else { sinking };
+        }
+        if !risen {
             return;
         }
-        exchange(found, k, child);
         k = child;
     }
 }

@@ -71,6 +71,14 @@ pub struct Background<'a> {
     pub gain: u16,
 }
 
+impl Background<'_> {
+    /// What no candidate may be below, 1/128 octave: somewhat less than what [`select`] asks.
+    pub fn least(&self) -> u16 {
+        let above_gain = self.noise * (DB_PER_UNIT / LEVEL_DB) + NOISE_DB / LEVEL_DB;
+        self.gain.saturating_add(above_gain as u16)
+    }
+}
+
 /// Goes through the candidates, strongest first, and keeps what only a scatterer of its own
 /// explains.
 #[inline(never)]
@@ -96,9 +104,10 @@ pub fn select(
     let lobe_sigma = beam::two_way_sigma(geometry.beamwidth_rad) * core::f32::consts::SQRT_2;
     let mut echoes = Vec::new();
     for candidate in candidates {
-        let floor = floors.get(usize::from(candidate.bin)).copied().unwrap_or(0);
+        let (row, bin) = (candidate.row(), candidate.bin());
+        let floor = floors.get(usize::from(bin)).copied().unwrap_or(0);
         let floor_db = math::max(f32::from(floor) - noise, 0.0) * DB_PER_UNIT;
-        let above_gain = f32::from(candidate.level.saturating_sub(gain));
+        let above_gain = f32::from(candidate.level().saturating_sub(gain));
         let db = above_gain * LEVEL_DB - noise * DB_PER_UNIT;
         let needed = if floor_db > LOBE_SEEN_DB {
             LOBE_DB
@@ -119,17 +128,14 @@ pub fn select(
             };
             echoes.iter().any(explains)
         };
-        let row_angle = map.angle_rad(usize::from(candidate.row));
-        if is_ghost(candidate.bin.into(), row_angle, db + ROUGH_DB) {
+        let row_angle = map.angle_rad(usize::from(row));
+        if is_ghost(bin.into(), row_angle, db + ROUGH_DB) {
             continue;
         }
-        let lobe = Lobe::new(
-            &beam::patch(map, candidate.row, candidate.bin),
-            &responses,
-            db,
-        );
+        let lobe = Lobe::new(&beam::patch(map, row, bin), &responses, db);
         let [row_off, bin_off] = lobe.peak;
-        let bin = f32::from(candidate.bin) + bin_off;
+        let cell = [row, bin.into()];
+        let bin = f32::from(bin) + bin_off;
         let angle_rad = row_angle + row_off * geometry.step_rad;
         let range_m = geometry.range_m(bin);
         let native = (range_m + offset_m) / resolution_m;
@@ -150,7 +156,6 @@ pub fn select(
         if echoes.push(echo).is_err() {
             break;
         }
-        let cell = [candidate.row, candidate.bin.into()];
         let _ = modes.push(Mode { cell, lobe });
     }
     let particles = usize::from(config.particles.particles);

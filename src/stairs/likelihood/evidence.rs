@@ -72,9 +72,9 @@ pub struct Column {
 }
 
 /// Cells of the index over the marks …
-const CELLS: usize = 64;
-/// … and how many of them a metre has: some two marks fall into one.
-const CELLS_PER_M: f32 = 20.0;
+const CELLS: usize = 128;
+/// … and how many of them a metre has: few of them hold two marks.
+const CELLS_PER_M: f32 = 40.0;
 
 /// All echoes in order of where they lie along the line of sight, and the columns among them.
 #[derive(Debug)]

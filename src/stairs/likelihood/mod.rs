@@ -230,7 +230,8 @@ impl Rows {
         };
         let seed = u64::from(config.seed) << 32 | u64::from(scan);
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
-        echo::select(map, self.finder.sorted(), &background, config, &mut rng)
+        let candidates = self.finder.sorted(background.least());
+        echo::select(map, candidates, &background, config, &mut rng)
     }
 }
 

@@ -6,6 +6,7 @@
 //! The score falls into one part a riser (with the tread before it) and one for what lies behind the
 //! last, so that flights with the same beginning share its score.
 
+use super::echo::MAX_ECHOES;
 use super::evidence::{COLUMN, Evidence, Mark, X_MIN};
 use crate::math;
 
@@ -149,6 +150,7 @@ impl Evidence {
     }
 
     /// Gain of a mark as part of the tread before a riser, or of the floor seen through it.
+    #[inline]
     fn as_tread(&self, m: &Mark, riser: &Riser) -> f32 {
         let on = if riser.base < self.mount_height {
             gain(TREAD, (m.y - riser.base) / m.sigma)
@@ -163,6 +165,8 @@ impl Evidence {
     }
 
     /// Role of a mark on the tread before a riser, and its gain or cost.
+    // The search's innermost loop: what depends on the riser alone is worked out once outside.
+    #[inline(always)]
     fn on_tread(&self, m: &Mark, riser: &Riser) -> (Role, f32) {
         let on = self.as_tread(m, riser);
         if on > 0.0 {
@@ -283,8 +287,9 @@ impl Evidence {
         }
     }
 
-    /// Gain or cost of a mark on a landing below the mirror.
-    pub fn on_landing(&self, m: &Mark, level: f32, open: bool) -> f32 {
+    /// Scores of all landings below the mirror at one level: into entry k that of all marks from
+    /// number k on.
+    pub fn landings(&self, level: f32, open: bool, sums: &mut [f32; MAX_ECHOES + 1]) {
         let landing = Riser {
             previous_x: None,
             x: f32::INFINITY,
@@ -292,7 +297,13 @@ impl Evidence {
             top: level,
             open,
         };
-        self.on_tread(m, &landing).1
+        let mut sum = 0.0;
+        let places = sums.iter_mut().take(self.marks.len() + 1).rev();
+        let marks = self.marks.iter().rev().map(Some);
+        for (place, mark) in places.zip(core::iter::once(None).chain(marks)) {
+            sum += mark.map_or(0.0, |m| self.on_tread(m, &landing).1);
+            *place = sum;
+        }
     }
 
     /// Score of everything behind the last riser of a flight.

@@ -86,7 +86,40 @@ pub struct Flight<S> {
 }
 
 /// The best beginnings so far.
-type Beam<S> = Vec<Flight<S>, BEAM>;
+#[derive(Debug)]
+struct Beam<S> {
+    flights: Vec<Flight<S>, BEAM>,
+    /// Once there is no more room: which is the worst.
+    worst: usize,
+}
+
+impl<S: Clone> Beam<S> {
+    const fn new() -> Self {
+        Self {
+            flights: Vec::new(),
+            worst: 0,
+        }
+    }
+
+    /// Takes a flight in, in place of the worst if there is no room; not if it is no better.
+    fn offer(&mut self, flight: &Flight<S>) {
+        let full = self.flights.is_full();
+        match self.flights.get_mut(self.worst).filter(|_| full) {
+            Some(worst) if worst.score >= flight.score => return,
+            Some(worst) => *worst = flight.clone(),
+            // There is room.
+            None => drop(self.flights.push(flight.clone())),
+        }
+        if self.flights.is_full() {
+            let mut least = f32::INFINITY;
+            for (k, flight) in self.flights.iter().enumerate() {
+                if flight.score < least {
+                    (self.worst, least) = (k, flight.score);
+                }
+            }
+        }
+    }
+}
 
 /// Working memory of a search: the beginnings that are followed, and those that they lead to. Too
 /// large for a small stack, so it comes from outside.
@@ -96,12 +129,12 @@ pub struct Beams<S> {
     next: Beam<S>,
 }
 
-impl<S> Beams<S> {
+impl<S: Clone> Beams<S> {
     /// Without beginnings.
     pub const fn new() -> Self {
         Self {
-            now: Vec::new(),
-            next: Vec::new(),
+            now: Beam::new(),
+            next: Beam::new(),
         }
     }
 }
@@ -143,38 +176,47 @@ impl<'s, S: Stairs> Search<'s, S> {
     #[inline(never)]
     pub fn best(&mut self, beams: &mut Beams<S::Shape>) -> Option<Flight<S::Shape>> {
         let Beams { now, next } = beams;
-        now.clear();
+        let (mut now, mut next) = (now, next);
+        now.flights.clear();
+        let mut flight = Flight::default();
         for index in 0..S::SHAPES {
             for (k, column) in self.stairs.evidence().columns.iter().enumerate() {
                 let first = self.link(k);
                 let shape = self.stairs.shape(first, index).filter(|_| column.begins);
                 let Some(shape) = shape else { continue };
-                let faces = self.stairs.face(&[], first, shape);
-                let score = faces + self.stairs.behind(&[first], shape) - self.stairs.null();
-                if let Some(place) = room(now, score) {
-                    let chain = Chain::from_iter([first]);
-                    *place = Flight {
-                        chain,
-                        shape,
-                        faces,
-                        score,
-                    };
+                flight.chain.clear();
+                (flight.shape, flight.faces) = (shape, 0.0);
+                if self.extend(&mut flight, first) {
+                    self.finish(&mut flight);
+                    now.offer(&flight);
                 }
             }
         }
-        while !now.is_empty() {
-            next.clear();
-            for flight in now.iter() {
+        while !now.flights.is_empty() {
+            next.flights.clear();
+            for flight in &now.flights {
                 self.lead(flight);
                 self.grow(flight, next);
             }
-            core::mem::swap(now, next);
+            core::mem::swap(&mut now, &mut next);
         }
         let best = self
             .leaders
             .iter()
             .max_by(|a, b| a.score.total_cmp(&b.score));
         best.cloned()
+    }
+
+    /// Adds a face to a flight; whether there was room for it.
+    fn extend(&self, flight: &mut Flight<S::Shape>, link: Link) -> bool {
+        flight.faces += self.stairs.face(&flight.chain, link, flight.shape);
+        flight.chain.push(link).is_ok()
+    }
+
+    /// Scores a flight as if it ended with its last face.
+    fn finish(&self, flight: &mut Flight<S::Shape>) {
+        let behind = self.stairs.behind(&flight.chain, flight.shape);
+        flight.score = flight.faces + behind - self.stairs.null();
     }
 
     /// Remembers a flight if it is the best of its length.
@@ -202,6 +244,12 @@ impl<'s, S: Stairs> Search<'s, S> {
         let [first, rest @ ..] = flight.chain.as_slice() else {
             return;
         };
+        let mut grown = flight.clone();
+        let mut grow_to = |link: Link, spacing: f32, skipped: usize| {
+            grown.chain.truncate(flight.chain.len());
+            grown.faces = flight.faces;
+            self.grow_to(&mut grown, link, spacing, skipped, next);
+        };
         let Some(last) = rest.last() else {
             // The second face fixes the direction: any column that stairs may have there.
             for c in 0..self.stairs.evidence().columns.len() {
@@ -209,7 +257,7 @@ impl<'s, S: Stairs> Search<'s, S> {
                 for skipped in [0usize, 1] {
                     let spacing = (link.along - first.along) / (skipped + 1) as f32;
                     if S::SPACING.contains(&spacing) {
-                        self.grow_to(flight, link, spacing, skipped, next);
+                        grow_to(link, spacing, skipped);
                     }
                 }
             }
@@ -220,22 +268,21 @@ impl<'s, S: Stairs> Search<'s, S> {
             let aim = last.along + (skipped + 1) as f32 * spacing;
             if let Some(link) = self.near(aim) {
                 let spacing = (link.along - last.along) / (skipped + 1) as f32;
-                self.grow_to(flight, link, spacing, skipped, next);
+                grow_to(link, spacing, skipped);
                 break;
             }
         }
     }
 
-    /// Adds `link`, and `skipped` faces before it, to a copy of the flight.
+    /// Adds `link`, and `skipped` faces before it, to a flight and offers it.
     fn grow_to(
         &self,
-        flight: &Flight<S::Shape>,
+        flight: &mut Flight<S::Shape>,
         link: Link,
         spacing: f32,
         skipped: usize,
         next: &mut Beam<S::Shape>,
     ) {
-        let mut added = Vec::<Link, 2>::new();
         if skipped > 0 {
             let along = link.along - spacing;
             // A face between may have a column near where it should stand.
@@ -243,49 +290,31 @@ impl<'s, S: Stairs> Search<'s, S> {
                 along,
                 column: None,
             });
-            // Two fit.
-            let _ = added.push(between);
+            if !self.extend(flight, between) {
+                return;
+            }
         }
-        let _ = added.push(link);
-        if let Some(flight) = extended(self.stairs, flight, &added)
-            && let Some(place) = room(next, flight.score)
-        {
-            *place = flight;
+        if self.extend(flight, link) {
+            self.finish(flight);
+            next.offer(flight);
         }
     }
 
     /// The weightiest column within the tolerance of a place.
     fn near(&self, along: f32) -> Option<Link> {
-        let columns = self.stairs.evidence().columns.iter().enumerate();
-        let near = columns.filter(|(_, c)| (c.along - along).abs() < S::TOLERANCE);
-        let key = |weight: f32, at: f32| weight - OFF_PLACE * (at - along).abs();
-        let best =
-            near.max_by(|(_, a), (_, b)| key(a.weight, a.along).total_cmp(&key(b.weight, b.along)));
-        best.map(|(k, _)| self.link(k))
+        let mut best = (f32::NEG_INFINITY, None);
+        for (k, column) in self.stairs.evidence().columns.iter().enumerate() {
+            let off = column.along - along;
+            if off >= S::TOLERANCE {
+                break;
+            }
+            if off > -S::TOLERANCE {
+                let worth = column.weight - OFF_PLACE * off.abs();
+                if worth >= best.0 {
+                    best = (worth, Some(k));
+                }
+            }
+        }
+        best.1.map(|k| self.link(k))
     }
-}
-
-/// A flight with more faces, scored as if it ended there; `None` when it would be too long.
-fn extended<S: Stairs>(
-    stairs: &S,
-    flight: &Flight<S::Shape>,
-    links: &[Link],
-) -> Option<Flight<S::Shape>> {
-    let mut flight = flight.clone();
-    for &link in links {
-        flight.faces += stairs.face(&flight.chain, link, flight.shape);
-        flight.chain.push(link).ok()?;
-    }
-    flight.score = flight.faces + stairs.behind(&flight.chain, flight.shape) - stairs.null();
-    Some(flight)
-}
-
-/// Where a flight of that score goes: a new place, or that of the worst if there is no room; `None`
-/// if it is no better.
-fn room<S: Default>(beam: &mut Beam<S>, score: f32) -> Option<&mut Flight<S>> {
-    if beam.push(Flight::default()).is_ok() {
-        return beam.last_mut();
-    }
-    let worst = beam.iter_mut().min_by(|a, b| a.score.total_cmp(&b.score));
-    worst.filter(|worst| worst.score < score)
 }
