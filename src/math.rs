@@ -116,11 +116,13 @@ fn atan_unit(t: f32) -> f32 {
 
 /// 2 to the power `x`, relative error below 1e-6; 0 below -126, the largest finite value above 127.
 pub fn exp2(x: f32) -> f32 {
-    if x.is_nan() || x <= -126.0 {
-        return 0.0;
-    }
     if x >= 127.0 {
         return f32::MAX;
+    }
+    // Not a number is not above anything.
+    let above = x > -126.0;
+    if !above {
+        return 0.0;
     }
     let whole = (x + if x < 0.0 { -0.5 } else { 0.5 }) as i32;
     let t = (x - whole as f32) * core::f32::consts::LN_2;

@@ -196,11 +196,14 @@ impl PolarMap {
         self.row(row).get(bin).copied().unwrap_or(0)
     }
 
-    /// A cell between its neighbours in range; `None` where the map holds no three.
-    #[inline]
-    pub fn around(&self, row: usize, bin: usize) -> Option<&[u8; 3]> {
-        let first = (row * self.bins + bin).checked_sub(1)?;
-        self.cells.get(first..)?.first_chunk()
+    /// The cells from the one short of `bin` in row `row` on, row after row; none where there is no
+    /// such cell.
+    pub fn column(&self, row: usize, bin: usize) -> &[u8] {
+        let first = (row * self.bins + bin).checked_sub(1);
+        let end = self.rows * self.bins;
+        first
+            .and_then(|first| self.cells.get(first..end))
+            .unwrap_or(&[])
     }
 
     /// Whether CA-CFAR let the cell through; false outside the map.

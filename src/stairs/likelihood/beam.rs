@@ -185,19 +185,22 @@ const REACH: usize = 3;
 pub type Patch = [[u16; PATCH_ROWS.len()]; PATCH_BINS.len()];
 
 /// The filtered map around one place, worked out again from the map itself.
+#[inline(never)]
 pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
     /// Rows that the longest filter sees from a patch, and the two empty sums before them.
     const SEEN: usize = 2 * (MAX_BOX + REACH) + 1;
     let rows = box_rows(map.geometry());
     let first = i32::from(row) - (rows - 1 + REACH) as i32;
     let last = map.rows() as i32 - 1;
+    let bins = map.bins();
+    let mut lines = map.column(first.clamp(0, last) as usize, bin.into());
     // Two boxes are the second difference, a box apart, of what is summed up twice.
     let mut twice = [[0u32; PATCH_BINS.len()]; SEEN];
     let (mut slope, mut sum) = ([0u32; PATCH_BINS.len()], [0u32; PATCH_BINS.len()]);
     let seen = 2 * (rows + REACH) - 1;
     for (at, twice) in (first..).zip(twice.iter_mut().skip(2).take(seen)) {
         // A maximum has a bin to each side.
-        let Some(around) = map.around(at.clamp(0, last) as usize, bin.into()) else {
+        let Some(around) = lines.first_chunk::<{ PATCH_BINS.len() }>() else {
             break;
         };
         for ((slope, sum), &cell) in slope.iter_mut().zip(&mut sum).zip(around) {
@@ -205,6 +208,10 @@ pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
             *sum = sum.wrapping_add(*slope);
         }
         *twice = sum;
+        // What lies beyond the first and the last row is like them.
+        if at >= 0 && at < last {
+            lines = lines.get(bins..).unwrap_or(&[]);
+        }
     }
     let mut patch = Patch::default();
     for (k, offset) in PATCH_ROWS.into_iter().enumerate() {

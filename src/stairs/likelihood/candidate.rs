@@ -67,9 +67,9 @@ impl CandidateFinder {
         &mut self.window[self.fed % WINDOW]
     }
 
-    /// Looks for maxima in the row [`MIDDLE`] before the one just written. `row` is that middle
-    /// row's place in the map if there is one yet.
-    pub fn advance(&mut self, bins: usize, row: Option<u16>) {
+    /// Looks for maxima of `least` or more in the row [`MIDDLE`] before the one just written. `row`
+    /// is that middle row's place in the map if there is one yet.
+    pub fn advance(&mut self, bins: usize, row: Option<u16>, least: u16) {
         self.fed += 1;
         let Some(row) = row.filter(|_| self.fed >= WINDOW) else {
             return;
@@ -80,9 +80,13 @@ impl CandidateFinder {
         let Some(middle) = window.get((*fed + WINDOW - 1 - MIDDLE) % WINDOW) else {
             return;
         };
-        for (bin, cells) in (1u8..).zip(middle.get(..bins).unwrap_or(&[]).windows(3)) {
-            let &[near, level, far] = cells else { return };
-            if level < near || level < far {
+        let Some(&[mut near, mut level, ref rest @ ..]) = middle.get(..bins) else {
+            return;
+        };
+        for (bin, &far) in (1u8..).zip(rest) {
+            let before = core::mem::replace(&mut near, level);
+            let level = core::mem::replace(&mut level, far);
+            if level < before || level < far || level < least {
                 continue;
             }
             let at = usize::from(bin) - 1..usize::from(bin) + 2;

@@ -71,12 +71,11 @@ pub struct Background<'a> {
     pub gain: u16,
 }
 
-impl Background<'_> {
-    /// What no candidate may be below, 1/128 octave: somewhat less than what [`select`] asks.
-    pub fn least(&self) -> u16 {
-        let above_gain = self.noise * (DB_PER_UNIT / LEVEL_DB) + NOISE_DB / LEVEL_DB;
-        self.gain.saturating_add(above_gain as u16)
-    }
+/// What no candidate may be below, 1/128 octave, less `spare_db`: somewhat less than what [`select`]
+/// asks, for a filter that adds `gain` and a noise in map units.
+pub fn least(noise: f32, gain: u16, spare_db: f32) -> u16 {
+    let above_gain = (noise * DB_PER_UNIT + NOISE_DB - spare_db) / LEVEL_DB;
+    gain.saturating_add(above_gain as u32 as u16)
 }
 
 /// Goes through the candidates, strongest first, and keeps what only a scatterer of its own

@@ -222,9 +222,11 @@ impl Evidence {
     /// Number of the first mark beyond `along`.
     pub fn first_beyond(&self, along: f32) -> usize {
         let cell = index(along).min(CELLS - 1);
-        let start = usize::from(self.starts.get(cell).copied().unwrap_or(0));
-        let rest = self.marks.get(start..).unwrap_or(&[]);
-        start + rest.iter().take_while(|m| m.along <= along).count()
+        let mut number = usize::from(self.starts.get(cell).copied().unwrap_or(0));
+        while self.marks.get(number).is_some_and(|m| m.along <= along) {
+            number += 1;
+        }
+        number
     }
 
     /// Marks with `from` < along ≤ `to`.

@@ -83,6 +83,8 @@ struct Rows {
     noise: noise::NoiseSamples,
     fed: usize,
     reversed: bool,
+    /// Maxima below are not looked for.
+    least: u16,
 }
 
 impl Default for Likelihood {
@@ -159,6 +161,7 @@ impl Rows {
             noise: noise::NoiseSamples::new(),
             fed: 0,
             reversed: false,
+            least: 0,
         }
     }
 
@@ -168,6 +171,7 @@ impl Rows {
         self.noise.begin();
         self.fed = 0;
         self.reversed = false;
+        self.least = 0;
     }
 
     fn row(&mut self, map: &PolarMap, k: usize) {
@@ -200,7 +204,7 @@ impl Rows {
         let middle = centre
             .checked_sub(candidate::MIDDLE)
             .map(|m| place(m) as u16);
-        self.finder.advance(map.bins(), middle);
+        self.finder.advance(map.bins(), middle, self.least);
     }
 
     /// What a scatterer of its own explains, after the last row; the noise goes to `observer`.
@@ -216,6 +220,12 @@ impl Rows {
         } else {
             map.rows().saturating_sub(1)
         };
+        // What noise makes need not be looked for now that there is no time left; the last sample
+        // of it, still to come, moves the noise by less than the decibel that is left to it.
+        const STILL_TO_COME_DB: f32 = 1.0;
+        if let Some(noise) = self.noise.median() {
+            self.least = echo::least(noise, self.filter.gain(), STILL_TO_COME_DB);
+        }
         // What lies beyond the last row is taken to be like it.
         for _ in 0..self.filter.lag() {
             self.push(map, map.row(end));
@@ -230,7 +240,9 @@ impl Rows {
         };
         let seed = u64::from(config.seed) << 32 | u64::from(scan);
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
-        let candidates = self.finder.sorted(background.least());
+        let candidates = self
+            .finder
+            .sorted(echo::least(noise, self.filter.gain(), 0.0));
         echo::select(map, candidates, &background, config, &mut rng)
     }
 }

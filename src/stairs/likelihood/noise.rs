@@ -65,21 +65,21 @@ impl NoiseSamples {
                 floors.fill(least.get(self.count / SHARE).copied().unwrap_or(0));
             }
         }
-        self.median()
+        self.median().unwrap_or(0.0)
     }
 
-    /// Median of all samples, interpolated within its level; 0 without any.
-    fn median(&self) -> f32 {
+    /// Median of all samples, interpolated within its level; none without any.
+    pub fn median(&self) -> Option<f32> {
         let total: u32 = self.histogram.iter().map(|&n| u32::from(n)).sum();
         let half = total as f32 * 0.5;
         let mut below = 0.0;
         for (value, &n) in self.histogram.iter().enumerate() {
             let n = f32::from(n);
             if n > 0.0 && below + n >= half {
-                return value as f32 - 0.5 + ((half - below) / n).clamp(0.0, 1.0);
+                return Some(value as f32 - 0.5 + ((half - below) / n).clamp(0.0, 1.0));
             }
             below += n;
         }
-        0.0
+        None
     }
 }

@@ -379,10 +379,11 @@ impl Evidence {
         }
     }
 
-    /// Score of ground that rises steadily by `slope` from `from_x` on; slope 0 is the flat floor.
-    fn ramp(&self, from_x: f32, slope: f32) -> f32 {
-        let mut total = 0.0;
-        for m in self.between(X_MIN, f32::INFINITY) {
+    /// Score of `marks` on ground that rises steadily by `slope` from `from_x` on, added to that of
+    /// the marks before them; slope 0 is the flat floor.
+    fn ramp(&self, marks: &[Mark], from_x: f32, slope: f32, before: f32) -> f32 {
+        let mut total = before;
+        for m in marks {
             let z = (m.y - slope * math::max(m.x - from_x, 0.0)) / m.sigma;
             let g = TREAD - 0.5 * z * z;
             total += m.weight
@@ -403,13 +404,17 @@ impl Evidence {
         const SLOPES: [f32; 9] = [
             0.0524, 0.0699, 0.0875, 0.1051, 0.1228, 0.1405, 0.1584, 0.1763, 0.1944,
         ];
-        let mut best = self.ramp(0.0, 0.0);
-        for slope in SLOPES {
-            for from in [0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2] {
-                best = math::max(best, self.ramp(from, slope));
+        let marks = self.between(X_MIN, f32::INFINITY);
+        let (mut flat, mut rest) = (0.0, marks);
+        let mut best = f32::NEG_INFINITY;
+        for from in [0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2] {
+            let (before, behind) = rest.split_at(rest.partition_point(|m| m.x <= from));
+            (flat, rest) = (self.ramp(before, 0.0, 0.0, flat), behind);
+            for slope in SLOPES {
+                best = math::max(best, self.ramp(rest, from, slope, flat));
             }
         }
-        best
+        math::max(best, self.ramp(rest, 0.0, 0.0, flat))
     }
 }
 

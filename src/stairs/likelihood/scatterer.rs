@@ -235,7 +235,7 @@ impl Mode {
             let misfit = self
                 .lobe
                 .misfit(plus(cells(p.at.map(f32::from)), [-row, -bin]));
-            (LARGEST_WEIGHT * math::exp(math::min(least - misfit, 0.0))) as u16
+            (LARGEST_WEIGHT * math::exp(math::min(least - misfit, 0.0))) as u32 as u16
         };
         for round in 0..ROUNDS {
             if round > 0 {

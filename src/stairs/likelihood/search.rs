@@ -85,6 +85,16 @@ pub struct Flight<S> {
     pub score: f32,
 }
 
+impl<S: Copy> Flight<S> {
+    /// Becomes like another flight; only the faces that it has are copied.
+    fn copy(&mut self, other: &Self) {
+        self.chain.clear();
+        // As many as there is room for.
+        let _ = self.chain.extend_from_slice(&other.chain);
+        (self.shape, self.faces, self.score) = (other.shape, other.faces, other.score);
+    }
+}
+
 /// The best beginnings so far.
 #[derive(Debug)]
 struct Beam<S> {
@@ -93,7 +103,7 @@ struct Beam<S> {
     worst: usize,
 }
 
-impl<S: Clone> Beam<S> {
+impl<S: Copy + Default> Beam<S> {
     const fn new() -> Self {
         Self {
             flights: Vec::new(),
@@ -106,7 +116,7 @@ impl<S: Clone> Beam<S> {
         let full = self.flights.is_full();
         match self.flights.get_mut(self.worst).filter(|_| full) {
             Some(worst) if worst.score >= flight.score => return,
-            Some(worst) => *worst = flight.clone(),
+            Some(worst) => worst.copy(flight),
             // There is room.
             None => drop(self.flights.push(flight.clone())),
         }
@@ -129,7 +139,7 @@ pub struct Beams<S> {
     next: Beam<S>,
 }
 
-impl<S: Clone> Beams<S> {
+impl<S: Copy + Default> Beams<S> {
     /// Without beginnings.
     pub const fn new() -> Self {
         Self {
