@@ -93,7 +93,7 @@ macro_rules! reasons {
 reasons! {
     /// Some rows' chirps were lost after all retries.
     LostRows = "lost-rows",
-    /// A step was inferred from its neighbours; none of its own echoes were seen.
+    /// A step, or its height, was inferred from its neighbours: no echo of its own shows it well.
     InferredStep = "inferred-step",
     /// Another reading of the echoes is nearly as likely.
     CloseRival = "close-rival",

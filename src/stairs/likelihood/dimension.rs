@@ -19,7 +19,9 @@ const TOO_LOW: f32 = 0.07;
 /// The model is not the whole truth.
 const SIGMA: f32 = 1.2;
 /// An echo no wider than this is a single scatterer.
-const CLEAN: f32 = 1.176;
+const CLEAN: f32 = 1.1;
+/// A riser whose top is seen from below this slope shines over its whole height.
+const SHINES: f32 = 0.14;
 /// Closer than this to a flash an echo is pulled towards it, radians.
 const HIDE: f32 = 7.4 * RAD_PER_DEG;
 /// Standard deviation of the distance of a riser that shows a corner or flashes, metres …
@@ -28,7 +30,7 @@ const CORNER_SIGMA: f32 = 0.003;
 const EDGE_SIGMA: f32 = 0.006;
 /// … and of one that shows nothing.
 const INFERRED_SIGMA: f32 = 0.015;
-/// Nosings overhang by up to 2.5 cm: what is not known of it, metres.
+/// Nosings overhang by up to 4 cm: what is not known of it, metres.
 const UNSURE_OVERHANG: f32 = 0.008;
 /// Less than this is none, metres.
 const LEAST_OVERHANG: f32 = 0.005;
@@ -36,17 +38,20 @@ const LEAST_OVERHANG: f32 = 0.005;
 const LEAST_SIGMA: f32 = 0.003;
 
 /// Height of a step's top edge from an echo near it. What is seen lies lower: the riser or the
-/// tread's front pulls the echo down by an amount that depends on what else shines there.
+/// tread's front pulls the echo down by an amount that depends on what else shines there, the more
+/// the straighter the riser looks at the mirror.
 fn top_level(m: &Mark, place: &Place<'_>) -> Reading {
     let (open, flash, hidden) = (place.flight.shape.open, place.flashes(), place.hidden());
-    let clean = m.width < CLEAN;
-    let (low, sigma) = match (open, flash || hidden, clean) {
-        (true, true, _) => (0.022, 0.012),
-        (true, false, true) => (0.006, 0.010),
-        (true, false, false) => (0.009, 0.012),
-        (false, _, _) if flash => (0.015, 0.012),
-        (false, _, true) => (0.004, 0.008),
-        (false, _, false) => (0.011, 0.013),
+    let shines = place.height - place.top < SHINES * m.x;
+    let (low, sigma) = match (open, flash || hidden, shines, m.width < CLEAN) {
+        (true, true, _, _) => (0.030, 0.016),
+        (true, false, _, true) => (0.008, 0.012),
+        (true, false, _, false) => (0.011, 0.014),
+        (false, true, _, _) => (0.022, 0.020),
+        (false, false, true, true) => (0.006, 0.012),
+        (false, false, true, false) => (0.020, 0.018),
+        (false, false, false, true) => (0.004, 0.006),
+        (false, false, false, false) => (0.010, 0.012),
     };
     Reading {
         value: m.y + low,
@@ -97,6 +102,8 @@ struct Place<'e> {
     height: f32,
     base: f32,
     top: f32,
+    /// Standard deviation of the level at the top as known so far.
+    top_sigma: f32,
 }
 
 impl Place<'_> {
@@ -110,14 +117,15 @@ impl Place<'_> {
         self.base > self.height - 0.01
     }
 
-    fn near(m: &Mark, level: f32) -> bool {
-        (m.y - level).abs() < (2.5 * m.sigma).max(0.03)
+    /// Whether a mark may show a level that is known to within `sigma`.
+    fn near(m: &Mark, level: f32, sigma: f32) -> bool {
+        (m.y - level).abs() < (2.5 * math::hypot(m.sigma, sigma)).max(0.03)
     }
 
     fn corner(&self) -> Option<&Mark> {
         let below = self.base + 0.6 * (self.top - self.base);
         let shows = !self.flight.shape.open && !self.hidden();
-        let is = |m: &&Mark| shows && Self::near(m, self.base) && m.y < below;
+        let is = |m: &&Mark| shows && Self::near(m, self.base, 0.0) && m.y < below;
         strongest(self.members.iter().filter(is))
     }
 
@@ -131,7 +139,10 @@ impl Place<'_> {
 
     fn nosing(&self) -> Option<&Mark> {
         let above = self.base + 0.4 * (self.top - self.base);
-        let is = |m: &&Mark| Self::near(m, self.top) && m.y > above && !self.is_flash(m);
+        // Floating treads show nothing below their edge that could be taken for it.
+        let open = self.flight.shape.open;
+        let unsure = if open { self.top_sigma } else { 0.0 };
+        let is = |m: &&Mark| Self::near(m, self.top, unsure) && m.y > above && !self.is_flash(m);
         let tops = self.members.iter().filter(is);
         if self.hidden() {
             strongest(tops)
@@ -146,7 +157,8 @@ fn read(evidence: &Evidence, flight: &Flight<Shape>, levels: &Levels) -> Reading
     let height = evidence.mount_height;
     let mut out = Readings::default();
     let mut before_x: Option<f32> = None;
-    for ((k, link), (base, top)) in (0u8..).zip(&flight.chain).zip(levels.risers()) {
+    for ((k, link), [foot, edge]) in (0u8..).zip(&flight.chain).zip(levels.risers()) {
+        let (base, top) = (foot.height, edge.height);
         let column = link
             .column
             .and_then(|c| evidence.columns.get(usize::from(c)));
@@ -159,6 +171,7 @@ fn read(evidence: &Evidence, flight: &Flight<Shape>, levels: &Levels) -> Reading
             height,
             base,
             top,
+            top_sigma: edge.sigma,
         };
         let mut face = Face::default();
         if let Some(all) = strongest(members.iter()) {
@@ -250,7 +263,7 @@ pub fn ascending(
         value: rise.value,
         sigma: math::hypot(core::f32::consts::SQRT_2 * rise.sigma, 0.01),
     };
-    let mut levels = Levels::straight(rise.value);
+    let mut levels = Levels::straight(rise);
     let mut readings = Readings::default();
     // Which echo plays which role depends on the levels: the second reading knows those that the
     // first one found.

@@ -10,6 +10,9 @@ const WEAK_DB: f32 = 8.0;
 /// Without stairs, the strongest echo of the scene must be at least this much for the view to be
 /// worth anything, dB.
 const VIEW_DB: f32 = 10.0;
+/// A height that is known no better than this is none to rely on, metres: two standard deviations
+/// are what a wheelchair must never be surprised by.
+const UNSURE: f32 = 0.015;
 /// A step this far off the others' line is one that a foot stumbles over, metres …
 const IRREGULAR: f32 = 0.013;
 /// … if the echoes are this sure of it, standard deviations.
@@ -62,7 +65,8 @@ pub fn judge(
     if lead < CLEAR {
         degrade(outcome, Reason::CloseRival);
     }
-    if supports.iter().any(|s| s.db.is_none()) {
+    let unsure = outcome.steps.iter().any(|s| s.height_sigma_m > UNSURE);
+    if unsure || supports.iter().any(|s| s.db.is_none()) {
         degrade(outcome, Reason::InferredStep);
     }
     if supports.iter().any(|s| s.db.is_some_and(|db| db < WEAK_DB)) {

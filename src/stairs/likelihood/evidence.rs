@@ -8,8 +8,8 @@ use heapless::Vec;
 
 /// Most columns (places where a riser may stand).
 pub const MAX_COLUMNS: usize = 32;
-/// Echoes this close in x belong to one riser, metres: nosings overhang by up to 2.5 cm.
-pub const COLUMN: f32 = 0.035;
+/// Echoes this close in x belong to one riser, metres: nosings overhang by up to 4 cm.
+pub const COLUMN: f32 = 0.045;
 /// Echoes this close in height belong to one tread, metres.
 pub const ROW: f32 = 0.025;
 /// Height below which an echo may be ground, metres.
@@ -19,7 +19,7 @@ const BEFORE: f32 = 0.35;
 /// … by this much, dB.
 const SHINES_DB: f32 = 5.0;
 /// A weaker echo on the ground is no corner, dB.
-const CORNER_DB: f32 = 20.0;
+const CORNER_DB: f32 = 14.0;
 /// Weaker echoes in the height plane are left out, dB.
 const FAINTEST_TREAD_DB: f32 = 3.0;
 /// Octaves of amplitude in a decibel.

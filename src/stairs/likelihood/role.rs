@@ -400,14 +400,16 @@ impl Evidence {
 
     /// Score of the best ramp or flat floor.
     pub fn best_ramp(&self) -> f32 {
-        // tan of 3° … 11°
-        const SLOPES: [f32; 9] = [
-            0.0524, 0.0699, 0.0875, 0.1051, 0.1228, 0.1405, 0.1584, 0.1763, 0.1944,
+        // tan of 3.2° … 11.6°
+        const SLOPES: [f32; 8] = [
+            0.0559, 0.0769, 0.0981, 0.1192, 0.1405, 0.1620, 0.1835, 0.2053,
         ];
+        // The steepest misses what begins between these by less than an echo's height is known.
+        const FROM: [f32; 8] = [0.30, 0.42, 0.54, 0.66, 0.78, 0.90, 1.02, 1.14];
         let marks = self.between(X_MIN, f32::INFINITY);
         let (mut flat, mut rest) = (0.0, marks);
         let mut best = f32::NEG_INFINITY;
-        for from in [0.3, 0.4, 0.5, 0.6, 0.8, 1.0, 1.2] {
+        for from in FROM {
             let (before, behind) = rest.split_at(rest.partition_point(|m| m.x <= from));
             (flat, rest) = (self.ramp(before, 0.0, 0.0, flat), behind);
             for slope in SLOPES {

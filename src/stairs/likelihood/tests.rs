@@ -257,6 +257,34 @@ fn a_step_without_readings_lies_on_the_line_and_says_so() {
 }
 
 #[test]
+fn what_no_echo_measures_is_known_no_better_than_builders_can_be_trusted() {
+    let slope = [Reading {
+        value: 0.17,
+        sigma: 0.01,
+    }];
+    let levels = levels::fit(&[step(0.17), step(0.34), Fusion::default()], &slope);
+    let [first, _, last, ..] = levels.places;
+    assert!((last.height - 0.51).abs() < 0.004);
+    assert!(first.sigma < 0.005 && last.sigma > 0.010, "{levels:?}");
+}
+
+#[test]
+fn readings_that_contradict_each_other_leave_the_level_open() {
+    let both = |other: f32| {
+        let mut fusion = Fusion::default();
+        for (value, sigma) in [(0.16, 0.004), (other, 0.008)] {
+            fusion.add(Reading { value, sigma });
+        }
+        let rise = Reading {
+            value: 0.16,
+            sigma: 0.01,
+        };
+        levels::fit(&[fusion, step(0.32), step(0.48)], &[rise]).places[0].sigma
+    };
+    assert!(both(0.20) > 1.2 * both(0.163));
+}
+
+#[test]
 fn echoes_above_one_another_share_a_column() {
     let echo = |x, y, db| Echo {
         x,
@@ -267,7 +295,8 @@ fn echoes_above_one_another_share_a_column() {
     };
     let echoes = [
         echo(0.8, 0.0, 30.0),
-        echo(0.81, 0.17, 20.0),
+        // Treads overhang their risers by up to 4 cm.
+        echo(0.76, 0.17, 20.0),
         echo(1.1, 0.17, 25.0),
         echo(0.2, 0.1, 40.0),
     ];
