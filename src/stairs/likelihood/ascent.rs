@@ -40,7 +40,7 @@ pub struct Ascent<'e> {
     evidence: &'e Evidence,
     /// Per column: the floor before it, which is the same for every first riser there.
     floors: [Before; MAX_COLUMNS],
-    /// What lies behind first risers of the shape looked at last.
+    /// What lies behind risers, at the level looked at last.
     landing: RefCell<Landing>,
     /// Per column: by how much one tall thing farther than a landing behind it explains more than a
     /// ramp.
@@ -51,32 +51,43 @@ pub struct Ascent<'e> {
 /// Scores of landings at one level, by where they begin.
 #[derive(Debug)]
 struct Landing {
-    shape: Shape,
-    /// Entry k: of all marks from number k on.
+    level: f32,
+    open: bool,
+    /// Entry k: of all marks from number k on …
     sums: [f32; MAX_ECHOES + 1],
+    /// … as far as they have been asked for: from this one on.
+    known: usize,
 }
 
 impl Default for Landing {
     fn default() -> Self {
         Self {
-            shape: Shape::default(),
+            level: 0.0,
+            open: false,
             sums: [0.0; MAX_ECHOES + 1],
+            known: usize::MAX,
         }
     }
 }
 
 impl Landing {
-    /// Score of the landing behind the only riser of a flight; none where what is seen of it
+    /// Score of the landing behind the last riser of a flight; none where what is seen of it
     /// depends on where the riser stands.
-    fn look_up(&mut self, evidence: &Evidence, x: f32, shape: Shape) -> Option<f32> {
-        if shape.rise >= evidence.mount_height {
+    fn look_up(&mut self, evidence: &Evidence, x: f32, level: f32, open: bool) -> Option<f32> {
+        if level >= evidence.mount_height {
             return None;
         }
-        if self.shape != shape {
-            self.shape = shape;
-            evidence.landings(shape.rise, shape.open, &mut self.sums);
+        let marks = evidence.marks.len();
+        if self.level != level || self.open != open || self.known > marks {
+            (self.level, self.open, self.known) = (level, open, marks);
+            *self.sums.get_mut(marks)? = 0.0;
         }
-        self.sums.get(evidence.first_beyond(x + COLUMN)).copied()
+        let first = evidence.first_beyond(x + COLUMN);
+        if first < self.known {
+            evidence.landings(level, open, &mut self.sums, first..self.known);
+            self.known = first;
+        }
+        self.sums.get(first).copied()
     }
 }
 
@@ -194,14 +205,11 @@ impl Stairs for Ascent<'_> {
     fn behind(&self, chain: &[Link], shape: Shape) -> f32 {
         let Some(last) = chain.last() else { return 0.0 };
         let level = chain.len() as f32 * shape.rise;
-        let cached = match chain {
-            [only] => self
-                .landing
-                .try_borrow_mut()
-                .ok()
-                .and_then(|mut cache| cache.look_up(self.evidence, only.along, shape)),
-            _ => None,
-        };
+        let cached = self
+            .landing
+            .try_borrow_mut()
+            .ok()
+            .and_then(|mut cache| cache.look_up(self.evidence, last.along, level, shape.open));
         let landing =
             cached.unwrap_or_else(|| self.evidence.landing(Some(last.along), level, shape.open));
         // Flights end at columns.

@@ -1,6 +1,7 @@
 //! The echoes as the assembly sees them: placed, weighed, sorted, gathered into columns.
 
 use super::echo::{Echo, MAX_ECHOES};
+use super::role;
 use crate::math::{self, RAD_PER_DEG};
 use crate::stairs::dimension::sort_key;
 use crate::stairs::particles::shell_sort;
@@ -53,6 +54,8 @@ pub struct Mark {
     pub range: f32,
     /// Width in angle in units of a point scatterer's.
     pub width: f32,
+    /// Gain as part of the floor, credibility left out; going up only.
+    pub floor: f32,
 }
 
 /// A place where a face may stand that looks at the mirror: echoes above one another on a riser,
@@ -131,9 +134,11 @@ impl Evidence {
     pub fn risers(&mut self, echoes: &[Echo]) {
         let marks = (0..).zip(echoes).map(|(k, e)| {
             let side_lobe_floor = e.range_m < UNSEEN_FLOOR && e.y > 0.05 && e.db < 15.0;
+            let sigma = math::hypot(0.010, e.range_m * 0.5 * RAD_PER_DEG);
             Mark {
                 along: e.x,
-                sigma: math::hypot(0.010, e.range_m * 0.5 * RAD_PER_DEG),
+                sigma,
+                floor: role::floor(e.y, sigma),
                 weight: credibility(e.db) * if side_lobe_floor { 0.4 } else { 1.0 },
                 ..Mark::new(k, e)
             }

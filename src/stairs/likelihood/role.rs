@@ -9,6 +9,7 @@
 use super::echo::MAX_ECHOES;
 use super::evidence::{COLUMN, Evidence, Mark, X_MIN};
 use crate::math;
+use core::ops::Range;
 
 /// An echo at a place known in x and y: corner, nosing, flash.
 const POINT: f32 = 5.4;
@@ -45,6 +46,11 @@ const HIDDEN_FOOT: f32 = 0.01;
 /// Gain of an echo `z` standard deviations off its role's place.
 fn gain(role: f32, z: f32) -> f32 {
     math::max(role - 0.5 * z * z, 0.0)
+}
+
+/// Gain of an echo at height `y` as part of the floor.
+pub fn floor(y: f32, sigma: f32) -> f32 {
+    gain(TREAD, y / sigma)
 }
 
 /// What an echo is taken for.
@@ -158,7 +164,7 @@ impl Evidence {
             0.0
         };
         if riser.open {
-            math::max(on, gain(TREAD, m.y / m.sigma))
+            math::max(on, m.floor)
         } else {
             on
         }
@@ -287,9 +293,15 @@ impl Evidence {
         }
     }
 
-    /// Scores of all landings below the mirror at one level: into entry k that of all marks from
-    /// number k on.
-    pub fn landings(&self, level: f32, open: bool, sums: &mut [f32; MAX_ECHOES + 1]) {
+    /// Scores of the landings below the mirror at one level that begin with the marks of `range`:
+    /// entry k of `sums` is that of all marks from number k on. Those behind the range are known.
+    pub fn landings(
+        &self,
+        level: f32,
+        open: bool,
+        sums: &mut [f32; MAX_ECHOES + 1],
+        range: Range<usize>,
+    ) {
         let landing = Riser {
             previous_x: None,
             x: f32::INFINITY,
@@ -297,11 +309,11 @@ impl Evidence {
             top: level,
             open,
         };
-        let mut sum = 0.0;
-        let places = sums.iter_mut().take(self.marks.len() + 1).rev();
-        let marks = self.marks.iter().rev().map(Some);
-        for (place, mark) in places.zip(core::iter::once(None).chain(marks)) {
-            sum += mark.map_or(0.0, |m| self.on_tread(m, &landing).1);
+        let mut sum = sums.get(range.end).copied().unwrap_or(0.0);
+        let marks = self.marks.get(range.clone()).unwrap_or(&[]);
+        let places = sums.get_mut(range).unwrap_or(&mut []);
+        for (place, mark) in places.iter_mut().zip(marks).rev() {
+            sum += self.on_tread(mark, &landing).1;
             *place = sum;
         }
     }
