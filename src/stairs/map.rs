@@ -213,6 +213,21 @@ impl PolarMap {
             .is_some_and(|word| word & (1 << (bin % 32)) != 0)
     }
 
+    /// In how many of `rows` CA-CFAR let a cell through at `bin` or beside it.
+    pub fn rows_hit(&self, rows: core::ops::Range<usize>, bin: usize) -> usize {
+        let words = self.words();
+        let mask = self.mask.get(rows.start * words..).unwrap_or(&[]);
+        // The three bits, and where they begin: they may reach into the next word.
+        let (first, three) = (bin.saturating_sub(1), if bin == 0 { 0b011 } else { 0b111 });
+        let hit = |row: &&[u32]| {
+            let at = |k: usize| u64::from(row.get(k).copied().unwrap_or(0));
+            let both = at(first / 32) | at(first / 32 + 1) << 32;
+            both >> (first % 32) & three != 0
+        };
+        let rows = mask.chunks(words.max(1)).take(rows.len());
+        rows.filter(hit).count()
+    }
+
     /// The cells of row `k` that CA-CFAR let through: bin and logarithmic power.
     pub fn hits(&self, k: usize) -> impl Iterator<Item = (usize, u8)> {
         let cells = self.row(k);

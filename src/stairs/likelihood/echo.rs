@@ -34,6 +34,13 @@ const IMAGE_DB: f32 = 30.0;
 /// Oscillator noise of a strong echo: every range, same angle, dB.
 const PHASE_DB: f32 = 40.0;
 
+/// Binary integration of CA-CFAR over the beam: an echo stands out from what surrounds it in range
+/// if so many rows let it through …
+const HITS: usize = 3;
+/// … of those up to this many beside its own. Noise, and all that is as even in range as noise,
+/// does once in 10⁷ places.
+const HIT_ROWS: usize = 6;
+
 /// By how much a ghost's level differs at most between a cell's middle and the peak within, dB.
 const ROUGH_DB: f32 = 3.0;
 
@@ -78,6 +85,14 @@ pub fn least(noise: f32, gain: u16, spare_db: f32) -> u16 {
     gain.saturating_add(above_gain as u32 as u16)
 }
 
+/// Whether CA-CFAR lets enough of a candidate's rows through: side lobes over all angles and
+/// oscillator noise raise a whole stretch of range and do not.
+fn stands_out(map: &PolarMap, row: u16, bin: u8) -> bool {
+    let row = usize::from(row);
+    let rows = row.saturating_sub(HIT_ROWS)..row + HIT_ROWS + 1;
+    map.rows_hit(rows, bin.into()) >= HITS
+}
+
 /// Goes through the candidates, strongest first, and keeps what only a scatterer of its own
 /// explains.
 #[inline(never)]
@@ -108,7 +123,8 @@ pub fn select(
         let floor_db = math::max(f32::from(floor) - noise, 0.0) * DB_PER_UNIT;
         let above_gain = f32::from(candidate.level().saturating_sub(gain));
         let db = above_gain * LEVEL_DB - noise * DB_PER_UNIT;
-        let needed = if floor_db > LOBE_SEEN_DB {
+        let stands_out = stands_out(map, row, bin);
+        let needed = if floor_db > LOBE_SEEN_DB && !stands_out {
             LOBE_DB
         } else {
             NOISE_DB
@@ -123,7 +139,7 @@ pub fn select(
                 let needed = db - e.db;
                 // Farther off in range no ghost reaches up to its skirts.
                 ((native - e.bin).abs() < LOBE_BINS || needed < 1.0 - SKIRT_DB)
-                    && needed < ghost_db(e, native, angle, lobe_sigma, samples)
+                    && needed < ghost_db(e, native, angle, lobe_sigma, samples, stands_out)
             };
             echoes.iter().any(explains)
         };
@@ -191,7 +207,14 @@ impl Echo {
 }
 
 /// Highest level relative to echo `e` that `e` itself could show at the place (native bin, angle).
-fn ghost_db(e: &Echo, native: f32, angle: f32, lobe_sigma: f32, samples: f32) -> f32 {
+fn ghost_db(
+    e: &Echo,
+    native: f32,
+    angle: f32,
+    lobe_sigma: f32,
+    samples: f32,
+    stands_out: bool,
+) -> f32 {
     const NEVER: f32 = -99.0;
     let bins = (native - e.bin).abs();
     let turn = (angle - e.angle_rad) / lobe_sigma;
@@ -199,6 +222,8 @@ fn ghost_db(e: &Echo, native: f32, angle: f32, lobe_sigma: f32, samples: f32) ->
     let mut ghost = lobe + 1.0
         - if bins <= SKIRT_BINS {
             SKIRT_DB
+        } else if stands_out {
+            -NEVER
         } else {
             PHASE_DB
         };

@@ -184,6 +184,51 @@ fn a_floor_is_no_staircase() {
 }
 
 #[test]
+fn rows_that_cfar_lets_through_are_counted_beside_a_bin_too() {
+    let config = Config::default();
+    let mut map = map(&config, |_, _| 0);
+    for (row, bin) in [(10, 31), (11, 32), (12, 33), (13, 34), (20, 0), (21, 1)] {
+        let angle = map.angle_rad(row);
+        map.row_mut(row, angle).unwrap().mask[bin / 32] |= 1 << (bin % 32);
+    }
+    assert_eq!(map.rows_hit(5..15, 32), 3);
+    assert_eq!(map.rows_hit(11..15, 32), 2);
+    assert_eq!(map.rows_hit(0..40, 0), 2);
+    assert_eq!(map.rows_hit(0..40, 2), 1);
+    assert_eq!(map.rows_hit(0..400, 250), 0);
+}
+
+#[test]
+fn an_echo_that_cfar_lets_through_is_no_oscillator_noise() {
+    let config = Config::default();
+    // A corner, and 41 dB below it in the same direction something farther off.
+    let (x, y) = (0.8, 0.0);
+    let far = |r: f32| (r * x, 0.4 - r * 0.4);
+    let (fx, fy) = far(1.8);
+    let seen = |hit: bool| {
+        let mut map = scene(&config, &[(x, y, 56.0), (fx, fy, 15.0)]);
+        let (range, angle) = map.geometry().polar(fx, fy);
+        let bin = ((range - map.geometry().range_m(0.0)) / map.geometry().bin_m) as usize;
+        let row = (0..map.rows()).find(|&k| map.angle_rad(k) > angle).unwrap();
+        for k in row - 2..=row + 2 {
+            let angle = map.angle_rad(k);
+            let mask = map.row_mut(k, angle).unwrap().mask;
+            mask[bin / 32] |= u32::from(hit) << (bin % 32);
+        }
+        let mut rows = Rows::new();
+        rows.begin(&map);
+        for k in 0..map.rows() {
+            rows.row(&map, k);
+        }
+        let echoes = rows.echoes(&map, &config, 1, &mut ());
+        echoes
+            .iter()
+            .any(|e| (e.x - fx).abs() < 0.02 && (e.y - fy).abs() < 0.02)
+    };
+    assert!(seen(true) && !seen(false));
+}
+
+#[test]
 fn noise_alone_is_a_fault() {
     let config = Config::default();
     let outcome = estimate(&scene(&config, &[]), &config, false);
