@@ -47,6 +47,19 @@ impl Counter {
         from.wrapping_sub(SYST::get_current()) & RELOAD
     }
 
+    /// The time, to be handed to [`Counter::lap`].
+    pub fn now(&self) -> u32 {
+        SYST::get_current()
+    }
+
+    /// Instructions since `since`, which becomes now.
+    pub fn lap(&self, since: &mut u32) -> u32 {
+        let now = self.now();
+        let ticks = since.wrapping_sub(now) & RELOAD;
+        *since = now;
+        (ticks as f32 * self.instructions_per_tick) as u32
+    }
+
     /// What `work` returns, and its instructions to within the tick of 6.
     pub fn once<T>(&mut self, work: impl FnOnce() -> T) -> (T, u32) {
         let mut result = None;

@@ -26,7 +26,9 @@ mod image {
     use stairscan::range::{BinWindow, RangeProcessor, fft, log};
     use stairscan::report::sentence::write_scan;
     use stairscan::scan::DataPath;
+    use stairscan::stairs::likelihood::trace::{Observer, Stage};
     use stairscan::stairs::map::Row;
+    use stairscan::stairs::{Likelihood, Outcome};
     use stm32f4xx_hal as _;
 
     /// Repetitions: the timer's grain of 6 instructions vanishes.
@@ -150,37 +152,70 @@ mod image {
 
     static mut PIPELINE: Pipeline = Pipeline::new();
     static mut RANGE: RangeProcessor = RangeProcessor::idle();
+    static mut ESTIMATOR: Likelihood = Likelihood::new();
+
+    /// Takes the time of each stage after the last row.
+    struct Laps<'c> {
+        counter: &'c Counter,
+        since: u32,
+        counts: [u32; 5],
+    }
+
+    impl Observer for Laps<'_> {
+        fn listens(&self) -> bool {
+            false
+        }
+
+        fn done(&mut self, stage: Stage) {
+            let count = self.counter.lap(&mut self.since);
+            if let Some(place) = self.counts.get_mut(stage as usize) {
+                *place = count;
+            }
+        }
+    }
 
     /// The scans of the host's file through the whole scan state.
     #[inline(never)]
     fn scans(counter: &mut Counter) {
         // SAFETY: the only references to the statics, made once.
-        let (pipeline, range) =
-            unsafe { (&mut *addr_of_mut!(PIPELINE), &mut *addr_of_mut!(RANGE)) };
+        let mut state = unsafe {
+            State {
+                pipeline: &mut *addr_of_mut!(PIPELINE),
+                range: &mut *addr_of_mut!(RANGE),
+                estimator: &mut *addr_of_mut!(ESTIMATOR),
+            }
+        };
         let Some(mut file) = HostFile::open(c"scans") else {
             return;
         };
         let mut bytes = [0; head::SIZE];
         while file.read(&mut bytes) {
-            scan(counter, pipeline, range, &head::decode(&bytes), &mut file);
+            scan(counter, &mut state, &head::decode(&bytes), &mut file);
         }
     }
 
-    /// One scan: `scan CHIRP ROW POST`, the worst of its chirps (samples to row of the map), the
-    /// worst of its rows (with what the estimator does during the scan), and from the last row to
-    /// the last byte of the report.
+    /// The scan state; beside it range processing and estimator once more, to be counted alone.
+    struct State {
+        pipeline: &'static mut Pipeline,
+        range: &'static mut RangeProcessor,
+        estimator: &'static mut Likelihood,
+    }
+
+    /// One scan: `scan CHIRP ROW POST …`, the worst of its chirps (samples to row of the map), the
+    /// worst of its rows (with what the estimator does during the scan), from the last row to the
+    /// last byte of the report, and each stage of that: the estimator's, and the report.
     #[inline(never)]
-    fn scan(
-        counter: &mut Counter,
-        pipeline: &mut Pipeline,
-        range: &mut RangeProcessor,
-        config: &Config,
-        file: &mut HostFile,
-    ) {
+    fn scan(counter: &mut Counter, state: &mut State, config: &Config, file: &mut HostFile) {
+        let State {
+            pipeline,
+            range,
+            estimator,
+        } = state;
         let ready = pipeline.begin(config, 1).is_ok()
             && range
                 .configure(&config.radar, &config.mount, &config.cfar)
                 .is_ok();
+        estimator.begin(pipeline.map());
         let (mut worst_chirp, mut worst_row) = (0, 0);
         let (mut cells, mut mask) = ([0; 256], [0; 8]);
         let bins = usize::from(range.kept().count);
@@ -203,18 +238,41 @@ mod image {
             let angle = config.sweep.angle(k) as f32 * 1e-3 * RAD_PER_DEG;
             let ((), count) = counter.once(|| pipeline.row(k, angle));
             worst_row = worst_row.max(count);
+            estimator.row(pipeline.map(), k.into());
         }
+        let ((), post) = counter.once(|| report(&pipeline.finish()));
+        let mut laps = Laps {
+            since: counter.now(),
+            counter,
+            counts: [0; 5],
+        };
+        let outcome = estimator.finish_observed(pipeline.map(), config, 1, &mut laps);
+        let [rows, echoes, particles, search, dimensions] = laps.counts;
+        let ((), report) = counter.once(|| report(&outcome));
+        hprintln!(
+            "scan {} {} {} {} {} {} {} {} {}",
+            worst_chirp,
+            worst_row,
+            post,
+            rows,
+            echoes,
+            particles,
+            search,
+            dimensions,
+            report
+        );
+    }
+
+    /// Writes the sentences of an outcome.
+    #[inline(never)]
+    fn report(outcome: &Outcome) {
         let mut sum = 0u32;
-        let ((), post) = counter.once(|| {
-            let outcome = pipeline.finish();
-            write_scan(1, 0, &outcome, |line| {
-                sum = line
-                    .bytes()
-                    .fold(sum, |sum, byte| sum.wrapping_add(byte.into()));
-            });
+        write_scan(1, 0, outcome, |line| {
+            sum = line
+                .bytes()
+                .fold(sum, |sum, byte| sum.wrapping_add(byte.into()));
         });
         black_box(sum);
-        hprintln!("scan {} {} {}", worst_chirp, worst_row, post);
     }
 
     #[panic_handler]

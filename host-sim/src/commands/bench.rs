@@ -32,7 +32,7 @@ const FLASH: u64 = 96 * 1024;
 const RAM: u64 = 100 * 1024;
 
 /// What each stage is.
-const MEANING: [(&str, &str); 10] = [
+const MEANING: [(&str, &str); 16] = [
     (
         "fft256",
         "transform of 256 complex points, 16-bit block floating point",
@@ -58,6 +58,29 @@ const MEANING: [(&str, &str); 10] = [
         "post",
         "last row to last byte of the report, worst recording",
     ),
+    (
+        POST[0],
+        "of these: the beam filter runs out behind the last row",
+    ),
+    (POST[1], "noise, echoes told from side lobes and ghosts"),
+    (POST[2], "particles in modes, clusters"),
+    (
+        POST[3],
+        "calibration, search for the best flight and its rivals",
+    ),
+    (POST[4], "dimensions, sigmas, status"),
+    (POST[5], "sentences"),
+];
+
+/// The stages after the last row, of the worst recording, in the order in which the image prints
+/// them.
+const POST: [&str; 6] = [
+    "post/rows",
+    "post/echoes",
+    "post/particles",
+    "post/search",
+    "post/dimensions",
+    "post/report",
 ];
 
 /// Peers as quoted: gcc 12 -O3, counted on the same emulator.
@@ -71,6 +94,15 @@ const QUOTED: [(&str, u64); 5] = [
 
 /// Instructions of each stage; then one `post/NAME` for each recording.
 type Counts = Vec<(String, u64)>;
+
+/// What the image counts for one recording.
+struct Scan {
+    chirp: u64,
+    row: u64,
+    post: u64,
+    /// Those of [`POST`].
+    stages: Vec<u64>,
+}
 
 /// Counts and prints; fails above a budget.
 pub fn run(args: &Args) -> Result<ExitCode> {
@@ -135,7 +167,8 @@ fn append(scans: &mut Vec<u8>, recording: &Recording) -> Result<()> {
     Ok(())
 }
 
-/// Reads the image's output: `STAGE COUNT`, and `scan CHIRP ROW POST` for each recording.
+/// Reads the image's output: `STAGE COUNT`, and `scan CHIRP ROW POST` and the stages of the latter
+/// for each recording.
 fn parse(output: &str, names: &[String]) -> Result<Counts> {
     let (mut counts, mut scans) = (Counts::new(), Vec::new());
     for line in output.lines() {
@@ -143,7 +176,15 @@ fn parse(output: &str, names: &[String]) -> Result<Counts> {
         let name = words.next().unwrap_or_default();
         let numbers: Vec<u64> = words.map_while(|w| w.parse().ok()).collect();
         match (name, &numbers[..]) {
-            ("scan", &[chirp, row, post]) => scans.push((chirp, row, post)),
+            ("scan", &[chirp, row, post, ref stages @ ..]) if stages.len() == POST.len() => {
+                let stages = stages.to_vec();
+                scans.push(Scan {
+                    chirp,
+                    row,
+                    post,
+                    stages,
+                });
+            }
             (_, &[number]) => counts.push((name.to_owned(), number)),
             _ => return Err(anyhow!("the bench image printed `{line}`")),
         }
@@ -152,14 +193,18 @@ fn parse(output: &str, names: &[String]) -> Result<Counts> {
         scans.len() == names.len() && counts.iter().any(|(s, _)| s == "fft256"),
         "the bench image stopped early:\n{output}"
     );
-    let worst = |part: fn(&(u64, u64, u64)) -> u64| scans.iter().map(part).max().unwrap_or(0);
+    let worst = |part: fn(&Scan) -> u64| scans.iter().map(part).max().unwrap_or(0);
     if let Some((_, chirp)) = counts.iter_mut().find(|(s, _)| s == "chirp") {
-        *chirp = worst(|s| s.0).max(*chirp);
+        *chirp = worst(|s| s.chirp).max(*chirp);
     }
-    counts.push(("row".to_owned(), worst(|s| s.1)));
-    counts.push(("post".to_owned(), worst(|s| s.2)));
+    counts.push(("row".to_owned(), worst(|s| s.row)));
+    counts.push(("post".to_owned(), worst(|s| s.post)));
+    if let Some(scan) = scans.iter().max_by_key(|s| s.post) {
+        let stages = POST.iter().zip(&scan.stages);
+        counts.extend(stages.map(|(name, &count)| ((*name).to_owned(), count)));
+    }
     let each = names.iter().zip(&scans);
-    counts.extend(each.map(|(name, scan)| (format!("post/{name}"), scan.2)));
+    counts.extend(each.map(|(name, scan)| (format!("post/{name}"), scan.post)));
     Ok(counts)
 }
 
@@ -208,13 +253,19 @@ mod tests {
     #[test]
     fn the_worst_scan_counts() {
         let names = ["a".to_owned(), "b".to_owned()];
-        let counts = parse("fft256 9\nchirp 20\nscan 21 30 40\nscan 19 35 39\n", &names).unwrap();
+        let counts = parse(
+            "fft256 9\nchirp 20\nscan 21 30 40 1 2 3 4 5 6\nscan 19 35 39 6 5 4 3 2 1\n",
+            &names,
+        )
+        .unwrap();
         let of = |stage: &str| counts.iter().find(|(s, _)| s == stage).unwrap().1;
         assert_eq!(
             (of("chirp"), of("row"), of("post"), of("post/b")),
             (21, 35, 40, 39)
         );
-        assert!(parse("fft256 9\nscan 1 2 3\n", &names).is_err());
+        assert_eq!((of("post/rows"), of("post/report")), (1, 6), "the worst's");
+        assert!(parse("fft256 9\nscan 1 2 3 4 5 6 7 8 9\n", &names).is_err());
+        assert!(parse("fft256 9\nscan 1 2 3\nscan 1 2 3\n", &names).is_err());
         assert!(parse("qemu: fatal\n", &names).is_err());
     }
 }

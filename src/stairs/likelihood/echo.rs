@@ -4,6 +4,7 @@ use super::MAX_BINS;
 use super::beam::{self, LEVEL_DB};
 use super::candidate::Candidate;
 use super::scatterer::{self, Clusters, HANN_CURVATURE, Lobe, Mode, Place, Responses};
+use super::trace::{Observer, Stage};
 use crate::config::Config;
 use crate::math;
 use crate::stairs::map::{DB_PER_UNIT, PolarMap};
@@ -102,6 +103,7 @@ pub fn select(
     background: &Background<'_>,
     config: &Config,
     rng: &mut impl Rng,
+    observer: &mut impl Observer,
 ) -> Vec<Echo, MAX_ECHOES> {
     let geometry = map.geometry();
     let Background {
@@ -173,6 +175,7 @@ pub fn select(
         }
         let _ = modes.push(Mode { cell, lobe });
     }
+    observer.done(Stage::Echoes);
     let particles = usize::from(config.particles.particles);
     let mut cloud = SizedCloud::new();
     let mut clusters = Clusters::new();
@@ -188,6 +191,7 @@ pub fn select(
             echoes.remove(k);
         }
     });
+    observer.done(Stage::Particles);
     echoes
 }
 

@@ -42,7 +42,7 @@ use dimension::Sized;
 use echo::{Echo, MAX_ECHOES};
 use evidence::{Evidence, Mark};
 use search::{Beams, Flight, Search, Stairs};
-use trace::{Explanation, Hypothesis, Observer, Scatterer};
+use trace::{Explanation, Hypothesis, Observer, Scatterer, Stage};
 
 use super::map::{Geometry, PolarMap};
 use super::{Outcome, Reason};
@@ -145,6 +145,7 @@ impl Likelihood {
             Phase::Down(beams) => descend(&echoes, geometry, beams, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
+        observer.done(Stage::Dimensions);
         if echoes.iter().any(|e| e.db >= SURE_DB) {
             outcome
         } else {
@@ -230,6 +231,7 @@ impl Rows {
         for _ in 0..self.filter.lag() {
             self.push(map, map.row(end));
         }
+        observer.done(Stage::Rows);
         let mut floors = [0; MAX_BINS];
         let noise = self.noise.medians(&mut floors);
         observer.noise(noise);
@@ -243,7 +245,7 @@ impl Rows {
         let candidates = self
             .finder
             .sorted(echo::least(noise, self.filter.gain(), 0.0));
-        echo::select(map, candidates, &background, config, &mut rng)
+        echo::select(map, candidates, &background, config, &mut rng, observer)
     }
 }
 
@@ -267,6 +269,7 @@ fn ascend(
         flight.score = score;
         (flight, rise)
     });
+    observer.done(Stage::Search);
     let winner = best
         .as_ref()
         .filter(|(flight, _)| flight.score >= ACCEPT_UP);
@@ -289,6 +292,7 @@ fn descend(
     let descent = Descent::new(evidence);
     let mut search = Search::new(&descent);
     let best = search.best(beams);
+    observer.done(Stage::Search);
     let winner = best.as_ref().filter(|flight| flight.score >= ACCEPT_DOWN);
     tell(&search, winner, echoes, observer);
     let sized = winner.map(|flight| dimension::descending(&descent, flight));

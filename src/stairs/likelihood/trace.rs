@@ -51,12 +51,29 @@ pub struct Hypothesis<'a> {
     pub winner: bool,
 }
 
+/// What is done one after the other after the last row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// The filter has run out behind the last row.
+    Rows,
+    /// Noise is known, candidates are sorted and those that are echoes chosen.
+    Echoes,
+    /// Particles have settled, and their clusters.
+    Particles,
+    /// The best flight is found.
+    Search,
+    /// Steps have their dimensions and the answer its status.
+    Dimensions,
+}
+
 /// Listens to the estimator.
 pub trait Observer {
     /// Whether it wants to hear about scatterers and explanations.
     fn listens(&self) -> bool {
         true
     }
+    /// A stage is done.
+    fn done(&mut self, _stage: Stage) {}
     /// The noise: the filtered map's median, map units (1/8 octave).
     fn noise(&mut self, _units: f32) {}
     /// What the floor said: angle bias, radians, and mount-height error, metres.
