@@ -61,6 +61,11 @@ pub struct Descent<'e> {
     null: f32,
 }
 
+/// Whether a mark lies right below the mirror, where treads flash.
+pub fn is_flash(m: &Mark) -> bool {
+    m.x.abs() < 0.02 + 1.5 * m.sigma_x
+}
+
 /// A tread, or the ground before the first edge.
 #[derive(Clone, Copy, Debug)]
 struct Tread {
@@ -93,7 +98,7 @@ impl Tread {
         }
         let z = (m.along - self.depth) / m.sigma;
         let (mut role, mut gain) = (Role::Tread, TREAD);
-        if self.start < 0.03 && self.end > -0.03 && m.x.abs() < 0.02 + reach {
+        if self.start < 0.03 && self.end > -0.03 && is_flash(m) {
             (role, gain) = (Role::Flash, FLASH);
         }
         let spot = |off: f32| off * off / (m.sigma_x * m.sigma_x + SPREAD * SPREAD);

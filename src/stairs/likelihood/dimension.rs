@@ -3,13 +3,13 @@
 
 use super::ascent::Shape;
 use super::descent::{self, Descent};
-use super::doubt::Support;
+use super::doubt::{self, Support};
 use super::evidence::{Evidence, Mark};
 use super::levels::{self, Fusion, Levels, Reading};
 use super::search::Stairs;
 use super::search::{Flight, MAX_FLIGHT};
 use crate::math::{self, RAD_PER_DEG};
-use crate::stairs::{Direction, Outcome, Step};
+use crate::stairs::{Direction, Outcome, Reason, Step};
 use heapless::Vec;
 
 /// A single riser higher than this is a box, metres.
@@ -84,6 +84,8 @@ struct Face {
     level: Fusion,
     /// Strongest echo, dB.
     db: Option<f32>,
+    /// How strong a further face would be at least, dB.
+    next_db: f32,
 }
 
 /// What the echoes say about all steps.
@@ -185,6 +187,7 @@ fn read(evidence: &Evidence, flight: &Flight<Shape>, levels: &Levels) -> Reading
             };
             face.x = Some(Reading { value: x, sigma });
             face.db = Some(all.db);
+            face.next_db = doubt::next_db(members, |m| place.is_flash(m));
             if let Some(m) = corner
                 && !(place.flashes() && (height - base) / link.along < HIDE)
                 && let Some(before) = out.faces.last_mut()
@@ -274,14 +277,20 @@ pub fn ascending(
         steps.extend(readings.faces.iter().map(|f| f.level));
         levels = levels::fit(&steps, &readings.slopes);
     }
-    let first = levels.places.first().map_or(0.0, |p| p.height);
-    let single = flight.chain.len() == 1;
-    let climbable = (TOO_LOW..=TOO_HIGH).contains(&first) && rise.value >= TOO_LOW;
-    if single && !climbable {
-        return Sized {
-            outcome: Outcome::clear(),
-            supports: Vec::new(),
-        };
+    if let ([_], Some(first)) = (flight.chain.as_slice(), levels.places.first()) {
+        let climbable = TOO_LOW..=TOO_HIGH;
+        if !climbable.contains(&first.height) || rise.value < TOO_LOW {
+            let mut outcome = Outcome::clear();
+            // What shows no top may be a threshold as well as a kerb.
+            let reach = 2.0 * SIGMA * first.sigma;
+            if first.height + reach > TOO_LOW && first.height - reach < TOO_HIGH {
+                doubt::degrade(&mut outcome, Reason::CloseRival);
+            }
+            return Sized {
+                outcome,
+                supports: Vec::new(),
+            };
+        }
     }
     let overhang = overhang(&readings, flight.shape.open);
     let line = fit_line(readings.faces.iter().map(|f| f.x.map(|x| x.value)));
@@ -304,6 +313,7 @@ pub fn ascending(
             };
             let support = Support {
                 db: face.db,
+                next_db: face.next_db,
                 off: place.off,
                 off_sigma: place.off_sigma,
                 off_along: x.value - along,
@@ -334,8 +344,10 @@ pub fn descending(descent: &Descent<'_>, flight: &Flight<descent::Shape>) -> Siz
                 .column
                 .and_then(|c| descent.evidence().columns.get(usize::from(c)));
             let marks = column.and_then(|c| descent.evidence().marks.get(c.first..c.end));
+            let marks = marks.unwrap_or(&[]);
             let support = Support {
-                db: marks.and_then(|m| strongest(m.iter())).map(|m| m.db),
+                db: strongest(marks.iter()).map(|m| m.db),
+                next_db: doubt::next_db(marks, descent::is_flash),
                 off: place.off,
                 off_sigma: place.off_sigma,
                 off_along: 0.0,

@@ -1,12 +1,20 @@
 //! How far an answer can be trusted: `ok` only when the winner is clear and every step rests on its
 //! own echoes.
 
+use super::evidence::Mark;
+use crate::math;
 use crate::stairs::{Outcome, Reason, Status};
 
 /// Another number of steps within this score of the winner is a close rival, nats: e² to one.
 const CLEAR: f32 = 2.0;
 /// A step whose strongest echo is weaker rests on little, dB.
 const WEAK_DB: f32 = 8.0;
+/// Weaker than this a further step would not have been seen, dB.
+const SEEN_DB: f32 = 5.0;
+/// From one face to the next the echoes get weaker by as much, dB …
+const FADES_DB: f32 = 6.0;
+/// … and by as much from one that looks straight at the mirror.
+const FLASH_FADES_DB: f32 = 25.0;
 /// Without stairs, the strongest echo of the scene must be at least this much for the view to be
 /// worth anything, dB.
 const VIEW_DB: f32 = 10.0;
@@ -27,6 +35,8 @@ const IN_THE_WAY: usize = 3;
 pub struct Support {
     /// Its strongest echo, dB above the noise; none for an inferred step.
     pub db: Option<f32>,
+    /// How strong the next face would be at least, dB.
+    pub next_db: f32,
     /// How far its own echoes put it off the straight flight, metres.
     pub off: f32,
     /// Standard deviation of that.
@@ -46,6 +56,19 @@ impl Support {
         let high = self.off.abs() > IRREGULAR.max(SURE * self.off_sigma);
         high || self.off_along.abs() > IRREGULAR
     }
+}
+
+/// How strong a face behind one with these marks would be at least, dB.
+pub fn next_db(marks: &[Mark], is_flash: impl Fn(&Mark) -> bool) -> f32 {
+    let fades = |m: &Mark| {
+        if is_flash(m) {
+            FLASH_FADES_DB
+        } else {
+            FADES_DB
+        }
+    };
+    let left = marks.iter().map(|m| m.db - fades(m));
+    left.fold(f32::NEG_INFINITY, math::max)
 }
 
 /// Adds `reason` and makes an `ok` outcome `degraded`.
@@ -69,7 +92,9 @@ pub fn judge(
     if unsure || supports.iter().any(|s| s.db.is_none()) {
         degrade(outcome, Reason::InferredStep);
     }
-    if supports.iter().any(|s| s.db.is_some_and(|db| db < WEAK_DB)) {
+    let weak = supports.iter().any(|s| s.db.is_some_and(|db| db < WEAK_DB));
+    // Where the next step would be lost in the noise, nobody knows whether there is one.
+    if weak || supports.last().is_some_and(|s| s.next_db < SEEN_DB) {
         degrade(outcome, Reason::WeakEchoes);
     }
     if supports.iter().any(Support::irregular) {

@@ -320,7 +320,7 @@ fn conclude<S: Stairs>(
             // A flight that was accepted and then found to be a box or a threshold is no rival.
             let score = best.filter(|_| sized.is_none()).map(|b| b.score - accept);
             let strongest = marks.iter().map(|m| m.db).fold(0.0, f32::max);
-            let mut outcome = Outcome::clear();
+            let mut outcome = sized.map_or(Outcome::clear(), |s| s.outcome);
             doubt::judge_none(&mut outcome, score.unwrap_or(f32::NEG_INFINITY), strongest);
             outcome
         }

@@ -266,6 +266,36 @@ fn stairs_going_down_are_rows_below_each_other() {
     assert!((levels[0] + 0.16).abs() < 0.01 && (levels[1] + 0.32).abs() < 0.01);
 }
 
+#[test]
+fn a_corner_without_anything_above_is_no_clear_way() {
+    let config = Config::default();
+    for x in [1.0, 1.1, 1.2] {
+        let map = scene(&config, &[(x, 0.0, 42.0)]);
+        let outcome = estimate(&map, &config, false);
+        assert_eq!(outcome.status, Status::Degraded, "{outcome:?}");
+    }
+}
+
+#[test]
+fn a_flight_that_fades_into_the_noise_may_go_on() {
+    let config = Config {
+        mount: crate::config::MountConfig {
+            mount_height: 110_000,
+            plane: Plane::Height,
+            ..Default::default()
+        },
+        ..Config::default()
+    };
+    let status = |bright: f64| {
+        let ground = (-0.11, 0.0, 24.0);
+        let points = [ground, (0.0, -0.16, 24.0), (0.15, -0.16, bright)];
+        let outcome = estimate(&scene(&config, &points), &config, false);
+        assert_eq!(outcome.steps.len(), 1, "{outcome:?}");
+        outcome.status
+    };
+    assert_eq!((status(25.0), status(9.0)), (Status::Ok, Status::Degraded));
+}
+
 /// A step of two agreeing readings.
 fn step(value: f32) -> Fusion {
     let mut fusion = Fusion::default();
