@@ -19,7 +19,7 @@
 //! of four cannot exceed that; scaled by 1/2 it is only where both parts lie within ±8192, so that
 //! 4 · √2 · 8192 / 2 = 23 170 bounds it. The rest up to 32 767 takes the roundings.
 
-use super::packed::{Arithmetic, Bin, Packed, magnitude_bits, quarters};
+use super::packed::{Arithmetic, Bin, Packed, halves, last_by, magnitude_bits, quarters, stage_by};
 use crate::math::sin_cos;
 
 /// Most points of a transform.
@@ -74,24 +74,6 @@ impl Headroom {
     }
 }
 
-/// A last radix-2 stage; its overall factor is 1/2.
-///
-/// W(2L)^k = W(4L)^2k, so that the radix-4 table of the same L serves.
-#[inline(always)]
-fn last_pairs<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
-    src: &[Packed; N],
-    bins: &mut [B; N],
-) {
-    let (low, high) = bins.split_at_mut(N / 2);
-    let (blocks, _) = src.as_chunks::<2>();
-    let outputs = low.iter_mut().zip(high);
-    for (([x0, x1], [_, w, _]), (y0, y1)) in blocks.iter().zip(&Twiddles::<L>::TABLE).zip(outputs) {
-        let (t0, t1) = (A::half_add(*x0, Packed::ONES), A::mul_half(*x1, *w));
-        *y0 = B::of::<A>(A::add(t0, t1));
-        *y1 = B::of::<A>(A::sub(t0, t1));
-    }
-}
-
 /// One radix-4 stage in the scaling that the headroom asks for; adds its exponent.
 #[inline(always)]
 fn scaled_stage<A: Arithmetic, const N: usize, const L: usize>(
@@ -136,24 +118,61 @@ pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     bins: &mut [B; N],
     seen: Headroom,
 ) -> i32 {
-    if N == 16 {
-        return scaled_last::<A, B, N, 4>(data, bins, seen);
+    if N < MAX_POINTS {
+        return finish_short::<A, B>(data, spare, bins, seen);
     }
     let mut exponent = 0;
     let seen = scaled_stage::<A, N, 4>(data, spare, seen, &mut exponent);
-    if N == 32 {
-        last_pairs::<A, B, N, 16>(spare, bins);
-        return exponent + 1;
-    }
-    if N == 64 {
-        return exponent + scaled_last::<A, B, N, 16>(spare, bins, seen);
-    }
     let seen = scaled_stage::<A, N, 16>(spare, data, seen, &mut exponent);
-    if N == 128 {
-        last_pairs::<A, B, N, 64>(data, bins);
-        return exponent + 1;
-    }
     exponent + scaled_last::<A, B, N, 64>(data, bins, seen)
+}
+
+/// [`finish`] for all transforms but the longest. One copy: flash is short, and they have time.
+#[inline(never)]
+fn finish_short<A: Arithmetic, B: Bin>(
+    data: &mut [Packed],
+    spare: &mut [Packed],
+    bins: &mut [B],
+    mut seen: Headroom,
+) -> i32 {
+    let points = data.len();
+    let (mut src, mut dst) = (data, spare);
+    let mut exponent = 0;
+    let tables: [&[[Packed; 3]]; 3] = [
+        &Twiddles::<4>::TABLE,
+        &Twiddles::<16>::TABLE,
+        &Twiddles::<64>::TABLE,
+    ];
+    for table in tables {
+        if points == 2 * table.len() {
+            last_pairs::<A, B>(src, bins, table);
+            return exponent + 1;
+        }
+        let quarter = !seen.is_ample();
+        exponent += 1 + i32::from(quarter);
+        if points == 4 * table.len() {
+            last_by::<A, B>(src, bins, table, quarter);
+            break;
+        }
+        seen = Headroom(stage_by::<A>(src, dst, table, quarter));
+        core::mem::swap(&mut src, &mut dst);
+    }
+    exponent
+}
+
+/// A last radix-2 stage; its overall factor is 1/2.
+///
+/// W(2L)^k = W(4L)^2k, so that the radix-4 table of the same L serves.
+#[inline(always)]
+fn last_pairs<A: Arithmetic, B: Bin>(src: &[Packed], bins: &mut [B], table: &[[Packed; 3]]) {
+    let (blocks, _) = src.as_chunks::<2>();
+    let (low, high) = halves(bins);
+    let outputs = low.iter_mut().zip(high);
+    for (([x0, x1], [_, w, _]), (y0, y1)) in blocks.iter().zip(table).zip(outputs) {
+        let (t0, t1) = (A::half_add(*x0, Packed::ONES), A::mul_half(*x1, *w));
+        *y0 = B::of::<A>(A::add(t0, t1));
+        *y1 = B::of::<A>(A::sub(t0, t1));
+    }
 }
 
 /// The whole transform of N points (16, 32, 64, 128 or 256) of magnitude up to

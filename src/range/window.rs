@@ -180,6 +180,15 @@ impl Weigher {
             A::mul_high(A::scale_im(x, c, im), self.gain),
         )
     }
+
+    /// Sample `k`, windowed; 0 beyond the end.
+    #[inline(always)]
+    fn tap<A: Arithmetic>(self, x: &[Iq], c: &[i16], k: usize) -> Packed {
+        match (x.get(k), c.get(k)) {
+            (Some(&x), Some(&c)) => self.weigh::<A>(x, c),
+            _ => Packed::ZERO,
+        }
+    }
 }
 
 /// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples
@@ -191,6 +200,34 @@ pub fn open<A: Arithmetic, const N: usize>(
     window: &Window,
     out: &mut [Packed; N],
 ) -> Headroom {
+    if N == MAX_POINTS {
+        first_stage::<A>(chirp, levels, window, out, N / 4)
+    } else {
+        short::<A>(chirp, levels, window, out, N / 4)
+    }
+}
+
+/// One copy for all but the longest transform: flash is short, and they have time.
+#[inline(never)]
+fn short<A: Arithmetic>(
+    chirp: &[Iq],
+    levels: &Levels,
+    window: &Window,
+    out: &mut [Packed],
+    quarter: usize,
+) -> Headroom {
+    first_stage::<A>(chirp, levels, window, out, quarter.min(MAX_POINTS / 4))
+}
+
+/// [`open`] for a transform of 4 `quarter` points.
+#[inline(always)]
+fn first_stage<A: Arithmetic>(
+    chirp: &[Iq],
+    levels: &Levels,
+    window: &Window,
+    out: &mut [Packed],
+    quarter: usize,
+) -> Headroom {
     let weigher = Weigher {
         minus_mean: levels.mean.map(i32::saturating_neg),
         gain: levels.gain(),
@@ -199,29 +236,28 @@ pub fn open<A: Arithmetic, const N: usize>(
     let mut write = |n: usize, y: [Packed; 4]| {
         for (m, v) in y.into_iter().enumerate() {
             seen.see(v);
-            out[n + m * (N / 4)] = v;
+            if let Some(place) = out.get_mut(n + m * quarter) {
+                *place = v;
+            }
         }
     };
     let samples = chirp.iter().zip(&window.coefficients).len();
     let (chirp, c) = (&chirp[..samples], &window.coefficients[..samples]);
+    let tap = |x, c, j| weigher.tap::<A>(x, c, j * quarter);
     // A chirp is longer than half the transform: the first two taps are always there, the third
     // up to `three`, the fourth up to `four`. Each window of the samples holds one point's taps.
-    let taps_of = |j: usize| samples.saturating_sub(j * (N / 4)).min(N / 4);
+    let taps_of = |j: usize| samples.saturating_sub(j * quarter).min(quarter);
     let (three, four) = (taps_of(2), taps_of(3));
-    let taps = chirp
-        .windows(3 * (N / 4) + 1)
-        .zip(c.windows(3 * (N / 4) + 1));
-    for (n, (x, c)) in (0..four).zip(taps) {
-        let [t0, t1, t2, t3] = [0, 1, 2, 3]
-            .map(|j| j * (N / 4))
-            .map(|k| weigher.weigh::<A>(x[k], c[k]));
-        write(n, A::butterfly([t0, t1, t2, t3]));
+    let taps = |count: usize| {
+        let span = (count - 1) * quarter + 1;
+        chirp.windows(span).zip(c.windows(span))
+    };
+    for (n, (x, c)) in (0..four).zip(taps(4)) {
+        let taps = [tap(x, c, 0), tap(x, c, 1), tap(x, c, 2), tap(x, c, 3)];
+        write(n, A::butterfly(taps));
     }
-    let taps = chirp.windows(N / 2 + 1).zip(c.windows(N / 2 + 1));
-    for (n, (x, c)) in (four..three).zip(taps.skip(four)) {
-        let [t0, t1, t2] = [0, 1, 2]
-            .map(|j| j * (N / 4))
-            .map(|k| weigher.weigh::<A>(x[k], c[k]));
+    for (n, (x, c)) in (four..three).zip(taps(3).skip(four)) {
+        let [t0, t1, t2] = [tap(x, c, 0), tap(x, c, 1), tap(x, c, 2)];
         let (sum, diff) = (A::add(t0, t2), A::sub(t0, t2));
         write(
             n,
@@ -233,11 +269,8 @@ pub fn open<A: Arithmetic, const N: usize>(
             ],
         );
     }
-    let taps = chirp.windows(N / 4 + 1).zip(c.windows(N / 4 + 1));
-    for (n, (x, c)) in (three..N / 4).zip(taps.skip(three)) {
-        let [t0, t1] = [0, 1]
-            .map(|j| j * (N / 4))
-            .map(|k| weigher.weigh::<A>(x[k], c[k]));
+    for (n, (x, c)) in (three..quarter).zip(taps(2).skip(three)) {
+        let [t0, t1] = [tap(x, c, 0), tap(x, c, 1)];
         write(
             n,
             [

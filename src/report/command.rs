@@ -150,10 +150,13 @@ fn unframe(line: &str) -> Result<&str, BadCommand> {
     let Some(body) = line.strip_prefix('$') else {
         return Ok(line);
     };
-    let (body, sum) =
-        body.rsplit_once('*')
-            .ok_or(bad("-", "crc", "* and eight hex digits at the end"))?;
-    if sum.len() != 8 || u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
+    // Not `rsplit_once`, which has a path to a panic.
+    let star = body.len().checked_sub(9);
+    let (body, sum) = star
+        .and_then(|at| body.split_at_checked(at))
+        .and_then(|(body, sum)| Some((body, sum.strip_prefix('*')?)))
+        .ok_or(bad("-", "crc", "* and eight hex digits at the end"))?;
+    if u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
         return Err(bad("-", "crc", "the CRC-32 of what stands between $ and *"));
     }
     body.strip_prefix("PSTC,")

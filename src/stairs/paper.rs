@@ -18,7 +18,7 @@ use super::bright::{Field, HIGH_INTENSITY_DB, Levels};
 use super::cluster::{self, Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use super::dimension::{self, ClusterShape};
 use super::map::{DB_PER_UNIT, PolarMap};
-use super::particles::{Cloud, Particle, UNITS_PER_CELL};
+use super::particles::{Cloud, Moments, Particle, UNITS_PER_CELL};
 use super::{Outcome, Reason};
 use crate::config::{Config, ParticleConfig, Spread};
 use crate::math;
@@ -31,6 +31,9 @@ const EPOCHS: u8 = 6;
 
 /// Noise alone lets fewer than this many times the expected false alarms through.
 const FALSE_ALARM_MARGIN: f32 = 3.0;
+/// A particle farther than this many standard deviations from its cluster's mean, along or across,
+/// is an outlier of it.
+const STRAY_SIGMAS: f32 = 3.5;
 
 /// What an [`Observer`] is shown.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -235,6 +238,28 @@ fn form_clusters(cloud: &mut Cloud, sensitivity: u16) {
     let mut art = FuzzyArt::<3, MAX_CLUSTERS>::new(vigilance(sensitivity));
     art.settle(particles, EPOCHS, features, |p| &mut p.mark);
     sort_by_cluster(cloud);
+    reject_strays(cloud);
+}
+
+/// Takes a cluster's outliers out of it, so that what is left is evenly spread: the paper's
+/// "outliers detection and removal applied to particles in each cluster".
+fn reject_strays(cloud: &mut Cloud) {
+    let mut rest = cloud.particles_mut();
+    while let Some((members, after)) = rest.split_at_mut_checked(cluster_len(rest))
+        && let Some(m) = Moments::of(&*members, |_| 1)
+    {
+        rest = after;
+        for particle in members {
+            let stray = [0, 1].iter().any(|&k: &usize| {
+                let offset = f32::from(particle.at[k & 1]) - m.mean[k & 1];
+                offset * offset > STRAY_SIGMAS * STRAY_SIGMAS * m.variance[k & 1]
+            });
+            if stray {
+                particle.mark = NO_CLUSTER;
+            }
+        }
+    }
+    sort_by_cluster(cloud);
 }
 
 /// Puts the particles of each cluster side by side, the topmost first. One copy: flash is short.
@@ -243,10 +268,27 @@ fn sort_by_cluster(cloud: &mut Cloud) {
     cloud.sort_by_key(|p| (p.mark, p.at[1], p.at[0], p.weight));
 }
 
+/// How many particles at the front belong to the cluster of the first.
+fn cluster_len(particles: &[Particle]) -> usize {
+    let mark = particles.first().map(|p| p.mark);
+    let same = particles.iter().take_while(|p| Some(p.mark) == mark);
+    same.count()
+}
+
+/// The particles of each cluster, side by side as [`sort_by_cluster`] puts them.
+fn members(mut particles: &[Particle]) -> impl Iterator<Item = &[Particle]> {
+    // `chunk_by` would do, but for its path to a panic.
+    core::iter::from_fn(move || {
+        let (members, rest) = particles.split_at_checked(cluster_len(particles))?;
+        particles = rest;
+        (!members.is_empty()).then_some(members)
+    })
+}
+
 /// The shape of each cluster; empty ones included, so that numbers stay what they are.
 fn shapes(cloud: &Cloud) -> Vec<ClusterShape, MAX_CLUSTERS> {
     let mut shapes = Vec::new();
-    for members in cloud.particles().chunk_by(|a, b| a.mark == b.mark) {
+    for members in members(cloud.particles()) {
         let mark = members.first().map_or(NO_CLUSTER, |p| p.mark);
         while shapes.len() < usize::from(mark) && shapes.push(ClusterShape::default()).is_ok() {}
         if mark != NO_CLUSTER {
@@ -259,9 +301,12 @@ fn shapes(cloud: &Cloud) -> Vec<ClusterShape, MAX_CLUSTERS> {
 
 /// What the rules of rejection see of the clusters.
 fn extents(shapes: &[ClusterShape], unit_m: f32) -> Vec<Extent, MAX_CLUSTERS> {
-    (shapes.iter().take(MAX_CLUSTERS))
-        .map(|shape| shape.extent(unit_m))
-        .collect()
+    let mut extents = Vec::new();
+    // As many places as shapes.
+    while let Some(shape) = shapes.get(extents.len())
+        && extents.push(shape.extent(unit_m)).is_ok()
+    {}
+    extents
 }
 
 /// Gives the particles of fused clusters to the cluster that these are fused with.
@@ -273,7 +318,7 @@ fn join(cloud: &mut Cloud, extents: &mut [Extent], shapes: &mut [ClusterShape], 
         }
     }
     sort_by_cluster(cloud);
-    for members in cloud.particles().chunk_by(|a, b| a.mark == b.mark) {
+    for members in members(cloud.particles()) {
         let mark = members.first().map_or(NO_CLUSTER, |p| p.mark);
         let place = (extents.get_mut(usize::from(mark))).zip(shapes.get_mut(usize::from(mark)));
         if let Some((extent, shape)) = place {

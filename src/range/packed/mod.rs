@@ -187,26 +187,7 @@ pub trait Arithmetic {
         dst: &mut [Packed; N],
         table: &[[Packed; 3]; L],
     ) -> u32 {
-        let r = N / 4 / L;
-        let mut seen = 0;
-        let [y0, y1, y2, y3] = quarters(dst);
-        let outputs = y0
-            .chunks_exact_mut(r)
-            .zip(y1.chunks_exact_mut(r))
-            .zip(y2.chunks_exact_mut(r).zip(y3.chunks_exact_mut(r)));
-        for ((block, w), ((y0, y1), (y2, y3))) in src.chunks_exact(4 * r).zip(table).zip(outputs) {
-            let (lower, upper) = block.split_at(2 * r);
-            let (x0, x1) = lower.split_at(r);
-            let (x2, x3) = upper.split_at(r);
-            let inputs = x0.iter().zip(x1).zip(x2.iter().zip(x3));
-            let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
-            for (((x0, x1), (x2, x3)), ((y0, y1), (y2, y3))) in inputs.zip(outputs) {
-                let y = join::<Self, QUARTER>([*x0, *x1, *x2, *x3], w);
-                seen |= y.into_iter().fold(0, |bits, y| bits | magnitude_bits(y));
-                [*y0, *y1, *y2, *y3] = y;
-            }
-        }
-        seen
+        stage_by::<Self>(src, dst, table, QUARTER)
     }
 
     /// The last stage, N = 4L, into what is wanted of the bins.
@@ -216,12 +197,7 @@ pub trait Arithmetic {
         bins: &mut [B; N],
         table: &[[Packed; 3]; L],
     ) {
-        let [y0, y1, y2, y3] = quarters(bins);
-        let (blocks, _) = src.as_chunks::<4>();
-        let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
-        for ((x, w), ((y0, y1), (y2, y3))) in blocks.iter().zip(table).zip(outputs) {
-            [*y0, *y1, *y2, *y3] = join::<Self, QUARTER>(*x, w).map(B::of::<Self>);
-        }
+        last_by::<Self, B>(src, bins, table, QUARTER);
     }
 
     /// The last stage, N = 4L, into power.
@@ -276,13 +252,63 @@ impl Bin for u32 {
     }
 }
 
-/// The four quarters of an array.
+/// The four quarters of what divides into four.
 #[inline(always)]
-pub fn quarters<T, const N: usize>(x: &mut [T; N]) -> [&mut [T]; 4] {
-    let (lower, upper) = x.split_at_mut(N / 2);
-    let (a, b) = lower.split_at_mut(N / 4);
-    let (c, d) = upper.split_at_mut(N / 4);
+pub fn quarters<T>(x: &mut [T]) -> [&mut [T]; 4] {
+    let (lower, upper) = halves(x);
+    let ((a, b), (c, d)) = (halves(lower), halves(upper));
     [a, b, c, d]
+}
+
+#[inline(always)]
+pub(super) fn halves<T>(x: &mut [T]) -> (&mut [T], &mut [T]) {
+    let middle = x.len() / 2;
+    x.split_at_mut_checked(middle).unwrap_or_default()
+}
+
+/// [`Arithmetic::stage`] as it is defined, for any length N of `src` and `dst` and L of `table`.
+#[inline(always)]
+pub(super) fn stage_by<A: Arithmetic + ?Sized>(
+    src: &[Packed],
+    dst: &mut [Packed],
+    table: &[[Packed; 3]],
+    quarter: bool,
+) -> u32 {
+    let r = src.len() / 4 / table.len().max(1);
+    let mut seen = 0;
+    let mut part = {
+        let mut rest = src;
+        move || rest.split_off(..r).unwrap_or_default().iter()
+    };
+    let mut blocks = quarters(dst);
+    for w in table {
+        let inputs = part().zip(part()).zip(part().zip(part()));
+        let [y0, y1, y2, y3] =
+            (blocks.each_mut()).map(|y| y.split_off_mut(..r).unwrap_or_default());
+        let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
+        for (((x0, x1), (x2, x3)), ((y0, y1), (y2, y3))) in inputs.zip(outputs) {
+            let y = join::<A>([*x0, *x1, *x2, *x3], w, quarter);
+            seen |= y.into_iter().fold(0, |bits, y| bits | magnitude_bits(y));
+            [*y0, *y1, *y2, *y3] = y;
+        }
+    }
+    seen
+}
+
+/// [`Arithmetic::last`] likewise.
+#[inline(always)]
+pub(super) fn last_by<A: Arithmetic + ?Sized, B: Bin>(
+    src: &[Packed],
+    bins: &mut [B],
+    table: &[[Packed; 3]],
+    quarter: bool,
+) {
+    let [y0, y1, y2, y3] = quarters(bins);
+    let (blocks, _) = src.as_chunks::<4>();
+    let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
+    for ((x, w), ((y0, y1), (y2, y3))) in blocks.iter().zip(table).zip(outputs) {
+        [*y0, *y1, *y2, *y3] = join::<A>(*x, w, quarter).map(B::of::<A>);
+    }
 }
 
 /// Bits that differ from their lower neighbour: the highest says how many bits a part needs, for
@@ -298,9 +324,10 @@ pub fn magnitude_bits(x: Packed) -> u32 {
 /// The quarter's second halving is that of the last sums: less noise than rounding the terms to
 /// quarters.
 #[inline(always)]
-fn join<A: Arithmetic + ?Sized, const QUARTER: bool>(
+fn join<A: Arithmetic + ?Sized>(
     [x0, x1, x2, x3]: [Packed; 4],
     [w1, w2, w3]: &[Packed; 3],
+    quarter: bool,
 ) -> [Packed; 4] {
     let terms = [
         A::half_add(x0, Packed::ONES),
@@ -308,7 +335,7 @@ fn join<A: Arithmetic + ?Sized, const QUARTER: bool>(
         A::mul_half(x2, *w2),
         A::mul_half(x3, *w3),
     ];
-    if QUARTER {
+    if quarter {
         A::half_butterfly(terms)
     } else {
         A::butterfly(terms)

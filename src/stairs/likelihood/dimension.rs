@@ -9,6 +9,8 @@ use super::levels::{self, Fusion, Levels, Reading};
 use super::search::Stairs;
 use super::search::{Flight, MAX_FLIGHT};
 use crate::math::{self, RAD_PER_DEG};
+use crate::stairs::dimension::sort_key;
+use crate::stairs::particles::shell_sort;
 use crate::stairs::{Direction, Outcome, Reason, Step};
 use heapless::Vec;
 
@@ -206,9 +208,9 @@ fn read(evidence: &Evidence, flight: &Flight<Shape>, levels: &Levels) -> Reading
             if let Some(before) = before_x
                 && place.hidden()
                 && !flight.shape.open
+                && let Some(slope) = hidden_slope(&place, all.y, x / before, k.into())
             {
-                out.slopes
-                    .extend(hidden_slope(&place, all.y, x / before, k.into()));
+                let _ = out.slopes.push(slope);
             }
             before_x = Some(x);
         } else {
@@ -274,7 +276,9 @@ pub fn ascending(
         readings = read(evidence, flight, &levels);
         let _ = readings.slopes.push(overall);
         let mut steps = Vec::<Fusion, MAX_FLIGHT>::new();
-        steps.extend(readings.faces.iter().map(|f| f.level));
+        for face in &readings.faces {
+            let _ = steps.push(face.level);
+        }
         levels = levels::fit(&steps, &readings.slopes);
     }
     if let ([_], Some(first)) = (flight.chain.as_slice(), levels.places.first()) {
@@ -380,8 +384,11 @@ fn overhang(readings: &Readings, open: bool) -> Reading {
         return Reading::default();
     }
     let mut values = Vec::<f32, MAX_FLIGHT>::new();
-    values.extend(readings.faces.iter().filter_map(|f| f.overhang));
-    values.sort_unstable_by(f32::total_cmp);
+    for value in readings.faces.iter().filter_map(|f| f.overhang) {
+        // There is room for every face.
+        let _ = values.push(value);
+    }
+    shell_sort(&mut values, |&v| sort_key(v));
     let (Some(least), Some(most)) = (values.first(), values.last()) else {
         return Reading {
             value: 0.0,
