@@ -16,22 +16,26 @@ const QUARTER_TURN: i32 = MICROSTEPS_PER_TURN / 4;
 /// The shaft turns this far to either side of the horizontal, 0.001°.
 pub const SHAFT_LIMIT: i32 = 170_000;
 
-/// Thousandths of a degree in a turn.
-const TURN: i64 = 360_000;
+/// Microsteps and thousandths of a degree that are the same angle, in lowest terms: so small that
+/// dozens of turns fit 32 bits, and the image needs no division of 64.
+const SAME: (i32, i32) = (32, 225);
+const _: () = assert!(MICROSTEPS_PER_TURN * SAME.1 == 360_000 * SAME.0);
 
 /// Microstep nearest to a shaft angle in 0.001°, halves away from zero.
 pub const fn microsteps(shaft_angle: i32) -> i32 {
-    let doubled = 2 * shaft_angle as i64 * MICROSTEPS_PER_TURN as i64;
-    let away = if doubled < 0 { -TURN } else { TURN };
-    ((doubled + away) / (2 * TURN)) as i32
+    scaled(shaft_angle, SAME)
 }
 
 /// Shaft angle of a microstep in 0.001°, rounded: what a trigger carries.
 pub const fn shaft_angle(position: i32) -> i32 {
-    let doubled = 2 * position as i64 * TURN;
-    let half = MICROSTEPS_PER_TURN as i64;
-    let away = if doubled < 0 { -half } else { half };
-    ((doubled + away) / (2 * half)) as i32
+    scaled(position, (SAME.1, SAME.0))
+}
+
+/// x · a / b, rounded, halves away from zero; saturates.
+#[inline(always)]
+const fn scaled(x: i32, (a, b): (i32, i32)) -> i32 {
+    let doubled = x.saturating_mul(2 * a);
+    doubled.saturating_add(if doubled < 0 { -b } else { b }) / (2 * b)
 }
 
 /// The rows of one scan as positions of the shaft.

@@ -193,7 +193,7 @@ pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
     let first = i32::from(row) - (rows - 1 + REACH) as i32;
     let last = map.rows() as i32 - 1;
     let bins = map.bins();
-    let mut lines = map.column(first.clamp(0, last) as usize, bin.into());
+    let mut lines = map.column(first.min(last).max(0) as usize, bin.into());
     // Two boxes are the second difference, a box apart, of what is summed up twice.
     let mut twice = [[0u32; PATCH_BINS.len()]; SEEN];
     let (mut slope, mut sum) = ([0u32; PATCH_BINS.len()], [0u32; PATCH_BINS.len()]);

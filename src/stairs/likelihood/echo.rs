@@ -179,18 +179,22 @@ pub fn select(
     let particles = usize::from(config.particles.particles);
     let mut cloud = SizedCloud::new();
     let mut clusters = Clusters::new();
-    let mut k = 0;
+    let (mut settled, mut kept) = (0, 0);
     scatterer::refine(&mut cloud, &modes, particles, rng, |place| {
-        if let Some(echo) = echoes.get_mut(k) {
-            echo.settle(map, &place);
-        }
+        let Some(&(mut echo)) = echoes.get(settled) else {
+            return;
+        };
+        settled += 1;
+        echo.settle(map, &place);
         // A mode that went to where a stronger one is shows the same scatterer once more.
-        if clusters.is_new(&place) {
-            k += 1;
-        } else if k < echoes.len() {
-            echoes.remove(k);
+        if clusters.is_new(&place)
+            && let Some(place) = echoes.get_mut(kept)
+        {
+            *place = echo;
+            kept += 1;
         }
     });
+    echoes.truncate(kept);
     observer.done(Stage::Particles);
     echoes
 }
