@@ -125,8 +125,11 @@ pub fn select(
         let floor_db = math::max(f32::from(floor) - noise, 0.0) * DB_PER_UNIT;
         let above_gain = f32::from(candidate.level().saturating_sub(gain));
         let db = above_gain * LEVEL_DB - noise * DB_PER_UNIT;
-        let stands_out = stands_out(map, row, bin);
-        let needed = if floor_db > LOBE_SEEN_DB && !stands_out {
+        // Looked at only where it can matter.
+        let lobes = floor_db > LOBE_SEEN_DB;
+        let strongest = echoes.first().map_or(db, |e: &Echo| e.db);
+        let stands_out = (lobes || db < strongest + 1.0 - PHASE_DB) && stands_out(map, row, bin);
+        let needed = if lobes && !stands_out {
             LOBE_DB
         } else {
             NOISE_DB

@@ -24,8 +24,12 @@ pub const HANN_CURVATURE: f32 = 6.0;
 const MODEL_DB: f32 = 0.10;
 /// Departure that the noise makes at 0 dB above it, dB.
 const NOISE_DB: f32 = 1.3;
-/// Departures count at most this many standard deviations.
+/// Departures count at most this many standard deviations …
 const CLIP: f32 = 3.0;
+/// … which are so many of the units that they are counted in.
+const CLIPPED: i32 = 1024;
+/// Fraction bits of [`Lobe::slopes`].
+const SLOPE_BITS: u32 = 8;
 /// Spread of the guesses at the start: rows and range bins.
 const START: [f32; 2] = [0.8, 0.04];
 /// Between the rounds the guesses are spread again by this much.
@@ -33,26 +37,57 @@ const AGAIN: [f32; 2] = [0.2, 0.01];
 /// Most particles of one mode: more would tell no more.
 pub const MODE_PARTICLES: usize = 20;
 /// Weight of the best guess: many of them still add up in 32 bits.
-const LARGEST_WEIGHT: f32 = 4095.0;
-/// Rows and bins of a patch as numbers.
-const ROW_OFFSETS: [f32; PATCH_ROWS.len()] = [-3.0, -2.0, 0.0, 2.0, 3.0];
-/// The same for its bins.
-const BIN_OFFSETS: [f32; PATCH_BINS.len()] = [-1.0, 0.0, 1.0];
+const LARGEST_WEIGHT: u64 = 4095;
+/// Parts of an octave that [`FALLING`] tells apart.
+const PARTS: usize = 64;
+
+/// Largest weight times 2^(-k/64).
+static FALLING: [u16; PARTS] = falling();
+
+const fn falling() -> [u16; PARTS] {
+    // 2^(-1/64) in Q32.
+    const PART: u64 = 4_248_701_965;
+    let mut table = [0; PARTS];
+    let mut weight = LARGEST_WEIGHT << 16;
+    let mut k = 0;
+    while k < PARTS {
+        table[k] = ((weight + (1 << 15)) >> 16) as u16;
+        weight = (weight * PART) >> 32;
+        k += 1;
+    }
+    table
+}
+
+/// Weight of a guess whose misfit exceeds the best one's by `excess`.
+fn weight(excess: u32) -> u16 {
+    // From half squares in units of the departures to parts of an octave, Q16.
+    const PARTS_PER_EXCESS: u32 = (0.5 * (CLIP * CLIP) / (CLIPPED * CLIPPED) as f32
+        * core::f32::consts::LOG2_E
+        * PARTS as f32
+        * 65536.0
+        + 0.5) as u32;
+    // Eight squares of 20 bits each, times 26.
+    let parts = ((excess * PARTS_PER_EXCESS) >> 16) as usize;
+    let largest = FALLING.get(parts % PARTS).copied().unwrap_or(0);
+    largest.checked_shr((parts / PARTS) as u32).unwrap_or(0)
+}
+
 /// Most particles in all.
 const MOST: usize = 480;
 /// Rounds of weighing and resampling.
 const ROUNDS: usize = 2;
 
-/// The levels of a patch as the responses see them.
+/// The levels of a patch as the responses see them, in units of 1/[`CLIPPED`] of the departure at
+/// which one is clipped.
 #[derive(Clone, Copy, Debug)]
 pub struct Lobe {
-    /// Per row: mean level less the beam's parabola around the patch's middle, in units of its
-    /// standard deviation.
-    rows: [f32; PATCH_ROWS.len()],
+    /// Per row: mean level less the beam's parabola around the patch's middle.
+    rows: [i32; PATCH_ROWS.len()],
     /// Per bin: the same for the range response.
-    bins: [f32; PATCH_BINS.len()],
-    /// By how much one row, one bin to the next differ for each by which the scatterer is off.
-    slopes: [f32; 2],
+    bins: [i32; PATCH_BINS.len()],
+    /// By how much one row, one bin to the next differ for each unit of a particle's place by which
+    /// the scatterer is off, with [`SLOPE_BITS`] of fraction.
+    slopes: [i32; 2],
     /// Least-squares place: rows and bins off the middle.
     pub peak: [f32; 2],
     /// Width in angle in units of a point scatterer's; large where there is no peak.
@@ -125,37 +160,45 @@ impl Lobe {
             *v += range * f32::from(d) * f32::from(d);
         }
         let noise = NOISE_DB * super::dimension::amplitude(-db);
-        let scale = 1.0 / math::hypot(MODEL_DB, noise);
-        let mut lobe = Self {
-            rows: rows.map(|v| v * scale),
-            bins: bins.map(|v| v * scale),
-            slopes: [angle, range].map(|c| 2.0 * c * scale),
+        let scale = CLIPPED as f32 / (CLIP * math::hypot(MODEL_DB, noise));
+        let per_unit = 2.0 * (1 << SLOPE_BITS) as f32 / f32::from(UNITS_PER_CELL);
+        centre(&mut rows);
+        centre(&mut bins);
+        Self {
+            rows: rows.map(|v| nearest(v * scale)),
+            bins: bins.map(|v| nearest(v * scale)),
+            slopes: [angle, range].map(|c| (c * scale * per_unit) as i32),
             peak: [peak_row, peak_bin],
             width,
-        };
-        centre(&mut lobe.rows);
-        centre(&mut lobe.bins);
-        lobe
+        }
     }
 
-    /// Half the sum of squared, clipped departures in units of their variance if the scatterer were
-    /// at `at` (rows and bins off the middle).
-    fn misfit(&self, at: [f32; 2]) -> f32 {
-        let ([angle, range], [row, bin]) = (self.slopes, at);
-        let (a, b) = (angle * row, range * bin);
-        let clipped = |z: f32| math::min(z * z, CLIP * CLIP);
-        let rows = self
-            .rows
-            .iter()
-            .zip(ROW_OFFSETS)
-            .map(|(&v, d)| clipped(v - a * d));
-        let bins = self
-            .bins
-            .iter()
-            .zip(BIN_OFFSETS)
-            .map(|(&v, d)| clipped(v - b * d));
-        0.5 * (rows.sum::<f32>() + bins.sum::<f32>())
+    /// The sum of squared, clipped departures if the scatterer were at `at` (units of a particle's
+    /// place off the middle).
+    fn misfit(&self, at: [i32; 2]) -> u32 {
+        let [row, bin] = at;
+        let [angle, range] = self.slopes;
+        let square = |departure: i32| {
+            let clipped = departure.clamp(-CLIPPED, CLIPPED - 1);
+            (clipped * clipped) as u32
+        };
+        let sum = |values: &[i32], offsets: &[i8], slope: i32| -> u32 {
+            let pairs = values.iter().zip(offsets);
+            pairs
+                .map(|(&v, &d)| square(v.wrapping_sub(slope.wrapping_mul(d.into()))))
+                .sum()
+        };
+        let (a, b) = (
+            angle.wrapping_mul(row) >> SLOPE_BITS,
+            range.wrapping_mul(bin) >> SLOPE_BITS,
+        );
+        sum(&self.rows, &PATCH_ROWS, a) + sum(&self.bins, &PATCH_BINS, b)
     }
+}
+
+/// The nearest whole number.
+fn nearest(x: f32) -> i32 {
+    (x + if x < 0.0 { -0.5 } else { 0.5 }) as i32
 }
 
 /// Takes the mean off.
@@ -199,16 +242,12 @@ pub fn refine(
 
 /// Cells as a cloud's units.
 fn units(cells: [f32; 2]) -> [i16; 2] {
-    cells.map(|c| (c * f32::from(UNITS_PER_CELL)) as i16)
+    cells.map(|c| nearest(c * f32::from(UNITS_PER_CELL)) as i16)
 }
 
 /// A cloud's units as cells.
 fn cells(units: [f32; 2]) -> [f32; 2] {
     units.map(|u| u / f32::from(UNITS_PER_CELL))
-}
-
-fn plus([a, b]: [f32; 2], [c, d]: [f32; 2]) -> [f32; 2] {
-    [a + c, b + d]
 }
 
 impl Mode {
@@ -219,8 +258,9 @@ impl Mode {
         share: usize,
         rng: &mut impl Rng,
     ) -> Place {
-        let middle = self.cell.map(f32::from);
-        let peak = plus(middle, self.lobe.peak);
+        let [row, bin] = self.cell.map(f32::from);
+        let [row_off, bin_off] = self.lobe.peak;
+        let peak = [row + row_off, bin + bin_off];
         let spread = |sigma: [f32; 2]| units(sigma).map(i16::unsigned_abs);
         let start = Gaussian {
             mean: units(peak),
@@ -228,15 +268,14 @@ impl Mode {
         };
         cloud.clear();
         cloud.add_mode(share, || start.draw(rng));
-        // The least-squares place is close to the best one: weights relative to it use their range.
-        let least = self.lobe.misfit(self.lobe.peak);
-        let weight = |p: &Particle| {
-            let [row, bin] = middle;
-            let misfit = self
-                .lobe
-                .misfit(plus(cells(p.at.map(f32::from)), [-row, -bin]));
-            (LARGEST_WEIGHT * math::exp(math::min(least - misfit, 0.0))) as u32 as u16
+        let misfit = |at: [i16; 2]| {
+            let [row, bin] = self.cell.map(|c| i32::from(c) * i32::from(UNITS_PER_CELL));
+            let [at_row, at_bin] = at.map(i32::from);
+            self.lobe.misfit([at_row - row, at_bin - bin])
         };
+        // The least-squares place is close to the best one: weights relative to it use their range.
+        let least = misfit(start.mean);
+        let weight = |p: &Particle| weight(misfit(p.at).saturating_sub(least));
         for round in 0..ROUNDS {
             if round > 0 {
                 cloud.resample(rng);
