@@ -24,6 +24,12 @@ const SIGMA: f32 = 1.2;
 const CLEAN: f32 = 1.1;
 /// A riser whose top is seen from below this slope shines over its whole height.
 const SHINES: f32 = 0.14;
+/// A lobe broader than this is not an edge but a face.
+const FACE: f32 = 2.0;
+/// An edge lies at most this far behind its riser, metres: as far as places are off.
+const BEHIND: f32 = 0.02;
+/// A corner this much stronger than a flash beside it is where it seems to be, dB.
+const OUTSHONE_DB: f32 = 6.0;
 /// Closer than this to a flash an echo is pulled towards it, radians.
 const HIDE: f32 = 7.4 * RAD_PER_DEG;
 /// Standard deviation of the distance of a riser that shows a corner or flashes, metres …
@@ -44,8 +50,7 @@ const LEAST_SIGMA: f32 = 0.003;
 /// the straighter the riser looks at the mirror.
 fn top_level(m: &Mark, place: &Place<'_>) -> Reading {
     let (open, flash, hidden) = (place.flight.shape.open, place.flashes(), place.hidden());
-    let shines = place.height - place.top < SHINES * m.x;
-    let (low, sigma) = match (open, flash || hidden, shines, m.width < CLEAN) {
+    let (low, sigma) = match (open, flash || hidden, place.shines(m), m.width < CLEAN) {
         (true, true, _, _) => (0.030, 0.016),
         (true, false, _, true) => (0.008, 0.012),
         (true, false, _, false) => (0.011, 0.014),
@@ -88,6 +93,8 @@ struct Face {
     db: Option<f32>,
     /// How strong a further face would be at least, dB.
     next_db: f32,
+    /// Whether it looks straight at the mirror and flashes.
+    flashes: bool,
 }
 
 /// What the echoes say about all steps.
@@ -141,18 +148,32 @@ impl Place<'_> {
         strongest(self.members.iter().filter(|m| self.is_flash(m)))
     }
 
-    fn nosing(&self) -> Option<&Mark> {
+    /// The edge at the top, `x` being where the riser stands: treads overhang it, they do not fall
+    /// short. A broad lobe on a riser that shines is its face.
+    fn nosing(&self, x: f32) -> Option<&Mark> {
         let above = self.base + 0.4 * (self.top - self.base);
         // Floating treads show nothing below their edge that could be taken for it.
         let open = self.flight.shape.open;
         let unsure = if open { self.top_sigma } else { 0.0 };
-        let is = |m: &&Mark| Self::near(m, self.top, unsure) && m.y > above && !self.is_flash(m);
+        let face = |m: &Mark| !open && self.shines(m) && m.width > FACE;
+        let is = |m: &&Mark| {
+            Self::near(m, self.top, unsure)
+                && m.y > above
+                && m.x < x + BEHIND
+                && !self.is_flash(m)
+                && !face(m)
+        };
         let tops = self.members.iter().filter(is);
         if self.hidden() {
             strongest(tops)
         } else {
             tops.max_by(|a, b| a.y.total_cmp(&b.y))
         }
+    }
+
+    /// Whether the riser looks so straight at the mirror that all of it shines.
+    fn shines(&self, m: &Mark) -> bool {
+        self.height - self.top < SHINES * m.x
     }
 }
 
@@ -189,14 +210,16 @@ fn read(evidence: &Evidence, flight: &Flight<Shape>, levels: &Levels) -> Reading
             };
             face.x = Some(Reading { value: x, sigma });
             face.db = Some(all.db);
+            face.flashes = place.flashes() && (all.y - height).abs() < 0.01 + 2.0 * all.sigma;
             face.next_db = doubt::next_db(members, |m| place.is_flash(m));
+            let outshone = |m: &Mark| flash.is_some_and(|f| f.db > m.db - OUTSHONE_DB);
             if let Some(m) = corner
-                && !(place.flashes() && (height - base) / link.along < HIDE)
+                && !(outshone(m) && (height - base) / link.along < HIDE)
                 && let Some(before) = out.faces.last_mut()
             {
                 before.level.add(corner_level(m));
             }
-            if let Some(m) = place.nosing()
+            if let Some(m) = place.nosing(x)
                 && (!place.hidden() || flight.shape.open)
             {
                 let beside_flash = flash.is_some() && !flight.shape.open;
@@ -318,6 +341,7 @@ pub fn ascending(
             let support = Support {
                 db: face.db,
                 next_db: face.next_db,
+                flashes: face.flashes,
                 off: place.off,
                 off_sigma: place.off_sigma,
                 off_along: x.value - along,
@@ -352,6 +376,7 @@ pub fn descending(descent: &Descent<'_>, flight: &Flight<descent::Shape>) -> Siz
             let support = Support {
                 db: strongest(marks.iter()).map(|m| m.db),
                 next_db: doubt::next_db(marks, descent::is_flash),
+                flashes: false,
                 off: place.off,
                 off_sigma: place.off_sigma,
                 off_along: 0.0,

@@ -3,7 +3,7 @@
 
 use super::evidence::Mark;
 use crate::math;
-use crate::stairs::{Outcome, Reason, Status};
+use crate::stairs::{Outcome, Reason, Status, Step};
 
 /// Another number of steps within this score of the winner is a close rival, nats: e² to one.
 const CLEAR: f32 = 2.0;
@@ -21,6 +21,9 @@ const VIEW_DB: f32 = 10.0;
 /// A height that is known no better than this is none to rely on, metres: two standard deviations
 /// are what a wheelchair must never be surprised by.
 const UNSURE: f32 = 0.015;
+/// A last riser that looks straight at the mirror hides its edge by its flash: if all steps before
+/// it were measured, the flight's regularity may stand in for that one edge, to this.
+const UNSURE_LAST: f32 = 0.025;
 /// A step this far off the others' line is one that a foot stumbles over, metres …
 const IRREGULAR: f32 = 0.013;
 /// … if the echoes are this sure of it, standard deviations.
@@ -37,6 +40,8 @@ pub struct Support {
     pub db: Option<f32>,
     /// How strong the next face would be at least, dB.
     pub next_db: f32,
+    /// Whether it shows its face, and the flash of that hides its edge.
+    pub flashes: bool,
     /// How far its own echoes put it off the straight flight, metres.
     pub off: f32,
     /// Standard deviation of that.
@@ -88,8 +93,13 @@ pub fn judge(
     if lead < CLEAR {
         degrade(outcome, Reason::CloseRival);
     }
-    let unsure = outcome.steps.iter().any(|s| s.height_sigma_m > UNSURE);
-    if unsure || supports.iter().any(|s| s.db.is_none()) {
+    let last = supports.len().saturating_sub(1);
+    let heights = outcome.steps.iter().zip(supports).enumerate();
+    let unsure = |(k, (step, support)): (usize, (&Step, &Support))| {
+        let flash = k == last && k > 0 && support.flashes;
+        step.height_sigma_m > if flash { UNSURE_LAST } else { UNSURE }
+    };
+    if heights.into_iter().any(unsure) || supports.iter().any(|s| s.db.is_none()) {
         degrade(outcome, Reason::InferredStep);
     }
     let weak = supports.iter().any(|s| s.db.is_some_and(|db| db < WEAK_DB));

@@ -296,6 +296,36 @@ fn a_flight_that_fades_into_the_noise_may_go_on() {
     assert_eq!((status(25.0), status(9.0)), (Status::Ok, Status::Degraded));
 }
 
+#[test]
+fn regularity_stands_in_for_one_edge_hidden_by_its_flash_and_no_more() {
+    let config = Config::default();
+    let mut points = staircase(0.70, 0.29, &[0.16, 0.32]);
+    // The third riser shows nothing but its flash; the fourth stands above the mirror.
+    points.push((1.28, 0.40, 42.0));
+    let three = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(three.steps.len(), 3, "{three:?}");
+    assert_eq!(three.status, Status::Ok, "{three:?}");
+    points.push((1.57, 0.56, 24.0));
+    let four = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(four.steps.len(), 4, "{four:?}");
+    assert!(four.reasons.has(Reason::InferredStep), "{four:?}");
+    assert!(four.steps[3].height_sigma_m > 0.015);
+}
+
+#[test]
+fn what_lies_on_the_tread_behind_an_edge_is_not_the_edge() {
+    let config = Config::default();
+    let heights = [0.16, 0.31];
+    let mut points = staircase(0.70, 0.29, &heights);
+    points.push((1.03, 0.345, 24.0));
+    let outcome = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(outcome.steps.len(), 2, "{outcome:?}");
+    assert!(
+        (outcome.steps[1].height_m - 0.31).abs() < 0.01,
+        "{outcome:?}"
+    );
+}
+
 /// A step of two agreeing readings.
 fn step(value: f32) -> Fusion {
     let mut fusion = Fusion::default();
