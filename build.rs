@@ -15,7 +15,9 @@ fn main() {
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
     fs::copy("memory.x", out.join("memory.x")).expect("memory.x can be copied");
     println!("cargo::rustc-link-search={}", out.display());
-    for arg in ["--nmagic", "-Tlink.x", "-Tdefmt.x"] {
+    // The relocations stay in the file (not in flash) for `cargo sim budget`, which reads from them
+    // who may panic.
+    for arg in ["--nmagic", "-Tlink.x", "-Tdefmt.x", "--emit-relocs"] {
         println!("cargo::rustc-link-arg-bin=stairscan={arg}");
     }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
+use host_sim::commands::budget;
 use host_sim::emulate::session::Waits;
 use host_sim::emulate::{Fault, Session, image, qemu};
 use host_sim::playback::Playback;
@@ -403,6 +404,18 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
         .unwrap();
     session.connect().unwrap();
     assert_eq!(next_scan(&mut session, 0).status, Status::Ok);
+}
+
+/// Flash, RAM and what must not be in the image; `cargo sim budget REC` measures the stack.
+#[test]
+fn the_image_keeps_its_budgets() {
+    let figures = budget::of_image(&image::build(&[]).unwrap()).unwrap();
+    for figure in figures {
+        assert!(figure.holds(), "{figure:?}");
+    }
+    // A build that can panic is told from one that cannot.
+    let provoked = image::Image::read(&image::build(&["provoke"]).unwrap()).unwrap();
+    assert!(!provoked.may_panic.is_empty());
 }
 
 /// Test builds with faults on command: overflow, panic and hang end in the fault path or at the

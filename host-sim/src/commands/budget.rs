@@ -10,7 +10,7 @@ use stairscan::report::Sentence;
 use stairscan::scan::Settings as ScannerSettings;
 
 use super::{Format, Settings, emit};
-use crate::emulate::image::{self, Sizes};
+use crate::emulate::image::{self, Image};
 use crate::emulate::session::Waits;
 use crate::emulate::{Session, qemu};
 use crate::playback::Playback;
@@ -59,13 +59,17 @@ impl Figure {
 
 /// Flash, static RAM and symbols of an image.
 pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
-    let sizes = Sizes::read(elf)?;
+    let image = Image::read(elf)?;
+    for function in &image.may_panic {
+        eprintln!("may panic: {function}");
+    }
+    let panics = image.may_panic.len() as u64;
     Ok(vec![
-        Figure::new("flash, bytes", sizes.flash, 96 * 1024),
-        Figure::new("static RAM, bytes", sizes.ram, 100 * 1024),
-        Figure::new("allocator symbols", sizes.count(image::ALLOCATOR), 0),
-        Figure::new("double-precision symbols", sizes.count(image::DOUBLE), 0),
-        Figure::new("panic symbols", sizes.count(image::PANIC), 0),
+        Figure::new("flash, bytes", image.flash, 96 * 1024),
+        Figure::new("static RAM, bytes", image.ram, 100 * 1024),
+        Figure::new("allocator symbols", image.count(image::ALLOCATOR), 0),
+        Figure::new("double-precision symbols", image.count(image::DOUBLE), 0),
+        Figure::new("functions that may panic", panics, 0),
     ])
 }
 

@@ -1,9 +1,12 @@
 //! Building the image, and reading its sizes and symbols.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use anyhow::{Context, Result, ensure};
+use object::read::{Object, ObjectSection, ObjectSymbol};
+use object::{RelocationTarget, SectionFlags, SectionKind, SymbolKind};
 
 /// The workspace that this program was built from.
 pub fn workspace() -> PathBuf {
@@ -43,79 +46,102 @@ pub fn build(features: &[&str]) -> Result<PathBuf> {
 pub const ALLOCATOR: &[&str] = &["__rust_alloc", "__rg_alloc", "__rdl_alloc", "malloc"];
 /// Parts of the names of double-precision soft-float functions.
 pub const DOUBLE: &[&str] = &["__aeabi_d", "adddf3", "muldf3", "divdf3", "__aeabi_f2d"];
-/// Parts of the names of what a panic calls. `rust_begin_unwind` is the panic handler: the linker
-/// drops it from an image in which nothing can panic.
-pub const PANIC: &[&str] = &[
+/// Parts of the names of what a panic calls.
+const PANIC: &[&str] = &[
     "panicking",
     "rust_begin_unwind",
     "unwrap_failed",
     "expect_failed",
+    "slice_index_fail",
+    "option_expect",
 ];
+/// The only functions that may call it: the logger's guard against being entered twice, which on
+/// one core and with interrupts off nothing can set off.
+const LOGGER: &[&str] = &["_defmt_acquire", "_defmt_release"];
 
-/// Sizes and symbols of an ELF file.
+/// What an image takes and calls.
 #[derive(Clone, Debug, Default)]
-pub struct Sizes {
+pub struct Image {
     /// Bytes of flash: everything that is loaded.
     pub flash: u64,
     /// Bytes of static RAM: data, zeroed and uninitialised memory.
     pub ram: u64,
     /// Names of all symbols.
     pub symbols: Vec<String>,
+    /// Functions that may panic, by the relocations that the linker leaves in the image: each call
+    /// and each address of a function that is taken.
+    pub may_panic: Vec<String>,
 }
 
 /// Where the chip's SRAM begins; the stack's region is not allocated by any section.
 const SRAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
 
-impl Sizes {
-    /// Reads an image.
+impl Image {
+    /// Reads an ELF file.
     pub fn read(elf: &Path) -> Result<Self> {
         let bytes = std::fs::read(elf).with_context(|| format!("{}", elf.display()))?;
-        Self::parse(&bytes).with_context(|| format!("{}: no ELF file for ARM", elf.display()))
-    }
-
-    /// Reads the section headers and the symbol table of a 32-bit little-endian ELF file.
-    fn parse(elf: &[u8]) -> Option<Self> {
-        let half = |at: usize| Some(u16::from_le_bytes(elf.get(at..at + 2)?.try_into().ok()?));
-        let word = |at: usize| Some(u32::from_le_bytes(elf.get(at..at + 4)?.try_into().ok()?));
-        const ARM: u16 = 40;
-        if elf.get(..6)? != b"\x7fELF\x01\x01" || half(18)? != ARM {
-            return None;
-        }
-        let (table, entry) = (word(32)? as usize, usize::from(half(46)?));
-        let count = usize::from(half(48)?);
-        let header = |k: usize| -> Option<[u32; 10]> {
-            let mut fields = [0; 10];
-            for (n, field) in fields.iter_mut().enumerate() {
-                *field = word(table + k * entry + 4 * n)?;
+        let file = object::File::parse(&*bytes)
+            .with_context(|| format!("{}: no ELF file", elf.display()))?;
+        ensure!(
+            file.architecture() == object::Architecture::Arm,
+            "{}: no ELF file for ARM",
+            elf.display()
+        );
+        let mut image = Self::default();
+        let functions = functions(&file);
+        let mut relocations = 0;
+        for section in file.sections() {
+            let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
+                continue;
+            };
+            if sh_flags.contains(object::elf::SHF_ALLOC) {
+                let in_ram = SRAM.contains(&section.address());
+                let loaded = section.kind() != SectionKind::UninitializedData;
+                image.ram += if in_ram { section.size() } else { 0 };
+                image.flash += if loaded { section.size() } else { 0 };
             }
-            Some(fields)
-        };
-        let mut sizes = Self::default();
-        for k in 0..count {
-            let [_, kind, flags, address, offset, size, link, ..] = header(k)?;
-            let (allocated, symbols, empty) = (2, 2, 8);
-            if flags & allocated != 0 {
-                let in_ram = SRAM.contains(&address.into());
-                sizes.ram += if in_ram { u64::from(size) } else { 0 };
-                sizes.flash += if kind != empty { u64::from(size) } else { 0 };
-            }
-            if kind == symbols {
-                let [_, _, _, _, names, ..] = header(link as usize)?;
-                for at in (offset..offset + size).step_by(16) {
-                    let name = elf.get(names as usize + word(at as usize)? as usize..)?;
-                    let end = name.iter().position(|&b| b == 0)?;
-                    sizes
-                        .symbols
-                        .push(String::from_utf8_lossy(&name[..end]).into_owned());
+            for (address, relocation) in section.relocations() {
+                relocations += 1;
+                let RelocationTarget::Symbol(target) = relocation.target() else {
+                    continue;
+                };
+                if !holds(file.symbol_by_index(target)?.name()?, PANIC) {
+                    continue;
+                }
+                let caller = functions.range(..=address).next_back();
+                let caller = caller.map_or("?", |(_, name)| *name);
+                if section.kind() == SectionKind::Text && !holds(caller, PANIC) {
+                    image.may_panic.push(caller.to_owned());
                 }
             }
         }
-        Some(sizes)
+        ensure!(
+            relocations > 0,
+            "{}: without relocations there is no telling what may panic",
+            elf.display()
+        );
+        image.may_panic.retain(|name| !holds(name, LOGGER));
+        let names = file.symbols().filter_map(|symbol| symbol.name().ok());
+        image.symbols = names.map(str::to_owned).collect();
+        Ok(image)
     }
 
     /// How many symbols hold one of `parts`.
     pub fn count(&self, parts: &[&str]) -> u64 {
-        let holds = |name: &&String| parts.iter().any(|part| name.contains(part));
+        let holds = |name: &&String| holds(name, parts);
         self.symbols.iter().filter(holds).count() as u64
     }
+}
+
+fn holds(name: &str, parts: &[&str]) -> bool {
+    parts.iter().any(|part| name.contains(part))
+}
+
+/// Names of the functions by where they begin.
+fn functions<'data>(file: &object::File<'data>) -> BTreeMap<u64, &'data str> {
+    let text = file.symbols().filter(|s| s.kind() == SymbolKind::Text);
+    // The lowest bit says that it is Thumb code.
+    text.filter_map(|s| Some((s.address() & !1, s.name().ok()?)))
+        .filter(|(_, name)| !name.starts_with('$'))
+        .collect()
 }
