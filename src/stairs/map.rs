@@ -196,14 +196,10 @@ impl PolarMap {
         self.row(row).get(bin).copied().unwrap_or(0)
     }
 
-    /// The cells from the one short of `bin` in row `row` on, row after row; none where there is no
-    /// such cell.
-    pub fn column(&self, row: usize, bin: usize) -> &[u8] {
-        let first = (row * self.bins + bin).checked_sub(1);
-        let end = self.rows * self.bins;
-        first
-            .and_then(|first| self.cells.get(first..end))
-            .unwrap_or(&[])
+    /// The cells from `bin` of row `row` on, row after row; `None` beyond the last.
+    pub fn from(&self, row: usize, bin: usize) -> Option<&[u8]> {
+        let (first, end) = (row * self.bins + bin, self.rows * self.bins);
+        self.cells.get(first..end)
     }
 
     /// Whether CA-CFAR let the cell through; false outside the map.

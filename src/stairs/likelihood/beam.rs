@@ -7,6 +7,7 @@
 //! result to the last bit. The delayed rows are read back from the map; only the sums are kept here.
 
 use super::MAX_BINS;
+use crate::math;
 use crate::stairs::map::{Geometry, PolarMap};
 
 /// Longest box in rows: with it the sums of a uniform map of the largest power stay below 2³².
@@ -71,8 +72,8 @@ pub fn two_way_sigma(width: f32) -> f32 {
 
 /// Rows of one box so that two of them have the variance of the two-way beam; odd.
 pub fn box_rows(geometry: &Geometry) -> usize {
-    let sigma = two_way_sigma(geometry.beamwidth_rad) / geometry.step_rad.max(1e-6);
-    let rows = crate::math::sqrt(6.0 * sigma * sigma + 1.0) + 0.5;
+    let sigma = two_way_sigma(geometry.beamwidth_rad) / math::max(geometry.step_rad, 1e-6);
+    let rows = math::sqrt(6.0 * sigma * sigma + 1.0) + 0.5;
     ((rows as usize) | 1).min(MAX_BOX)
 }
 
@@ -192,28 +193,34 @@ pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
     let rows = box_rows(map.geometry());
     let first = i32::from(row) - (rows - 1 + REACH) as i32;
     let last = map.rows() as i32 - 1;
-    let bins = map.bins();
-    let mut lines = map.column(first.min(last).max(0) as usize, bin.into());
+    let mut patch = Patch::default();
+    // A maximum has a bin to each side.
+    let start = usize::from(bin).saturating_sub(1);
+    let Some(cells) = map.from(first.clamp(0, last) as usize, start) else {
+        return patch;
+    };
     // Two boxes are the second difference, a box apart, of what is summed up twice.
     let mut twice = [[0u32; PATCH_BINS.len()]; SEEN];
-    let (mut slope, mut sum) = ([0u32; PATCH_BINS.len()], [0u32; PATCH_BINS.len()]);
+    let ([mut slope0, mut slope1, mut slope2], [mut sum0, mut sum1, mut sum2]) =
+        ([0u32; 3], [0u32; 3]);
+    let mut k = 0;
     let seen = 2 * (rows + REACH) - 1;
     for (at, twice) in (first..).zip(twice.iter_mut().skip(2).take(seen)) {
-        // A maximum has a bin to each side.
-        let Some(around) = lines.first_chunk::<{ PATCH_BINS.len() }>() else {
+        let Some(&[near, middle, far]) = cells.get(k..).and_then(|rest| rest.first_chunk()) else {
             break;
         };
-        for ((slope, sum), &cell) in slope.iter_mut().zip(&mut sum).zip(around) {
-            *slope = slope.wrapping_add(power(cell));
-            *sum = sum.wrapping_add(*slope);
-        }
-        *twice = sum;
+        slope0 = slope0.wrapping_add(power(near));
+        slope1 = slope1.wrapping_add(power(middle));
+        slope2 = slope2.wrapping_add(power(far));
+        sum0 = sum0.wrapping_add(slope0);
+        sum1 = sum1.wrapping_add(slope1);
+        sum2 = sum2.wrapping_add(slope2);
+        *twice = [sum0, sum1, sum2];
         // What lies beyond the first and the last row is like them.
-        if at >= 0 && at < last {
-            lines = lines.get(bins..).unwrap_or(&[]);
+        if (0..last).contains(&at) {
+            k += map.bins();
         }
     }
-    let mut patch = Patch::default();
     for (k, offset) in PATCH_ROWS.into_iter().enumerate() {
         let from = REACH.wrapping_add_signed(offset.into());
         let at = |boxes: usize| twice.get(from + boxes * rows).copied().unwrap_or_default();
