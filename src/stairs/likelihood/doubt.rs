@@ -3,7 +3,7 @@
 
 use super::evidence::Mark;
 use crate::math;
-use crate::stairs::{Outcome, Reason, Status, Step};
+use crate::stairs::{Outcome, Reason, Status};
 
 /// Another number of steps within this score of the winner is a close rival, nats: e² to one.
 const CLEAR: f32 = 2.0;
@@ -82,36 +82,41 @@ pub fn degrade(outcome: &mut Outcome, reason: Reason) {
     outcome.reasons.add(reason);
 }
 
+/// Whether an echo that contradicts the flight is too strong for chance.
+pub fn in_the_way(mark: &Mark) -> bool {
+    mark.db > IN_THE_WAY_DB
+}
+
 /// Judges a flight: `lead` is the winner's score less that of the next best explanation, `against`
-/// the strength of each echo that contradicts it, dB.
-pub fn judge(
-    outcome: &mut Outcome,
-    lead: f32,
-    supports: &[Support],
-    against: impl Iterator<Item = f32>,
-) {
+/// the number of echoes that contradict it and are [`in_the_way`].
+#[inline(never)]
+pub fn judge(outcome: &mut Outcome, lead: f32, supports: &[Support], against: usize) {
+    let mut reasons = outcome.reasons;
     if lead < CLEAR {
-        degrade(outcome, Reason::CloseRival);
+        reasons.add(Reason::CloseRival);
     }
-    let last = supports.len().saturating_sub(1);
-    let heights = outcome.steps.iter().zip(supports).enumerate();
-    let unsure = |(k, (step, support)): (usize, (&Step, &Support))| {
-        let flash = k == last && k > 0 && support.flashes;
-        step.height_sigma_m > if flash { UNSURE_LAST } else { UNSURE }
-    };
-    if heights.into_iter().any(unsure) || supports.iter().any(|s| s.db.is_none()) {
-        degrade(outcome, Reason::InferredStep);
+    for (k, (step, support)) in (1..).zip(outcome.steps.iter().zip(supports)) {
+        let last = k == supports.len();
+        let flash = last && k > 1 && support.flashes;
+        let known = if flash { UNSURE_LAST } else { UNSURE };
+        if support.db.is_none() || step.height_sigma_m > known {
+            reasons.add(Reason::InferredStep);
+        }
+        // Where the next step would be lost in the noise, nobody knows whether there is one.
+        let fades = last && support.next_db < SEEN_DB;
+        if fades || support.db.is_some_and(|db| db < WEAK_DB) {
+            reasons.add(Reason::WeakEchoes);
+        }
+        if support.irregular() {
+            reasons.add(Reason::IrregularStep);
+        }
     }
-    let weak = supports.iter().any(|s| s.db.is_some_and(|db| db < WEAK_DB));
-    // Where the next step would be lost in the noise, nobody knows whether there is one.
-    if weak || supports.last().is_some_and(|s| s.next_db < SEEN_DB) {
-        degrade(outcome, Reason::WeakEchoes);
+    if against >= IN_THE_WAY {
+        reasons.add(Reason::BlockedView);
     }
-    if supports.iter().any(Support::irregular) {
-        degrade(outcome, Reason::IrregularStep);
-    }
-    if against.filter(|&db| db > IN_THE_WAY_DB).count() >= IN_THE_WAY {
-        degrade(outcome, Reason::BlockedView);
+    outcome.reasons = reasons;
+    if !reasons.is_empty() {
+        outcome.status = Status::Degraded;
     }
 }
 

@@ -310,10 +310,12 @@ fn conclude<S: Stairs>(
     let marks = &search.stairs().evidence().marks;
     match (best, sized) {
         (Some(best), Some(mut sized)) if !sized.supports.is_empty() => {
-            let role = |m: &&Mark| search.stairs().role(m, &best.chain, best.shape);
-            let against = marks.iter().filter(|m| role(m).contradicts()).map(|m| m.db);
+            let role = |m: &Mark| search.stairs().role(m, &best.chain, best.shape);
+            let against = marks
+                .iter()
+                .filter(|m| doubt::in_the_way(m) && role(m).contradicts());
             let lead = best.score - search.rival(best.chain.len()).max(accept);
-            doubt::judge(&mut sized.outcome, lead, &sized.supports, against);
+            doubt::judge(&mut sized.outcome, lead, &sized.supports, against.count());
             sized.outcome
         }
         (best, sized) => {
