@@ -73,7 +73,7 @@ pub trait Stairs {
 }
 
 /// A flight, or the beginning of one.
-#[derive(Clone, Debug, Default)]
+#[derive(Debug, Default)]
 pub struct Flight<S> {
     /// Its faces.
     pub chain: Chain,
@@ -83,6 +83,14 @@ pub struct Flight<S> {
     faces: f32,
     /// Log-likelihood ratio of the whole against everything that is no stair.
     pub score: f32,
+}
+
+impl<S: Copy + Default> Clone for Flight<S> {
+    fn clone(&self) -> Self {
+        let mut flight = Self::default();
+        flight.copy(self);
+        flight
+    }
 }
 
 impl<S: Copy> Flight<S> {
@@ -113,20 +121,24 @@ impl<S: Copy + Default> Beam<S> {
 
     /// Takes a flight in, in place of the worst if there is no room; not if it is no better.
     fn offer(&mut self, flight: &Flight<S>) {
-        let full = self.flights.is_full();
-        match self.flights.get_mut(self.worst).filter(|_| full) {
-            Some(worst) if worst.score >= flight.score => return,
-            Some(worst) => worst.copy(flight),
-            // There is room.
-            None => drop(self.flights.push(flight.clone())),
+        let taken = self.flights.len();
+        let full = self.flights.push(Flight::default()).is_err();
+        let place = if full { self.worst } else { taken };
+        let Some(place) = self.flights.get_mut(place) else {
+            return;
+        };
+        if full && place.score >= flight.score {
+            return;
         }
+        place.copy(flight);
         if self.flights.is_full() {
-            let mut least = f32::INFINITY;
+            let (mut worst, mut least) = (0, f32::INFINITY);
             for (k, flight) in self.flights.iter().enumerate() {
                 if flight.score < least {
-                    (self.worst, least) = (k, flight.score);
+                    (worst, least) = (k, flight.score);
                 }
             }
+            self.worst = worst;
         }
     }
 }
