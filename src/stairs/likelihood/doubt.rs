@@ -22,8 +22,11 @@ const VIEW_DB: f32 = 10.0;
 /// are what a wheelchair must never be surprised by.
 const UNSURE: f32 = 0.015;
 /// A last riser that looks straight at the mirror hides its edge by its flash: if all steps before
-/// it were measured, the flight's regularity may stand in for that one edge, to this.
+/// it were measured and none seems to be odd, the flight's regularity may stand in for that one
+/// edge, to this.
 const UNSURE_LAST: f32 = 0.025;
+/// A step whose expected departure is larger may be odd, metres: a tenth of what an odd one shows.
+const REGULAR: f32 = 0.002;
 /// A step this far off the others' line is one that a foot stumbles over, metres …
 const IRREGULAR: f32 = 0.013;
 /// … if the echoes are this sure of it, standard deviations.
@@ -95,9 +98,10 @@ pub fn judge(outcome: &mut Outcome, lead: f32, supports: &[Support], against: us
     if lead < CLEAR {
         reasons.add(Reason::CloseRival);
     }
+    let regular = supports.iter().all(|s| s.off.abs() < REGULAR);
     for (k, (step, support)) in (1..).zip(outcome.steps.iter().zip(supports)) {
         let last = k == supports.len();
-        let flash = last && k > 1 && support.flashes;
+        let flash = last && k > 1 && support.flashes && regular;
         let known = if flash { UNSURE_LAST } else { UNSURE };
         if support.db.is_none() || step.height_sigma_m > known {
             reasons.add(Reason::InferredStep);

@@ -313,6 +313,31 @@ fn regularity_stands_in_for_one_edge_hidden_by_its_flash_and_no_more() {
 }
 
 #[test]
+fn regularity_stands_in_for_nothing_where_a_step_may_be_odd() {
+    let status = |off: f32| {
+        let mut outcome = Outcome::clear();
+        let mut supports = Vec::new();
+        for height_sigma_m in [0.004, 0.012, 0.022] {
+            let step = crate::stairs::Step {
+                height_sigma_m,
+                ..Default::default()
+            };
+            outcome.steps.push(step).unwrap();
+            supports.push(doubt::Support {
+                db: Some(40.0),
+                next_db: 15.0,
+                flashes: true,
+                off,
+                ..Default::default()
+            });
+        }
+        doubt::judge(&mut outcome, 9.0, &supports, 0);
+        outcome.status
+    };
+    assert_eq!((status(0.0), status(0.004)), (Status::Ok, Status::Degraded));
+}
+
+#[test]
 fn what_lies_on_the_tread_behind_an_edge_is_not_the_edge() {
     let config = Config::default();
     let heights = [0.16, 0.31];
