@@ -192,11 +192,11 @@ pub fn patch(map: &PolarMap, row: u16, bin: u8) -> Patch {
     const SEEN: usize = 2 * (MAX_BOX + REACH) + 1;
     let rows = box_rows(map.geometry());
     let first = i32::from(row) - (rows - 1 + REACH) as i32;
-    let last = map.rows() as i32 - 1;
+    let last = map.rows().saturating_sub(1) as i32;
     let mut patch = Patch::default();
     // A maximum has a bin to each side.
     let start = usize::from(bin).saturating_sub(1);
-    let Some(cells) = map.from(first.clamp(0, last) as usize, start) else {
+    let Some(cells) = map.from(first.min(last).max(0) as usize, start) else {
         return patch;
     };
     // Two boxes are the second difference, a box apart, of what is summed up twice.
