@@ -133,6 +133,7 @@ impl Answer {
         };
         let lost = match self.scan.lost_rows {
             0 => String::new(),
+            1 => ", 1 row lost".to_owned(),
             n => format!(", {n} rows lost"),
         };
         let what = match (self.scan.status, self.scan.direction, self.steps.len()) {

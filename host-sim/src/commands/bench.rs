@@ -11,6 +11,7 @@ use serde_json::json;
 use stairscan::config::Config;
 
 use super::{Format, emit};
+use crate::emulate::image::{self, Image};
 use crate::images;
 use crate::recording::{self, Recording};
 use crate::setup;
@@ -107,12 +108,12 @@ struct Scan {
 /// Counts and prints; fails above a budget.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recordings = if args.recordings.is_empty() {
-        recording::list(&images::workspace().join("recordings"))?
+        recording::list(&image::workspace().join("recordings"))?
     } else {
         args.recordings.clone()
     };
     let counts = count(&recordings)?;
-    let size = images::footprint(&images::build("stairscan", "stairscan")?)?;
+    let size = Image::read(&image::build(&[])?)?;
     match args.format {
         Format::Text => emit(&table(&counts, &size)),
         Format::Json => {
@@ -131,7 +132,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// Runs the image over the recordings.
 fn count(recordings: &[PathBuf]) -> Result<Counts> {
-    let elf = images::build("bench-image", "stages")?;
+    let elf = image::build_bin("bench-image", "stages", &[])?;
     let directory = elf.with_extension("run");
     std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
     let mut scans = Vec::new();
@@ -209,7 +210,7 @@ fn parse(output: &str, names: &[String]) -> Result<Counts> {
 }
 
 /// What exceeds its budget.
-fn above_budget(counts: &Counts, size: &images::Footprint) -> Vec<String> {
+fn above_budget(counts: &Counts, size: &Image) -> Vec<String> {
     let mut above = Vec::new();
     for (stage, most) in BUDGETS {
         for (_, n) in counts.iter().filter(|(s, n)| s == stage && *n > most) {
@@ -225,7 +226,7 @@ fn above_budget(counts: &Counts, size: &images::Footprint) -> Vec<String> {
 }
 
 /// For people.
-fn table(counts: &Counts, size: &images::Footprint) -> String {
+fn table(counts: &Counts, size: &Image) -> String {
     let mut text = String::from("stage               instructions   at most\n");
     for (stage, count) in counts {
         let most = BUDGETS.iter().find(|(s, _)| s == stage);

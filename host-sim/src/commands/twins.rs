@@ -8,12 +8,13 @@ use bench_image::twins;
 use stairscan::range::packed::Portable;
 
 use super::emit;
+use crate::emulate::image;
 use crate::images;
 
 /// Works the same 10,000 random and adversarial chirps off three times: in the emulator by
 /// instructions and by their definitions, on the host by the definitions.
 pub fn run() -> Result<ExitCode> {
-    let elf = images::build("bench-image", "twins")?;
+    let elf = image::build_bin("bench-image", "twins", &[])?;
     let directory = elf.with_extension("run");
     std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
     let output = images::run(&elf, &directory, Duration::from_secs(300))?;

@@ -17,6 +17,11 @@ pub fn workspace() -> PathBuf {
 /// Builds the image as `cargo firmware` does and returns its path. `features` are for test builds,
 /// which go to a directory of their own.
 pub fn build(features: &[&str]) -> Result<PathBuf> {
+    build_bin("stairscan", "stairscan", features)
+}
+
+/// Builds any program for the chip with the firmware's profile; returns its ELF file.
+pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf> {
     const TARGET: &str = "thumbv7em-none-eabihf";
     let root = workspace();
     let mut target = std::env::var_os("CARGO_TARGET_DIR")
@@ -27,19 +32,22 @@ pub fn build(features: &[&str]) -> Result<PathBuf> {
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
         .current_dir(&root)
+        // Flags for the host would replace the chip's own, which keep its code small.
+        .env_remove("RUSTFLAGS")
+        .env_remove("CARGO_ENCODED_RUSTFLAGS")
         .args(["build", "--quiet", "--profile", "firmware"])
-        .args(["--package", "stairscan", "--bin", "stairscan"])
+        .args(["--package", package, "--bin", bin])
         .args(["--target", TARGET, "--target-dir"])
         .arg(&target)
         .args(["--features", &features.join(",")])
         .output()
-        .context("cargo build of the image")?;
+        .with_context(|| format!("cargo build of {package} {bin}"))?;
     ensure!(
         output.status.success(),
-        "cargo build of the image: {}",
+        "cargo build of {package} {bin}: {}",
         String::from_utf8_lossy(&output.stderr).trim()
     );
-    Ok(target.join(TARGET).join("firmware").join("stairscan"))
+    Ok(target.join(TARGET).join("firmware").join(bin))
 }
 
 /// Parts of the names of allocator functions.
@@ -62,6 +70,8 @@ const LOGGER: &[&str] = &["_defmt_acquire", "_defmt_release"];
 /// What an image takes and calls.
 #[derive(Clone, Debug, Default)]
 pub struct Image {
+    /// Sections that are loaded or reserved, with their bytes.
+    pub sections: Vec<(String, u64)>,
     /// Bytes of flash: everything that is loaded.
     pub flash: u64,
     /// Bytes of static RAM: data, zeroed and uninitialised memory.
@@ -94,7 +104,9 @@ impl Image {
             let SectionFlags::Elf { sh_flags, .. } = section.flags() else {
                 continue;
             };
-            if sh_flags.contains(object::elf::SHF_ALLOC) {
+            if sh_flags.contains(object::elf::SHF_ALLOC) && section.size() > 0 {
+                let name = section.name()?.to_owned();
+                image.sections.push((name, section.size()));
                 let in_ram = SRAM.contains(&section.address());
                 let loaded = section.kind() != SectionKind::UninitializedData;
                 image.ram += if in_ram { section.size() } else { 0 };
