@@ -1,0 +1,170 @@
+use super::*;
+use proptest::prelude::*;
+
+fn step() -> StepLine {
+    StepLine {
+        scan: 7,
+        index: 2,
+        count: 3,
+        distance: Tenths(-5003),
+        height: Tenths(1650),
+        tread: None,
+        riser: Some(Tenths(9)),
+        distance_sigma: Tenths(12),
+        height_sigma: Tenths(0),
+        quality: 93,
+    }
+}
+
+#[test]
+fn a_step_reads_as_documented() {
+    let line = Sentence::Step(step()).write();
+    assert!(
+        line.starts_with("$PSTR,STEP,7,2,3,-500.3,165.0,,0.9,1.2,0.0,93*"),
+        "{line}"
+    );
+    assert!(line.ends_with("\r\n"));
+}
+
+#[test]
+fn the_crc_is_the_one_that_everybody_has() {
+    assert_eq!(crc32("123456789"), 0xCBF4_3926);
+}
+
+#[test]
+fn every_sentence_survives_the_way_out_and_back() {
+    let reasons = Reasons::NONE
+        .with(Reason::LostRows)
+        .with(Reason::WeakEchoes);
+    let scan = ScanLine {
+        scan: u32::MAX,
+        status: Status::Degraded,
+        direction: Direction::Up,
+        steps: 3,
+        lost_rows: 12,
+        reasons,
+    };
+    for sentence in [
+        Sentence::Scan(scan),
+        Sentence::Step(step()),
+        Sentence::Boot {
+            version: "0.1.0",
+            revision: "abc",
+            reset: "power",
+            clock: "hse-168",
+        },
+        Sentence::State {
+            state: "idle",
+            clock: "hsi-16",
+            scans: 0,
+            estimator: "paper",
+            reasons,
+        },
+        Sentence::Config {
+            key: "seed",
+            value: "-12",
+        },
+        Sentence::Done { command: "scan" },
+        Sentence::Fail {
+            command: "set",
+            field: "seed",
+            expected: "a number",
+        },
+        Sentence::Halt {
+            reason: Reason::Crash,
+        },
+    ] {
+        assert_eq!(Sentence::parse(&sentence.write()), Ok(sentence));
+    }
+}
+
+#[test]
+fn text_cannot_break_the_frame() {
+    let line = Sentence::Fail {
+        command: "a,b*c$\n",
+        field: "é",
+        expected: "x",
+    }
+    .write();
+    let back = Sentence::Fail {
+        command: "a b c  ",
+        field: " ",
+        expected: "x",
+    };
+    assert_eq!(Sentence::parse(&line), Ok(back));
+}
+
+#[test]
+fn an_overlong_line_is_cut_and_still_closed() {
+    let long = "x".repeat(500);
+    let line = Sentence::Config {
+        key: "k",
+        value: &long,
+    }
+    .write();
+    assert_eq!(line.len(), MAX_SENTENCE);
+    assert!(matches!(
+        Sentence::parse(&line),
+        Ok(Sentence::Config { .. })
+    ));
+}
+
+#[test]
+fn garbled_lines_are_refused() {
+    let line = Sentence::Step(step()).write();
+    assert_eq!(
+        Sentence::parse(&line.replace("165.0", "165.1")),
+        Err(ParseError::Crc)
+    );
+    assert_eq!(Sentence::parse("PSTR,SCAN"), Err(ParseError::Frame));
+    let closed = |body: &str| format!("${body}*{:08X}", crc32(body));
+    for (body, field) in [
+        ("PSTR,SCAN,1,fine,none,0,0,", "status"),
+        ("PSTR,SCAN,1,ok,none,0,0,because", "reasons"),
+        ("PSTR,SCAN,1,ok,none,0,0,,", "end"),
+        ("PSTR,STEP,1,1,1,+1.0,2.0,,,1.0,1.0,50", "distance"),
+        ("PSTR,STEP,1,1,1,1.0,99999999999.0,,,1.0,1.0,50", "height"),
+        ("PSTR,NOPE", "name"),
+    ] {
+        assert_eq!(
+            Sentence::parse(&closed(body)),
+            Err(ParseError::Field(field)),
+            "{body}"
+        );
+    }
+}
+
+#[test]
+fn nonsense_lengths_saturate() {
+    assert_eq!(Tenths::from_metres(f32::NAN), Tenths(0));
+    assert_eq!(Tenths::from_metres(f32::INFINITY), Tenths(1_000_000));
+    assert_eq!(Tenths::from_metres(-0.000_05), Tenths(-1));
+}
+
+#[test]
+fn a_fault_carries_no_steps() {
+    let mut outcome = Outcome::fault(Reason::Silent);
+    let _ = outcome.steps.push(Step::default());
+    let mut lines = 0;
+    write_scan(1, 0, &outcome, |line| {
+        lines += 1;
+        assert!(line.contains("SCAN,1,fault,none,0,0,silent"), "{line}");
+    });
+    assert_eq!(lines, 1);
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_parsed_or_refused(line in ".{0,200}") {
+        let _ = Sentence::parse(&line);
+    }
+
+    #[test]
+    fn any_length_survives(tenths in -1_000_000i32..=1_000_000) {
+        let line = Sentence::Step(StepLine { distance: Tenths(tenths), ..step() }).write();
+        match Sentence::parse(&line) {
+            Ok(Sentence::Step(back)) => prop_assert_eq!(back.distance, Tenths(tenths)),
+            other => prop_assert!(false, "{:?}", other),
+        }
+    }
+}
