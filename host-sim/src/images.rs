@@ -6,13 +6,16 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
+use crate::emulate::qemu;
+
 /// Runs an image that ends by itself; returns what it printed through semihosting.
 ///
 /// Time in the emulator is the number of instructions, one a nanosecond (`-icount shift=0`).
 pub fn run(elf: &Path, directory: &Path, limit: Duration) -> Result<String> {
+    ensure!(qemu::available(), "{}", qemu::HOW_TO_GET);
     let log = directory.join("output");
     let file = std::fs::File::create(&log).with_context(|| log.display().to_string())?;
-    let mut child = Command::new("qemu-system-arm")
+    let mut child = Command::new(qemu::PROGRAM)
         .current_dir(directory)
         .args([
             "-machine",
@@ -28,7 +31,7 @@ pub fn run(elf: &Path, directory: &Path, limit: Duration) -> Result<String> {
         .stdout(file.try_clone()?)
         .stderr(file)
         .spawn()
-        .context("qemu-system-arm (Debian package qemu-system-arm)")?;
+        .context(qemu::PROGRAM)?;
     let deadline = Instant::now() + limit;
     let status = loop {
         if let Some(status) = child.try_wait()? {

@@ -11,7 +11,7 @@ use serde_json::json;
 use stairscan::config::Config;
 
 use super::{Format, emit};
-use crate::emulate::image::{self, Image};
+use crate::emulate::image::{self, FLASH, Image, RAM};
 use crate::images;
 use crate::recording::{self, Recording};
 use crate::setup;
@@ -28,9 +28,6 @@ pub struct Args {
 
 /// Most instructions that a stage may take.
 const BUDGETS: [(&str, u64); 3] = [("fft256", 10_000), ("chirp", 25_000), ("post", 1_000_000)];
-/// Most bytes of flash and of static RAM.
-const FLASH: u64 = 96 * 1024;
-const RAM: u64 = 100 * 1024;
 
 /// What each stage is.
 const MEANING: [(&str, &str); 16] = [

@@ -65,8 +65,8 @@ pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
     }
     let panics = image.may_panic.len() as u64;
     Ok(vec![
-        Figure::new("flash, bytes", image.flash, 96 * 1024),
-        Figure::new("static RAM, bytes", image.ram, 100 * 1024),
+        Figure::new("flash, bytes", image.flash, image::FLASH),
+        Figure::new("static RAM, bytes", image.ram, image::RAM),
         Figure::new("allocator symbols", image.count(image::ALLOCATOR), 0),
         Figure::new("double-precision symbols", image.count(image::DOUBLE), 0),
         Figure::new("functions that may panic", panics, 0),
@@ -113,7 +113,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             settings.config.estimator = estimator;
             let what = format!("stack, {} on {}, bytes", estimator.as_str(), recording.name);
             let used = stack(&elf, &recording, &settings).with_context(|| what.clone())?;
-            figures.push(Figure::new(&what, used, 16 * 1024));
+            figures.push(Figure::new(&what, used, image::STACK));
         }
     }
     print(&figures, args.format);

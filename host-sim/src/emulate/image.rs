@@ -50,6 +50,13 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
     Ok(target.join(TARGET).join("firmware").join(bin))
 }
 
+/// Most bytes of flash that the image may take.
+pub const FLASH: u64 = 96 * 1024;
+/// Most bytes of static RAM.
+pub const RAM: u64 = 100 * 1024;
+/// Bytes of the stack.
+pub const STACK: u64 = 16 * 1024;
+
 /// Parts of the names of allocator functions.
 pub const ALLOCATOR: &[&str] = &["__rust_alloc", "__rg_alloc", "__rdl_alloc", "malloc"];
 /// Parts of the names of double-precision soft-float functions.
