@@ -3,7 +3,10 @@
 
 use std::fs;
 use std::path::PathBuf;
-use std::process::Command;
+
+mod common;
+
+use common::sim;
 
 /// Directory of one test, removed when it is done.
 struct Desk(PathBuf);
@@ -19,13 +22,9 @@ impl Desk {
     fn simulate(&self, text: &str) -> (Option<i32>, String, Vec<String>) {
         let scene = self.0.join("bad.toml");
         fs::write(&scene, text).unwrap();
-        let done = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .arg("simulate")
-            .arg(&scene)
-            .arg("-o")
-            .arg(self.0.join("out"))
-            .output()
-            .unwrap();
+        let out = self.0.join("out");
+        let [scene, out] = [&scene, &out].map(|path| path.to_str().unwrap());
+        let done = sim(&["simulate", scene, "-o", out]);
         let left = fs::read_dir(&self.0).unwrap();
         let left = left.map(|e| e.unwrap().file_name().into_string().unwrap());
         (
@@ -173,10 +172,7 @@ fn every_bad_scene_gets_one_message() {
 #[test]
 fn a_missing_file_and_an_unknown_kind_are_named() {
     let simulate = |scene: &str| {
-        let done = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-            .args(["simulate", scene, "-o", "/nonexistent/out"])
-            .output()
-            .unwrap();
+        let done = sim(&["simulate", scene, "-o", "/nonexistent/out"]);
         (done.status.code(), String::from_utf8(done.stderr).unwrap())
     };
     let (code, message) = simulate("/nonexistent/scene.toml");

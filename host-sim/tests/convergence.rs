@@ -1,15 +1,12 @@
 //! `convergence` prints what it promises, and the particles converge.
 
-use std::process::Command;
+mod common;
 
+use common::sim;
 use serde_json::Value;
 
 fn convergence(args: &[&str]) -> String {
-    let done = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(["convergence", "--scans", "1"])
-        .args(args)
-        .output()
-        .unwrap();
+    let done = sim(&[&["convergence", "--scans", "1"], args].concat());
     assert_eq!(done.status.code(), Some(0));
     String::from_utf8(done.stdout).unwrap()
 }
@@ -42,9 +39,6 @@ fn particles_converge_the_faster_the_better_they_start() {
 
 #[test]
 fn nonsense_is_a_usage_error() {
-    let done = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(["convergence", "--rounds", "0"])
-        .output()
-        .unwrap();
+    let done = sim(&["convergence", "--rounds", "0"]);
     assert_eq!(done.status.code(), Some(2));
 }

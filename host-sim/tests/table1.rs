@@ -1,15 +1,12 @@
 //! `table1` prints what it promises, for people and for programs.
 
-use std::process::Command;
+mod common;
 
+use common::sim;
 use serde_json::Value;
 
 fn table1(args: &[&str]) -> String {
-    let done = Command::new(env!("CARGO_BIN_EXE_host-sim"))
-        .args(["table1", "--scans", "1"])
-        .args(args)
-        .output()
-        .unwrap();
+    let done = sim(&[&["table1", "--scans", "1"], args].concat());
     assert_eq!(done.status.code(), Some(0));
     String::from_utf8(done.stdout).unwrap()
 }

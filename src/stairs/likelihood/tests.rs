@@ -235,16 +235,21 @@ fn noise_alone_is_a_fault() {
     assert_eq!(outcome, Outcome::fault(Reason::NoEcho));
 }
 
-#[test]
-fn stairs_going_down_are_rows_below_each_other() {
-    let config = Config {
+/// The mirror 1.1 m up, sweeping the height plane.
+fn over_an_edge() -> Config {
+    Config {
         mount: crate::config::MountConfig {
             mount_height: 110_000,
             plane: Plane::Height,
             ..Default::default()
         },
         ..Config::default()
-    };
+    }
+}
+
+#[test]
+fn stairs_going_down_are_rows_below_each_other() {
+    let config = over_an_edge();
     let points = [
         (-0.30, 0.0, 18.0),
         (-0.20, 0.0, 20.0),
@@ -278,14 +283,7 @@ fn a_corner_without_anything_above_is_no_clear_way() {
 
 #[test]
 fn a_flight_that_fades_into_the_noise_may_go_on() {
-    let config = Config {
-        mount: crate::config::MountConfig {
-            mount_height: 110_000,
-            plane: Plane::Height,
-            ..Default::default()
-        },
-        ..Config::default()
-    };
+    let config = over_an_edge();
     let status = |bright: f64| {
         let ground = (-0.11, 0.0, 24.0);
         let points = [ground, (0.0, -0.16, 24.0), (0.15, -0.16, bright)];
