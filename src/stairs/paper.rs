@@ -411,6 +411,32 @@ mod tests {
     }
 
     #[test]
+    fn a_particle_far_from_its_cluster_is_taken_out_of_it() {
+        let mut cloud = Cloud::new();
+        let mut k = 0;
+        // 40 side by side in each of two clusters, and beside the second a stray one.
+        cloud.add_mode(81, || {
+            k += 1;
+            [if k > 40 { 3000 } else { 0 } + k % 5, k % 7]
+        });
+        for (k, particle) in (0..).zip(cloud.particles_mut()) {
+            particle.mark = u16::from(k >= 40);
+            if k == 80 {
+                particle.at[1] = 400;
+            }
+        }
+        reject_strays(&mut cloud);
+        let particles = cloud.particles();
+        let of = |mark| particles.iter().filter(|p| p.mark == mark).count();
+        assert_eq!([of(0), of(1), of(NO_CLUSTER)], [40, 40, 1]);
+        assert!(
+            particles
+                .iter()
+                .all(|p| (p.mark == NO_CLUSTER) == (p.at[1] == 400))
+        );
+    }
+
+    #[test]
     fn noise_is_no_stairs() {
         let config = Config::default();
         // As many hits as false alarms are to be expected, spread evenly.
