@@ -74,9 +74,7 @@ impl CandidateFinder {
         let Some(row) = row.filter(|_| self.fed >= WINDOW) else {
             return;
         };
-        let Self {
-            window, fed, found, ..
-        } = self;
+        let Self { window, fed, found } = self;
         let Some(middle) = window.get((*fed + WINDOW - 1 - MIDDLE) % WINDOW) else {
             return;
         };

@@ -219,8 +219,8 @@ impl<'e> Descent<'e> {
 
     /// Mean and covariance of edge and going over their likelihood, the treads given.
     pub fn edges(&self, flight: &Flight<Shape>) -> Edges {
-        // Two and a half centimetres apart: finer than the echoes know it. The bounds are those of stairs that
-        // people use and of a wheelchair that stands before them.
+        // Two and a half centimetres apart: finer than the echoes know it. The bounds are those of
+        // stairs that people use and of a wheelchair that stands before them.
         let shape = |(a, g): (u8, u8)| Shape {
             edge: -0.26 + 0.025 * f32::from(a),
             going: 0.20 + 0.025 * f32::from(g),
