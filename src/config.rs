@@ -169,8 +169,8 @@ impl MountConfig {
     }
 }
 
-/// Most rows (angles) of one scan.
-pub const MAX_ROWS: usize = 288;
+/// Most rows (angles) of one scan: those of a map with the fewest range bins.
+pub const MAX_ROWS: usize = 8192;
 
 /// The angles of one scan: `first`, `first + step`, ….
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -199,7 +199,7 @@ impl SweepConfig {
         check(
             (3..=MAX_ROWS as u16).contains(&self.angle_count),
             "angle-count",
-            "3 to 288 angles",
+            "3 to 8192 angles",
         )?;
         check(
             (10..=10_000).contains(&self.angle_step),
@@ -360,17 +360,23 @@ pub enum EstimatorKind {
     #[default]
     Likelihood,
     /// The paper's: particles, clusters, top particle with the 3 dB beam correction.
+    #[cfg(feature = "paper")]
     Paper,
 }
 
 impl EstimatorKind {
     /// Every estimator.
-    pub const ALL: &'static [EstimatorKind] = &[EstimatorKind::Likelihood, EstimatorKind::Paper];
+    pub const ALL: &'static [EstimatorKind] = &[
+        EstimatorKind::Likelihood,
+        #[cfg(feature = "paper")]
+        EstimatorKind::Paper,
+    ];
 
     /// The name that commands and options use.
     pub const fn as_str(self) -> &'static str {
         match self {
             EstimatorKind::Likelihood => "likelihood",
+            #[cfg(feature = "paper")]
             EstimatorKind::Paper => "paper",
         }
     }

@@ -4,8 +4,8 @@
 //! here is about the instrument, none about stairs, so it holds for every estimator.
 
 use crate::Iq;
+use crate::answer::Reason;
 use crate::range::RowStats;
-use crate::stairs::Reason;
 
 /// Rows between two whose cells are counted for the noise level.
 const NOISE_ROWS: u16 = 8;

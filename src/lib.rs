@@ -11,19 +11,37 @@
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
 //! | [`scan`] | schedule of angles, mirror motor, radar link, the scanner's loop |
 //! | [`range`] | chirp → DC removal → window → FFT → power → CA-CFAR → one row of the map |
-//! | [`stairs`] | polar map → particles → clusters → steps with their uncertainties |
+//! | [`grid`] | rows → the polar map and where its cells lie |
+//! | [`health`] | is this a scan at all? |
+//! | [`echoes`] | map → echoes: point scatterers, placed below the cell size |
+//! | [`flight`] | echoes → the staircase that explains them best, its steps and what they are worth |
+//! | [`paper`] | the paper's estimator: map → particles → clusters → steps |
+//! | [`params`], [`estimate`] | every tuned number; a value with its variance |
+//! | [`estimator`], [`observer`] | what both estimators are to the scanner, and to those who look on |
+//! | [`finder`], [`pipeline`] | map and estimator, and all of it, in one value |
+//! | [`answer`] | steps, status, reasons: what everybody speaks of |
 //! | [`report`] | sentences out, commands in |
 //! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
 #![cfg_attr(not(test), no_std)]
 
+pub mod answer;
 pub mod config;
+pub mod echoes;
+pub mod estimate;
+pub mod estimator;
+pub mod finder;
+pub mod flight;
+pub mod grid;
 pub mod health;
 pub mod math;
+pub mod observer;
+#[cfg(feature = "paper")]
+pub mod paper;
+pub mod params;
 pub mod pipeline;
 pub mod range;
 pub mod report;
 pub mod scan;
-pub mod stairs;
 
 /// One complex sample of a chirp: in-phase and quadrature part of the down-converted signal.
 ///

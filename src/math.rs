@@ -42,6 +42,25 @@ fn sqrt_positive(x: f32) -> f32 {
     libm::sqrtf(x)
 }
 
+/// The least whole number that is not below `x`: exact.
+#[inline]
+pub fn ceil(x: f32) -> f32 {
+    micromath::F32(x).ceil().0
+}
+
+/// The largest whole number that is not above `x`: exact.
+#[inline]
+pub fn floor(x: f32) -> f32 {
+    micromath::F32(x).floor().0
+}
+
+/// The nearest whole number, halves away from zero: exact for |x| < 2²² but for ±0.49999997, the
+/// largest number below a half, which rounds to ±1.
+#[inline]
+pub fn round(x: f32) -> f32 {
+    micromath::F32(x).round().0
+}
+
 /// The larger of two numbers. Three instructions; `f32::max`, which cares for NaN, is a call on this
 /// core.
 #[inline]
@@ -138,6 +157,15 @@ pub fn exp(x: f32) -> f32 {
     exp2(x * core::f32::consts::LOG2_E)
 }
 
+/// Decibels of a doubled amplitude: 20 lg 2.
+const DB_PER_DOUBLING: f32 = 6.020_6;
+
+/// Amplitude ratio of `db` decibels, with [`exp2`]'s bounds.
+#[inline]
+pub fn amplitude(db: f32) -> f32 {
+    exp2(db * (1.0 / DB_PER_DOUBLING))
+}
+
 /// Binary logarithm of a positive, normal number, absolute error below 2e-6 near 1 and relative
 /// error below 1e-6 elsewhere; -127 for anything else.
 pub const fn log2(x: f32) -> f32 {
@@ -214,6 +242,20 @@ mod tests {
         }
         assert_eq!(log2(0.0), -127.0);
         assert_eq!(log2(f32::NAN), -127.0);
+    }
+
+    #[test]
+    fn whole_numbers_are_those_of_the_standard_library() {
+        let halves = (-4000..4000).map(|k| k as f32 * 0.5);
+        let odd = [0.499_999_94, 4_194_303.5, -4_194_303.5, 1e-20];
+        for x in halves
+            .chain(sweep(-300.0, 300.0, 100_000).map(|x| x as f32))
+            .chain(odd)
+        {
+            assert_eq!(ceil(x), x.ceil(), "ceil {x}");
+            assert_eq!(floor(x), x.floor(), "floor {x}");
+            assert_eq!(round(x), x.round(), "round {x}");
+        }
     }
 
     #[test]

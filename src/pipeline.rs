@@ -1,12 +1,14 @@
 //! The whole way of the data in one value: chirp in, row of the map, health, estimator, outcome.
 
 use crate::Iq;
+use crate::answer::Outcome;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
+use crate::finder::StairFinder;
+use crate::grid::PolarMap;
 use crate::health::Health;
+use crate::observer::Observer;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
-use crate::stairs::paper::Observer;
-use crate::stairs::{Outcome, PolarMap, StairFinder};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 #[derive(Debug)]
@@ -46,12 +48,11 @@ impl Pipeline {
     }
 
     /// [`DataPath::finish`] while somebody looks.
-    pub fn finish_observed(&mut self, observer: &mut impl Observer) -> Outcome {
+    pub fn finish_observed(&mut self, observer: &mut dyn Observer) -> Outcome {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }
-        self.finder
-            .finish_observed(&self.config, self.scan, observer)
+        self.finder.finish(&self.config, self.scan, observer)
     }
 
     /// The health of the last scan.
@@ -87,24 +88,26 @@ impl DataPath for Pipeline {
         self.samples.get_mut(..count).unwrap_or(&mut [])
     }
 
-    fn row(&mut self, row: u16, beam_angle_rad: f32) {
-        let chirp = self
-            .samples
-            .get(..chirp(&self.samples, &self.config))
-            .unwrap_or(&[]);
-        let Some(mut cells) = self.finder.row_mut(row.into(), beam_angle_rad) else {
-            return;
-        };
-        // The sweep hands over whole chirps only.
-        let Ok(stats) = self.range.process(chirp, &mut cells) else {
-            return;
-        };
-        self.health.row(row, chirp, &stats, cells.cells);
-        self.finder.row_done(row.into());
+    fn row(&mut self, row: u16) {
+        let Self {
+            samples,
+            config,
+            range,
+            finder,
+            health,
+            ..
+        } = self;
+        let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
+        finder.fill(row.into(), |mut cells| {
+            // The sweep hands over whole chirps only.
+            if let Ok(stats) = range.process(chirp, &mut cells) {
+                health.row(row, chirp, &stats, cells.cells);
+            }
+        });
     }
 
     fn lost(&mut self, row: u16) {
-        self.finder.row_lost(row.into());
+        self.finder.lost(row.into());
     }
 
     fn finish(&mut self) -> Outcome {

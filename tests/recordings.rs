@@ -4,10 +4,10 @@
 use std::path::Path;
 
 use stairscan::Iq;
+use stairscan::answer::{Direction, Outcome, Status};
 use stairscan::config::{Config, EstimatorKind, MountConfig, Plane};
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::{DataPath, Schedule};
-use stairscan::stairs::{Direction, Outcome, Status};
+use stairscan::scan::DataPath;
 
 /// The samples of a recording in `recordings/`: 281 chirps of 200.
 fn chirps(name: &str) -> Vec<Vec<Iq>> {
@@ -46,14 +46,13 @@ fn descending() -> Config {
 /// Scans with the rows in the order that `order` gives.
 fn scan(name: &str, config: &Config, order: impl Iterator<Item = u16>) -> Outcome {
     let chirps = chirps(name);
-    let schedule = Schedule::new(config).unwrap();
     let mut pipeline = Box::new(Pipeline::new());
     pipeline.begin(config, 1).unwrap();
     for row in order {
         pipeline
             .samples()
             .copy_from_slice(&chirps[usize::from(row)]);
-        pipeline.row(row, schedule.beam_angle_rad(schedule.position(row)));
+        pipeline.row(row);
     }
     pipeline.finish()
 }
@@ -136,13 +135,12 @@ fn either_way_of_the_sweep_gives_the_same_bits() {
 #[test]
 fn blind_scanners_say_so() {
     let config = config(EstimatorKind::default());
-    let schedule = Schedule::new(&config).unwrap();
     let mut pipeline = Box::new(Pipeline::new());
     for sample in [Iq::new(0, 0), Iq::new(123, -5), Iq::new(32767, -32768)] {
         pipeline.begin(&config, 1).unwrap();
         for row in 0..281 {
             pipeline.samples().fill(sample);
-            pipeline.row(row, schedule.beam_angle_rad(schedule.position(row)));
+            pipeline.row(row);
         }
         let outcome = pipeline.finish();
         assert_eq!(outcome.status, Status::Fault, "{sample:?}");
@@ -153,7 +151,6 @@ fn blind_scanners_say_so() {
 #[test]
 fn a_pipeline_starts_each_scan_afresh() {
     let config = config(EstimatorKind::default());
-    let schedule = Schedule::new(&config).unwrap();
     let mut pipeline = Box::new(Pipeline::new());
     let mut outcomes = Vec::new();
     for name in ["stair_a", "stair_b", "stair_a"] {
@@ -163,7 +160,7 @@ fn a_pipeline_starts_each_scan_afresh() {
             pipeline
                 .samples()
                 .copy_from_slice(&chirps[usize::from(row)]);
-            pipeline.row(row, schedule.beam_angle_rad(schedule.position(row)));
+            pipeline.row(row);
         }
         outcomes.push(pipeline.finish());
     }

@@ -7,8 +7,8 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
+use stairscan::answer::{Direction, Status};
 use stairscan::report::{ScanLine, Sentence, StepLine, Tenths};
-use stairscan::stairs::{Direction, Status};
 
 /// One scan's sentences and what they say.
 #[derive(Clone, Debug)]

@@ -4,11 +4,14 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::config::{Config, Plane};
+use stairscan::answer::Outcome;
+use stairscan::config::Config;
+use stairscan::estimator::Estimator;
+use stairscan::flight::Likelihood;
+use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
+use stairscan::grid::{DB_PER_UNIT, PolarMap};
+use stairscan::observer::{Event, Observer};
 use stairscan::range::FULL_SCALE;
-use stairscan::stairs::likelihood::trace::{Explanation, Hypothesis, Observer, Role, Scatterer};
-use stairscan::stairs::map::DB_PER_UNIT;
-use stairscan::stairs::{Likelihood, Outcome, PolarMap};
 
 use crate::plots::{ExplanationView, InspectView, Point, ScattererView, Verdict};
 
@@ -27,7 +30,6 @@ pub struct Inspection {
 
 /// What the estimator tells.
 struct Witness {
-    plane: Plane,
     mount_height_m: f64,
     noise_db: f64,
     calibration: Option<(f64, f64)>,
@@ -58,7 +60,7 @@ impl Witness {
                 let kind = if open { "floating" } else { "closed" };
                 let edge =
                     |(k, x): (usize, f32)| (f64::from(x), (k + 1) as f64 * f64::from(rise_m));
-                let edges = faces.iter().map(|l| l.along).enumerate().map(edge);
+                let edges = faces.iter().map(|l| l.along_m).enumerate().map(edge);
                 let name = format!("{steps} up, {kind}, rise {:.2} m", rise_m);
                 (name, edges.collect())
             }
@@ -67,22 +69,10 @@ impl Witness {
                     let x = f64::from(edge_m) + k as f64 * f64::from(going_m);
                     (x, self.mount_height_m - f64::from(depth))
                 };
-                let edges = faces.iter().map(|l| l.along).enumerate().map(edge);
+                let edges = faces.iter().map(|l| l.along_m).enumerate().map(edge);
                 let name = format!("{steps} down, going {going_m:.2} m");
                 (name, edges.collect())
             }
-        }
-    }
-}
-
-impl Observer for Witness {
-    fn noise(&mut self, units: f32) {
-        self.noise_db = f64::from((units - f32::from(FULL_SCALE)) * DB_PER_UNIT);
-    }
-
-    fn calibration(&mut self, bias_rad: f32, height_m: f32) {
-        if self.plane == Plane::Depth {
-            self.calibration = Some((f64::from(bias_rad).to_degrees(), height_m.into()));
         }
     }
 
@@ -90,21 +80,35 @@ impl Observer for Witness {
         let echo = &scatterer.echo;
         self.scatterers.push(*scatterer);
         self.view.scatterers.push(ScattererView {
-            at: (echo.x.into(), echo.y.into()),
-            snr_db: echo.db.into(),
+            at: (echo.x_m.into(), echo.y_m.into()),
+            snr_db: echo.snr_db.into(),
             role: scatterer.role.as_str(),
             verdict: verdict(scatterer.role),
         });
     }
+}
 
-    fn hypothesis(&mut self, hypothesis: &Hypothesis<'_>) {
-        let (name, edges) = self.explain(hypothesis);
-        self.view.explanations.push(ExplanationView {
-            name,
-            score: hypothesis.score.into(),
-            winner: hypothesis.winner,
-            edges,
-        });
+impl Observer for Witness {
+    fn event(&mut self, event: Event<'_>) {
+        match event {
+            Event::Noise(units) => {
+                self.noise_db = f64::from((units - f32::from(FULL_SCALE)) * DB_PER_UNIT);
+            }
+            Event::Calibration { bias_rad, height_m } => {
+                self.calibration = Some((f64::from(bias_rad).to_degrees(), height_m.into()));
+            }
+            Event::Scatterer(scatterer) => self.scatterer(scatterer),
+            Event::Hypothesis(hypothesis) => {
+                let (name, edges) = self.explain(hypothesis);
+                self.view.explanations.push(ExplanationView {
+                    name,
+                    score: hypothesis.score.into(),
+                    winner: hypothesis.winner,
+                    edges,
+                });
+            }
+            Event::Done(_) | Event::Particles { .. } => {}
+        }
     }
 }
 
@@ -112,7 +116,6 @@ impl Inspection {
     /// Lets the estimator work on a finished map once more, and listens.
     pub fn of(map: &PolarMap, config: &Config, scan: u32) -> Self {
         let mut witness = Witness {
-            plane: config.mount.plane,
             mount_height_m: config.mount.mount_height_m().into(),
             noise_db: 0.0,
             calibration: None,
@@ -124,7 +127,7 @@ impl Inspection {
         for k in 0..map.rows() {
             estimator.row(map, k);
         }
-        let outcome = estimator.finish_observed(map, config, scan, &mut witness);
+        let outcome = estimator.finish(map, config, scan, &mut witness);
         let mut view = witness.view;
         view.explanations
             .sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -158,11 +161,11 @@ impl Inspection {
             let _ = writeln!(
                 text,
                 "  {:6.1} {:7.3} {:8.3} {:13.2} {:10.2} {:6.2}  {}{}",
-                e.db,
-                e.x,
-                e.y,
-                1e3 * e.range_sigma,
-                e.angle_sigma.to_degrees(),
+                e.snr_db,
+                e.x_m,
+                e.y_m,
+                1e3 * e.range_sigma_m,
+                e.angle_sigma_rad.to_degrees(),
                 e.width,
                 scatterer.role.as_str(),
                 if scatterer.role.contradicts() {
@@ -201,13 +204,13 @@ impl Inspection {
         let scatterer = |s: &Scatterer| {
             let e = &s.echo;
             json!({
-                "x_m": decimal(e.x.into()),
-                "y_m": decimal(e.y.into()),
+                "x_m": decimal(e.x_m.into()),
+                "y_m": decimal(e.y_m.into()),
                 "range_m": decimal(e.range_m.into()),
-                "range_sigma_m": decimal(e.range_sigma.into()),
+                "range_sigma_m": decimal(e.range_sigma_m.into()),
                 "angle_deg": decimal(f64::from(e.angle_rad).to_degrees()),
-                "angle_sigma_deg": decimal(f64::from(e.angle_sigma).to_degrees()),
-                "snr_db": decimal(e.db.into()),
+                "angle_sigma_deg": decimal(f64::from(e.angle_sigma_rad).to_degrees()),
+                "snr_db": decimal(e.snr_db.into()),
                 "width": decimal(e.width.into()),
                 "role": s.role.as_str(),
                 "against": s.role.contradicts(),

@@ -2,13 +2,13 @@
 //! the radar module and a buffer as the report UART.
 
 use anyhow::{Result, bail};
+use stairscan::answer::Reasons;
 use stairscan::config::Config;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::Measure;
 use stairscan::report::{Sentence, StepLine};
 use stairscan::scan::settings::Sweeping;
 use stairscan::scan::{Board, BytePort, Identity, Micros, Scanner, Settings};
-use stairscan::stairs::Reasons;
 
 use crate::answer::Answer;
 use crate::playback::{Playback, PlaybackLink, SimShaft};

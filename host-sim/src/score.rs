@@ -9,7 +9,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::stairs::{Direction, Status};
+use stairscan::answer::{Direction, Status};
 
 use crate::answer::{Answer, metres};
 use crate::recording::{TrueStep, Truth};
@@ -420,8 +420,8 @@ pub fn confusions_json(scenes: &[SceneScore]) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use stairscan::answer::Reasons;
     use stairscan::report::{ScanLine, StepLine, Tenths};
-    use stairscan::stairs::Reasons;
 
     fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
         let tenths = |m: f64| Tenths((m * 10_000.0).round() as i32);

@@ -14,11 +14,11 @@ use host_sim::emulate::{Fault, Session, image, qemu};
 use host_sim::playback::Playback;
 use host_sim::recording::{self, Recording};
 use host_sim::replay;
+use stairscan::answer::{Reason, Status};
 use stairscan::config::Config;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scan::Settings;
 use stairscan::scan::schedule::{Schedule, shaft_angle};
-use stairscan::stairs::{Reason, Status};
 
 /// The image, built once; `None` after a message where there is no emulator.
 fn elf() -> Option<&'static Path> {

@@ -6,8 +6,8 @@
 
 use core::panic::PanicInfo;
 
+use stairscan::answer::Reason;
 use stairscan::report::Sentence;
-use stairscan::stairs::Reason;
 use stm32f4xx_hal::pac;
 
 use super::retained::{self, Crash};

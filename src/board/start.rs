@@ -1,10 +1,10 @@
 //! From reset to a scanner's hardware.
 
+use stairscan::answer::{Reason, Reasons};
 use stairscan::report::command::Measure;
 use stairscan::scan::link::FrameLink;
 use stairscan::scan::mirror::Stepper;
 use stairscan::scan::{Board, Identity, Micros};
-use stairscan::stairs::{Reason, Reasons};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, GpioExt, Speed};
 use stm32f4xx_hal::pac;
 use stm32f4xx_hal::prelude::_fugit_ExtU32 as _;

@@ -33,8 +33,8 @@ pub use profile::{Detection, Profile};
 
 use crate::Iq;
 use crate::config::{CfarConfig, ConfigError, MAX_SAMPLES, MountConfig, RadarConfig, check};
+use crate::grid::{BinWindow, Row};
 use crate::math;
-use crate::stairs::map::Row;
 use cfar::Cfar;
 use core::marker::PhantomData;
 use log::FINE;
@@ -44,51 +44,11 @@ use window::{Levels, Window};
 /// Cell of a tone at the converter's full scale.
 pub const FULL_SCALE: u8 = 247;
 
-/// Native range bins (c/2B) in which the radar's leakage stands, its window's main lobe included.
-const LEAKAGE_BINS: f32 = 4.0;
-/// Native range bins at the far end that the leakage, its I/Q image and the lobe of what stands
-/// at zero wrap round to.
-const WRAP_BINS: f32 = 5.0;
 /// Half width of the window's main lobe in native range bins.
 const LOBE_BINS: f32 = 2.0;
 /// What an I/Q imbalance leaves of an echo at its negative frequency is weaker than this power of
 /// two (30 dB): a hit must be stronger.
 const IMAGE_SHIFT: u32 = 10;
-
-/// The range bins that the map keeps: beyond the mirror's own echo, short of what wraps round from
-/// negative frequencies.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct BinWindow {
-    /// First kept bin of the transform.
-    pub first: u16,
-    /// Number of kept bins.
-    pub count: u16,
-}
-
-impl BinWindow {
-    /// The window for a radar, behind a mirror or (offset 0) without one.
-    pub fn new(radar: &RadarConfig, mount: &MountConfig, cfar: &CfarConfig) -> Self {
-        let spacing = radar.bin_spacing_m();
-        let native = radar.range_resolution_m();
-        let margin = mount.mirror_offset_m() + cfar.near_margin as f32 * 1e-5;
-        let near = margin.max(LEAKAGE_BINS * native);
-        // `as` saturates.
-        let first = libm::ceilf(near / spacing) as u16;
-        let wrap = libm::ceilf(WRAP_BINS * native / spacing) as u16;
-        let end = (radar.fft_len() as u16).saturating_sub(wrap);
-        Self {
-            first,
-            count: end.saturating_sub(first),
-        }
-    }
-
-    /// The kept part of something that has an entry for each bin of the transform.
-    fn of<T>(self, bins: &[T]) -> &[T] {
-        let first = usize::from(self.first);
-        bins.get(first..first + usize::from(self.count))
-            .unwrap_or(&[])
-    }
-}
 
 /// What one chirp tells beside its row: the health of radar and mirror.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -25,7 +25,7 @@
 
 use core::fmt;
 
-use crate::stairs::{Direction, Outcome, Reason, Reasons, Status, Step};
+use crate::answer::{Direction, Outcome, Reason, Reasons, Status, Step};
 
 /// Longest sentence with its line end, bytes.
 pub const MAX_SENTENCE: usize = 160;

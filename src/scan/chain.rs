@@ -1,8 +1,8 @@
 //! The data's way through one scan, as the sweep drives it.
 
 use crate::Iq;
+use crate::answer::Outcome;
 use crate::config::{Config, ConfigError};
-use crate::stairs::Outcome;
 
 /// From samples to steps: what a scan does with its chirps.
 ///
@@ -13,8 +13,8 @@ pub trait DataPath {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError>;
     /// Where the next chirp's samples go: as many as the configuration says.
     fn samples(&mut self) -> &mut [Iq];
-    /// Works off the samples as row `row`, seen at the angle that the beam really had.
-    fn row(&mut self, row: u16, beam_angle_rad: f32);
+    /// Works off the samples as row `row`, seen while the shaft stood on its microstep.
+    fn row(&mut self, row: u16);
     /// Row `row` will not come.
     fn lost(&mut self, row: u16);
     /// The steps, after the last row.
@@ -33,8 +33,8 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
         (**self).samples()
     }
 
-    fn row(&mut self, row: u16, beam_angle_rad: f32) {
-        (**self).row(row, beam_angle_rad);
+    fn row(&mut self, row: u16) {
+        (**self).row(row);
     }
 
     fn lost(&mut self, row: u16) {

@@ -24,10 +24,10 @@ use super::schedule::MICROSTEPS_PER_TURN;
 use super::settings::{Settings, Sweeping};
 use super::sweep::{Rows, Sweep, link_reason, mirror_reason};
 use super::time::Micros;
+use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::RadarConfig;
 use crate::report::command::{self, Command, Input, LineReader, Measure};
 use crate::report::{ScanLine, Sentence, StepLine};
-use crate::stairs::{Outcome, Reason, Reasons, Status};
 
 /// What the first sentence after boot says.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -541,7 +541,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<M, L, 
             *told = self.outbox.push(&Sentence::Scan(ScanLine {
                 scan: 0,
                 status: Status::Fault,
-                direction: crate::stairs::Direction::None,
+                direction: crate::answer::Direction::None,
                 steps: 0,
                 lost_rows: 0,
                 reasons,

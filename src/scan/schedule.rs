@@ -46,6 +46,16 @@ pub struct Schedule {
 }
 
 impl Schedule {
+    /// A schedule without rows.
+    pub const EMPTY: Self = Self {
+        sweep: SweepConfig {
+            first_angle: 0,
+            angle_step: 0,
+            angle_count: 0,
+        },
+        plane: Plane::Depth,
+    };
+
     /// The schedule of a configuration, if the shaft can turn so far.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
         config.sweep.validate()?;
@@ -81,6 +91,11 @@ impl Schedule {
     /// Position of `row`, microsteps from the horizontal.
     pub fn position(&self, row: u16) -> i32 {
         microsteps(self.scheduled_shaft(row))
+    }
+
+    /// Angle of the beam while the shaft stands on the microstep of `row`, radians.
+    pub fn row_angle_rad(&self, row: u16) -> f32 {
+        self.beam_angle_rad(self.position(row))
     }
 
     /// Angle of the beam when the shaft stands at `position`, radians, in the map's own plane.

@@ -31,8 +31,8 @@
 
 use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule};
 use crate::config::{Config, ConfigError, EstimatorKind, Plane, Spread, check};
-use crate::range::BinWindow;
-use crate::stairs::map::MAX_CELLS;
+use crate::grid::BinWindow;
+use crate::grid::MAX_CELLS;
 
 /// Longest time that can be set, microseconds: differences of [`super::Micros`] stay meaningful
 /// with room for the retries on top.
@@ -474,7 +474,7 @@ mod tests {
         let mut settings = Settings::default();
         let before = settings;
         for (key, value, field) in [
-            ("angle-count", "289", "angle-count"),
+            ("angle-count", "351", "angle-count"),
             ("angle-count", "70000", "angle-count"),
             ("first-angle", "169000", "first-angle"),
             ("settle", "5", "settle"),

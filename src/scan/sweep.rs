@@ -9,7 +9,7 @@ use super::ramp::Ramp;
 use super::schedule::{Schedule, shaft_angle};
 use super::settings::Settings;
 use super::time::Micros;
-use crate::stairs::Reason;
+use crate::answer::Reason;
 
 /// So many rows in a row without a chirp are no noise on the line: the scan ends at once.
 const LOST_STREAK: u16 = 8;
@@ -268,8 +268,8 @@ impl Sweep {
     /// Works off the last chirp while the mirror is on its way to the next.
     #[inline(never)]
     fn work(&mut self, data: &mut impl DataPath) -> Poll<Rows> {
-        if let Some((row, position)) = self.pending.take() {
-            data.row(row, self.schedule.beam_angle_rad(position));
+        if let Some((row, _)) = self.pending.take() {
+            data.row(row);
         }
         if self.done >= self.schedule.rows() {
             return self.end(None);

@@ -17,18 +17,19 @@ mod image {
     use cortex_m_semihosting::hprintln;
     use microfft::Complex32;
     use stairscan::Iq;
+    use stairscan::answer::Outcome;
     use stairscan::config::{Config, MAX_SAMPLES};
-    use stairscan::math::RAD_PER_DEG;
+    use stairscan::estimator::Estimator;
+    use stairscan::flight::Likelihood;
+    use stairscan::grid::{BinWindow, Row};
+    use stairscan::observer::{Event, Observer};
     use stairscan::pipeline::Pipeline;
     use stairscan::range::cfar::Cfar;
     use stairscan::range::packed::{Native, Packed};
     use stairscan::range::window::{self, Levels, Window};
-    use stairscan::range::{BinWindow, RangeProcessor, fft, log};
+    use stairscan::range::{RangeProcessor, fft, log};
     use stairscan::report::sentence::write_scan;
     use stairscan::scan::DataPath;
-    use stairscan::stairs::likelihood::trace::{Observer, Stage};
-    use stairscan::stairs::map::Row;
-    use stairscan::stairs::{Likelihood, Outcome};
     use stm32f4xx_hal as _;
 
     /// Repetitions: the timer's grain of 6 instructions vanishes.
@@ -158,7 +159,7 @@ mod image {
     struct Laps<'c> {
         counter: &'c Counter,
         since: u32,
-        counts: [u32; 5],
+        counts: [u32; 3],
     }
 
     impl Observer for Laps<'_> {
@@ -166,10 +167,12 @@ mod image {
             false
         }
 
-        fn done(&mut self, stage: Stage) {
-            let count = self.counter.lap(&mut self.since);
-            if let Some(place) = self.counts.get_mut(stage as usize) {
-                *place = count;
+        fn event(&mut self, event: Event<'_>) {
+            if let Event::Done(stage) = event {
+                let count = self.counter.lap(&mut self.since);
+                if let Some(place) = self.counts.get_mut(stage as usize) {
+                    *place = count;
+                }
             }
         }
     }
@@ -235,8 +238,7 @@ mod image {
             };
             let (_, chirp) = counter.once(|| range.process(pipeline.samples(), &mut row));
             worst_chirp = worst_chirp.max(chirp);
-            let angle = config.sweep.angle(k) as f32 * 1e-3 * RAD_PER_DEG;
-            let ((), count) = counter.once(|| pipeline.row(k, angle));
+            let ((), count) = counter.once(|| pipeline.row(k));
             worst_row = worst_row.max(count);
             estimator.row(pipeline.map(), k.into());
         }
@@ -244,19 +246,17 @@ mod image {
         let mut laps = Laps {
             since: counter.now(),
             counter,
-            counts: [0; 5],
+            counts: [0; 3],
         };
-        let outcome = estimator.finish_observed(pipeline.map(), config, 1, &mut laps);
-        let [rows, echoes, particles, search, dimensions] = laps.counts;
+        let outcome = estimator.finish(pipeline.map(), config, 1, &mut laps);
+        let [echoes, search, dimensions] = laps.counts;
         let ((), report) = counter.once(|| report(&outcome));
         hprintln!(
-            "scan {} {} {} {} {} {} {} {} {}",
+            "scan {} {} {} {} {} {} {}",
             worst_chirp,
             worst_row,
             post,
-            rows,
             echoes,
-            particles,
             search,
             dimensions,
             report

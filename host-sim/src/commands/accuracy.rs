@@ -6,8 +6,8 @@ use std::process::ExitCode;
 use anyhow::Result;
 use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
+use stairscan::answer::Status;
 use stairscan::config::{Config, EstimatorKind};
-use stairscan::stairs::Status;
 
 use super::emit;
 use super::score::progress;

@@ -8,11 +8,11 @@ use anyhow::{Context as _, Result};
 use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::{Config, EstimatorKind, Spread};
-use stairscan::stairs::PolarMap;
-use stairscan::stairs::bright::{Field, Levels};
-use stairscan::stairs::cluster::Extent;
-use stairscan::stairs::paper::{Observer, Paper, Stage};
-use stairscan::stairs::particles::Cloud;
+use stairscan::estimator::Estimator;
+use stairscan::grid::PolarMap;
+use stairscan::observer::{CloudStage, Event, Observer};
+use stairscan::paper::Paper;
+use stairscan::paper::bright::{Field, Levels};
 
 use super::score::progress;
 use super::{Format, emit};
@@ -62,8 +62,13 @@ struct Count<'a> {
 }
 
 impl Observer for Count<'_> {
-    fn stage(&mut self, stage: Stage, cloud: &Cloud, _: &Field<'_>, _: &[Extent]) {
-        if matches!(stage, Stage::Drawn | Stage::Resampled) {
+    fn event(&mut self, event: Event<'_>) {
+        if let Event::Particles {
+            stage: CloudStage::Drawn | CloudStage::Resampled,
+            cloud,
+            ..
+        } = event
+        {
             let particles = cloud.particles();
             let there = particles.iter().filter(|p| self.bright.is_bright(p));
             let share = there.count() as f64 / particles.len().max(1) as f64;
@@ -79,7 +84,7 @@ fn shares(map: &PolarMap, config: &Config, spread: Spread, rounds: u8) -> Vec<f6
     config.particles.rounds = rounds;
     let mut levels = Levels::new();
     let mut paper = Box::new(Paper::new());
-    paper.begin();
+    paper.begin(map);
     for row in (0..map.rows()).filter(|&row| map.present(row)) {
         levels.add_row(map, row);
         paper.row(map, row);

@@ -31,8 +31,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use stairscan::config::{Config, Plane};
+use stairscan::grid::PolarMap;
 use stairscan::range::{Profile, RangeProcessor};
-use stairscan::stairs::PolarMap;
 
 pub use inspect::{ExplanationView, InspectView, ScattererView, Verdict};
 pub use particles::{BeamView, ClusterView, ParticleView, Point};

@@ -1,12 +1,13 @@
 //! Looks over the shoulder of the paper's estimator.
 
+use stairscan::answer::Outcome;
 use stairscan::config::{Config, ParticleConfig, Plane, Spread};
-use stairscan::stairs::Outcome;
-use stairscan::stairs::bright::Field;
-use stairscan::stairs::cluster::{Extent, Fate};
-use stairscan::stairs::map::PolarMap;
-use stairscan::stairs::paper::{Observer, Paper, Places, Stage};
-use stairscan::stairs::particles::{Cloud, Particle, UNITS_PER_CELL};
+use stairscan::estimator::Estimator;
+use stairscan::grid::PolarMap;
+use stairscan::observer::{CloudStage, Event, Observer};
+use stairscan::paper::cluster::{Extent, Fate};
+use stairscan::paper::particles::{Cloud, Particle, UNITS_PER_CELL};
+use stairscan::paper::{Paper, Places};
 
 use super::PaperView;
 use super::particles::{BeamView, ClusterView, ParticleView, Point};
@@ -81,19 +82,28 @@ impl<'a> Witness<'a> {
 }
 
 impl Observer for Witness<'_> {
-    fn stage(&mut self, stage: Stage, cloud: &Cloud, _: &Field<'_>, clusters: &[Extent]) {
+    fn event(&mut self, event: Event<'_>) {
+        let Event::Particles {
+            stage,
+            cloud,
+            clusters,
+            ..
+        } = event
+        else {
+            return;
+        };
         match stage {
-            Stage::Drawn => {
+            CloudStage::Drawn => {
                 let drawn = cloud.particles().iter().map(|p| self.drawn(p));
                 self.particles.initial = drawn.collect();
             }
-            Stage::Resampled => {
+            CloudStage::Resampled => {
                 let drawn = cloud.particles().iter().map(|p| self.drawn(p));
                 self.particles.resampled = drawn.collect();
                 self.particles.rounds += 1;
             }
-            Stage::Clustered => self.marked[0] = self.marks(cloud),
-            Stage::Rejected => {
+            CloudStage::Clustered => self.marked[0] = self.marks(cloud),
+            CloudStage::Rejected => {
                 self.marked[1] = self.marks(cloud);
                 self.extents = clusters.to_vec();
             }
@@ -104,8 +114,8 @@ impl Observer for Witness<'_> {
 /// The estimator's answer to a map and what it showed on the way.
 fn observe<'a>(map: &'a PolarMap, config: &Config, scan: u32) -> (Outcome, Witness<'a>) {
     let mut paper = Box::new(Paper::new());
-    paper.begin();
-    for row in (0..map.rows()).filter(|&row| map.present(row)) {
+    paper.begin(map);
+    for row in 0..map.rows() {
         paper.row(map, row);
     }
     let mut witness = Witness::new(map);
@@ -151,7 +161,7 @@ fn beams(plane: Plane, outcome: &Outcome, kept: &[ClusterView]) -> Vec<BeamView>
         Plane::Depth => p.0,
         Plane::Height => p.1,
     };
-    let beam = |step: &stairscan::stairs::Step| {
+    let beam = |step: &stairscan::answer::Step| {
         let edge: Point = (step.distance_m.into(), step.height_m.into());
         let off = |c: &&ClusterView| (along(c.centre) - along(edge)).abs();
         let cluster = kept.iter().min_by(|a, b| off(a).total_cmp(&off(b)))?;

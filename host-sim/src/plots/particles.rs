@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use plotters::style::{RGBColor, WHITE};
-use stairscan::stairs::cluster::Fate;
+use stairscan::paper::cluster::Fate;
 
 use super::colour::{CONCLUDED, HUES, MEASURED, Palette};
 use super::page::{Frame, Swatch, number};

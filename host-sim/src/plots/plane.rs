@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use stairscan::config::Plane;
-use stairscan::stairs::map::PolarMap;
+use stairscan::grid::PolarMap;
 
 use super::colour::{Palette, Scale};
 use super::page::{Axis, Frame, Page, Swatch};

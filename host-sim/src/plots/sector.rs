@@ -2,8 +2,8 @@
 
 use plotters::style::RGBColor;
 use stairscan::config::Plane;
+use stairscan::grid::{DB_PER_UNIT, PolarMap};
 use stairscan::range::FULL_SCALE;
-use stairscan::stairs::map::{DB_PER_UNIT, PolarMap};
 
 use super::page::Frame;
 
@@ -185,13 +185,13 @@ pub mod tests {
         let mut map = Box::new(PolarMap::new());
         map.begin(&config).unwrap();
         for k in 0..map.rows() {
-            let angle = map.angle_rad(k);
-            let row = map.row_mut(k, angle).unwrap();
-            row.cells.fill(level);
-            if k == spot.0 {
-                row.cells[spot.1] = 240;
-                row.mask[spot.1 / 32] |= 1 << (spot.1 % 32);
-            }
+            map.fill(k, |row| {
+                row.cells.fill(level);
+                if k == spot.0 {
+                    row.cells[spot.1] = 240;
+                    row.mask[spot.1 / 32] |= 1 << (spot.1 % 32);
+                }
+            });
         }
         map
     }
@@ -250,15 +250,11 @@ pub mod tests {
     }
 
     #[test]
-    fn a_shaft_off_its_schedule_leaves_no_gaps() {
-        let config = Config::default();
+    fn a_shaft_on_its_microsteps_leaves_no_gaps() {
         let mut map = Box::new(PolarMap::new());
-        map.begin(&config).unwrap();
+        map.begin(&Config::default()).unwrap();
         for k in 0..map.rows() {
-            // Up to 0.4 steps off, to either side.
-            let off = 0.4 * (k as f32 * 2.4).sin() * map.geometry().step_rad;
-            let angle = map.angle_rad(k) + off;
-            map.row_mut(k, angle).unwrap();
+            map.fill(k, |_| ());
         }
         for k in 0..10_000 {
             let angle = (-20.0 + 70.0 * f64::from(k) / 10_000.0).to_radians();

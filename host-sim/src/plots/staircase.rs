@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use plotters::style::WHITE;
-use stairscan::stairs::Direction;
+use stairscan::answer::Direction;
 
 use super::colour::{CONCLUDED, Palette, TRUE};
 use super::page::{Frame, Swatch, number};

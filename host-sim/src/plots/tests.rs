@@ -1,10 +1,10 @@
 use super::*;
 use crate::recording::{Metadata, MirrorSetup, TrueStep, Truth};
 use stairscan::Iq;
+use stairscan::answer::{Direction, Reason, Reasons, Status};
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
+use stairscan::paper::cluster::Fate;
 use stairscan::report::{ScanLine, StepLine, Tenths};
-use stairscan::stairs::cluster::Fate;
-use stairscan::stairs::{Direction, Reason, Reasons, Status};
 
 /// Chirps with one echo at 1 m in noise, of a radar with `samples` a chirp.
 fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording {
@@ -53,10 +53,9 @@ fn scan(recording: &Recording) -> (Config, Box<PolarMap>) {
     map.begin(&config).unwrap();
     let mut range = RangeProcessor::new(&config.radar, &config.mount, &config.cfar).unwrap();
     for (k, chirp) in schedule.chirps.iter().enumerate() {
-        let angle = map.angle_rad(k);
-        let mut row = map.row_mut(k, angle).unwrap();
         let chirp = recording.chirp(chirp.unwrap()).unwrap();
-        range.process(chirp, &mut row).unwrap();
+        let filled = map.fill(k, |mut row| range.process(chirp, &mut row));
+        filled.unwrap().unwrap();
     }
     (config, map)
 }

@@ -1,0 +1,237 @@
+//! The answer of one scan: what every part of the scanner speaks of.
+
+use core::fmt;
+
+/// Most steps of one report.
+pub const MAX_STEPS: usize = 16;
+
+/// What a controller may do with a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Trust it; zero steps then means that there are no stairs.
+    Ok,
+    /// Usable; the reasons say what is weak.
+    Degraded,
+    /// No answer; the reasons say why. Never holds steps.
+    Fault,
+}
+
+/// Where the stairs lead.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Direction {
+    /// No stairs.
+    #[default]
+    None,
+    /// Ascending.
+    Up,
+    /// Descending.
+    Down,
+}
+
+/// One step of the staircase, in metres.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Step {
+    /// Horizontal distance from the mirror's centre to the step's foremost edge; negative behind it.
+    pub distance_m: f32,
+    /// Height of the step's tread above the surface that the wheelchair stands on.
+    pub height_m: f32,
+    /// Depth of the tread up to the next step's edge; `None` for the last.
+    pub tread_m: Option<f32>,
+    /// Height of the riser from the level before; `None` where that level is not known.
+    pub riser_m: Option<f32>,
+    /// Standard deviation of the distance.
+    pub distance_sigma_m: f32,
+    /// Standard deviation of the height.
+    pub height_sigma_m: f32,
+    /// How much of the step was seen, 0…100.
+    pub quality: u8,
+}
+
+macro_rules! reasons {
+    ($($(#[$doc:meta])* $name:ident = $text:literal),* $(,)?) => {
+        /// Why a scan is `degraded` or a `fault`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum Reason { $($(#[$doc])* $name),* }
+
+        impl Reason {
+            /// Every reason, in the order of their bits.
+            pub const ALL: &'static [Reason] = &[$(Reason::$name),*];
+
+            /// The word that stands in a sentence.
+            pub const fn as_str(self) -> &'static str {
+                match self { $(Reason::$name => $text),* }
+            }
+        }
+    };
+}
+
+reasons! {
+    /// Some rows' chirps were lost after all retries.
+    LostRows = "lost-rows",
+    /// A step, or its height, was inferred from its neighbours: no echo of its own shows it well.
+    InferredStep = "inferred-step",
+    /// Another reading of the echoes is nearly as likely.
+    CloseRival = "close-rival",
+    /// The steps rest on echoes little above the noise.
+    WeakEchoes = "weak-echoes",
+    /// Something stands in the line of sight.
+    BlockedView = "blocked-view",
+    /// A step departs from the others by more than a person would expect.
+    IrregularStep = "irregular-step",
+    /// Samples at the converter's full scale.
+    Saturated = "saturated",
+    /// No signal at all.
+    Silent = "silent",
+    /// No echo from the mirror.
+    MirrorMissing = "mirror-missing",
+    /// The mirror's echo never changes: the same chirp again and again.
+    MirrorFrozen = "mirror-frozen",
+    /// A map without noise is none that a radar made.
+    NoNoise = "no-noise",
+    /// Nothing but noise: not even the floor was seen.
+    NoEcho = "no-echo",
+    /// Too many chirps were lost.
+    TooManyLost = "too-many-lost",
+    /// The radar module does not answer.
+    LinkSilent = "link-silent",
+    /// The radar module reports an error.
+    ModuleError = "module-error",
+    /// The radar module is set to something that the scanner cannot work with.
+    ModuleConfig = "module-config",
+    /// The motor's driver reports a stall.
+    MotorStall = "motor-stall",
+    /// The home switch was not found.
+    HomeNotFound = "home-not-found",
+    /// The known-answer test of the arithmetic failed.
+    SelfTest = "self-test",
+    /// The watchdog had to reset the chip.
+    Watchdog = "watchdog",
+    /// The firmware panicked or took a hardware fault.
+    Crash = "crash",
+}
+
+/// A set of [`Reason`]s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reasons(u32);
+
+impl Reasons {
+    /// No reason.
+    pub const NONE: Self = Self(0);
+
+    /// Adds one.
+    pub fn add(&mut self, reason: Reason) {
+        self.0 |= 1 << reason as u8;
+    }
+
+    /// This set and one more.
+    #[must_use]
+    pub fn with(mut self, reason: Reason) -> Self {
+        self.add(reason);
+        self
+    }
+
+    /// Whether `reason` is in the set.
+    pub fn has(self, reason: Reason) -> bool {
+        self.0 & (1 << reason as u8) != 0
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// The reasons of the set, in the order of [`Reason::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = Reason> {
+        Reason::ALL.iter().copied().filter(move |&r| self.has(r))
+    }
+}
+
+impl fmt::Display for Reasons {
+    /// The words joined by `+`; nothing for the empty set.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, reason) in self.iter().enumerate() {
+            if k > 0 {
+                f.write_str("+")?;
+            }
+            f.write_str(reason.as_str())?;
+        }
+        Ok(())
+    }
+}
+
+/// The answer of one scan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// What it is worth.
+    pub status: Status,
+    /// Where the stairs lead.
+    pub direction: Direction,
+    /// The steps, nearest first.
+    pub steps: heapless::Vec<Step, MAX_STEPS>,
+    /// Why it is not `ok`.
+    pub reasons: Reasons,
+}
+
+impl Outcome {
+    /// No stairs, and sure of it.
+    pub const fn clear() -> Self {
+        Self {
+            status: Status::Ok,
+            direction: Direction::None,
+            steps: heapless::Vec::new(),
+            reasons: Reasons::NONE,
+        }
+    }
+
+    /// No answer, for `reason`.
+    pub fn fault(reason: Reason) -> Self {
+        Self {
+            status: Status::Fault,
+            reasons: Reasons::NONE.with(reason),
+            ..Self::clear()
+        }
+    }
+}
+
+impl Outcome {
+    /// Tread depths and riser heights of the steps in the order of their distance: a tread reaches
+    /// to the next step's edge, a riser from the level before; the first stands on the ground.
+    pub fn link(&mut self) {
+        let mut level = 0.0;
+        for step in &mut self.steps {
+            step.riser_m = Some((step.height_m - level).abs());
+            level = step.height_m;
+            step.tread_m = None;
+        }
+        let mut next = None;
+        for step in self.steps.iter_mut().rev() {
+            step.tread_m = next.map(|distance: f32| distance - step.distance_m);
+            next = Some(step.distance_m);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn treads_and_risers_come_from_neighbours() {
+        let at = |distance_m, height_m| Step {
+            distance_m,
+            height_m,
+            ..Step::default()
+        };
+        let mut outcome = Outcome::clear();
+        for step in [at(0.5, 0.17), at(0.8, 0.34), at(1.1, 0.53)] {
+            outcome.steps.push(step).unwrap();
+        }
+        outcome.link();
+        let steps = outcome.steps;
+        let close = |a: Option<f32>, b: f32| a.is_some_and(|a| (a - b).abs() < 1e-6);
+        assert!(close(steps[0].tread_m, 0.3) && close(steps[1].tread_m, 0.3));
+        assert_eq!(steps[2].tread_m, None);
+        assert!(close(steps[0].riser_m, 0.17) && close(steps[2].riser_m, 0.19));
+    }
+}

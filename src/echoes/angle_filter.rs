@@ -1,0 +1,246 @@
+//! The matched filter along the angle, fed row by row while the mirror turns.
+//!
+//! A point scatterer shows up in neighbouring rows with the two-way beam's pattern. The best linear
+//! filter against white noise has that very shape; two running boxes in a row (a triangle) come
+//! within 0.1 dB of it and cost a few additions a cell (a cascaded integrator-comb filter, Hogenauer
+//! 1981). All sums are whole numbers, so that nothing drifts and both ways of sweeping give the same
+//! result to the last bit. The delayed rows are read back from the map; only the sums are kept here.
+
+use crate::grid::{Geometry, MAX_BINS, PolarMap};
+use crate::math;
+
+/// Longest box in rows: with it the sums of a uniform map of the largest power stay below 2³².
+pub const MAX_BOX: usize = 15;
+/// Units of a level in one octave of power.
+const UNITS_PER_OCTAVE: usize = 128;
+/// Decibels of one octave of power, 10 lg 2.
+const DB_PER_OCTAVE: f32 = 3.010_3;
+/// Decibels of one unit of a level.
+pub const LEVEL_DB: f32 = DB_PER_OCTAVE / UNITS_PER_OCTAVE as f32;
+/// Binary digits of a level's unit beyond a cell's, which is an eighth octave.
+pub const UNITS_PER_CELL_BITS: u32 = 4;
+
+/// Cell whose linear power counts 1: 15 dB above the map's zero, and still below the noise of any
+/// receiver.
+const UNIT_CELL: usize = 40;
+/// Cells above this count as this: -5 dB of full scale, more than any echo has in a chirp that the
+/// converter takes without clipping; then [`MAX_BOX`]² of them still fit 32 bits.
+const LARGEST_CELL: usize = 233;
+
+/// 2^(k/8) in Q32.
+const EIGHTHS: [u64; 8] = [
+    4_294_967_296,
+    4_683_695_048,
+    5_107_605_667,
+    5_569_883_475,
+    6_074_001_000,
+    6_623_745_065,
+    7_223_245_205,
+    7_877_004_772,
+];
+
+/// Linear power of every possible cell: 2^((cell - [`UNIT_CELL`]) / 8), rounded. Worked out in Q32
+/// and 24 octaves higher, so that small powers keep their digits until they are rounded.
+static POWER: [u32; 256] = {
+    let mut table = [0; 256];
+    let mut cell = 0;
+    while cell < 256 {
+        let octaves8 = if cell < LARGEST_CELL {
+            cell
+        } else {
+            LARGEST_CELL
+        } + 24 * 8
+            - UNIT_CELL;
+        let scaled = (EIGHTHS[octaves8 & 7] as u128) << (octaves8 >> 3);
+        table[cell] = ((scaled + (1 << 55)) >> 56) as u32;
+        cell += 1;
+    }
+    table
+};
+
+/// Linear power of a cell.
+#[inline]
+fn power(cell: u8) -> u32 {
+    POWER[usize::from(cell)]
+}
+
+/// One-way 3 dB width over the standard deviation of the two-way power pattern
+/// exp(-8 ln2 (t/width)²): sqrt(16 ln 2).
+const WIDTH_PER_SIGMA: f32 = 3.330_218_4;
+
+/// Standard deviation of the two-way power pattern of a beam whose one-way 3 dB width is `width`.
+pub fn two_way_sigma(width: f32) -> f32 {
+    width / WIDTH_PER_SIGMA
+}
+
+/// Standard deviation in angle of a point scatterer's lobe behind the filter, radians.
+pub fn lobe_sigma_rad(geometry: &Geometry) -> f32 {
+    // Pattern and filter have the same shape.
+    two_way_sigma(geometry.beamwidth_rad) * core::f32::consts::SQRT_2
+}
+
+/// Variance of one box of n rows is (n² - 1) / 12; two of them have 1/6 of n² - 1.
+const BOXES_PER_VARIANCE: f32 = 6.0;
+
+/// Rows of one box so that two of them have the variance of the two-way beam; odd.
+pub fn box_rows(geometry: &Geometry) -> usize {
+    let sigma = two_way_sigma(geometry.beamwidth_rad) / geometry.step_rad.max(f32::MIN_POSITIVE);
+    // `as` saturates.
+    let rows = math::sqrt(BOXES_PER_VARIANCE * sigma * sigma + 1.0) + 0.5;
+    ((rows as usize) | 1).min(MAX_BOX)
+}
+
+/// Binary digits of a level's fraction of an octave.
+const FRACTION_BITS: u32 = UNITS_PER_OCTAVE.trailing_zeros();
+
+/// 128 log2(1 + f/128), rounded off: f + 0.344 f (1 - f), 44/128 = 0.344.
+static FRACTION: [u8; UNITS_PER_OCTAVE] = {
+    let mut table = [0; UNITS_PER_OCTAVE];
+    let mut fraction = 0;
+    while fraction < UNITS_PER_OCTAVE {
+        let bend = (fraction * (128 - fraction) * 44) >> 14;
+        table[fraction] = (fraction + bend) as u8;
+        fraction += 1;
+    }
+    table
+};
+
+/// Binary logarithm of a filtered power in 1/128 octave; monotone, error below 0.01 octave.
+#[inline]
+pub fn level(power: u32) -> u16 {
+    let power = power | 1;
+    let zeros = power.leading_zeros();
+    // The digits behind the leading one.
+    let fraction = (power << zeros << 1) >> (u32::BITS - FRACTION_BITS);
+    let octaves = u32::BITS - 1 - zeros;
+    (octaves << FRACTION_BITS | u32::from(FRACTION[fraction as usize])) as u16
+}
+
+/// The running sums of one range bin.
+#[derive(Clone, Copy, Debug)]
+struct Sums {
+    slope: u32,
+    sum: u32,
+}
+
+/// The running sums of all range bins.
+#[derive(Debug)]
+pub struct AngleFilter {
+    sums: [Sums; MAX_BINS],
+    rows: usize,
+    fed: usize,
+}
+
+impl AngleFilter {
+    /// Without any row yet.
+    pub const fn new() -> Self {
+        Self {
+            sums: [Sums { slope: 0, sum: 0 }; MAX_BINS],
+            rows: 1,
+            fed: 0,
+        }
+    }
+
+    /// Ready for a scan's first row.
+    pub fn begin(&mut self, geometry: &Geometry) {
+        self.rows = box_rows(geometry);
+        self.fed = 0;
+    }
+
+    /// Rows by which the output lags the input.
+    pub fn lag(&self) -> usize {
+        self.rows - 1
+    }
+
+    /// Level of a uniform map whose cells are 0, were it not rounded off.
+    pub fn gain(&self) -> u16 {
+        let unit = (UNIT_CELL as u16) << UNITS_PER_CELL_BITS;
+        level((self.rows * self.rows) as u32).saturating_sub(unit)
+    }
+
+    /// Adds the next row and writes the levels of the row `lag` before it to `levels`; what lies
+    /// before the first row is taken to be like it. `delayed` looks rows back.
+    pub fn feed<'m>(
+        &mut self,
+        row: &[u8],
+        delayed: impl Fn(usize) -> &'m [u8],
+        levels: &mut [u16],
+    ) {
+        if self.fed == 0 {
+            let rows = self.rows as u32;
+            for (sums, &cell) in self.sums.iter_mut().zip(row) {
+                *sums = Sums {
+                    slope: 0,
+                    sum: power(cell) * rows * rows,
+                };
+            }
+        }
+        let one = delayed(self.fed.min(self.rows));
+        let two = delayed(self.fed.min(2 * self.rows));
+        let cells = row.iter().zip(one).zip(two);
+        for ((((&new, &one), &two), sums), level_out) in cells.zip(&mut self.sums).zip(levels) {
+            let change = power(new)
+                .wrapping_add(power(two))
+                .wrapping_sub(power(one) << 1);
+            let slope = sums.slope.wrapping_add(change);
+            let sum = sums.sum.wrapping_add(slope);
+            *sums = Sums { slope, sum };
+            *level_out = level(sum);
+        }
+        self.fed += 1;
+    }
+}
+
+/// Rows of a [`Patch`], relative to its middle: a third of the beam to each side, the middle itself
+/// and what lies between, where the lobe is steep.
+pub const PATCH_ROWS: [i8; 5] = [-3, -2, 0, 2, 3];
+/// Bins of a [`Patch`], relative to its middle.
+pub const PATCH_BINS: [i8; 3] = [-1, 0, 1];
+/// Rows to each side of a patch's middle.
+const REACH: usize = 3;
+/// Rows that the longest filter sees from a patch, and the two empty sums before them.
+const SEEN: usize = 2 * (MAX_BOX + REACH) + 1;
+/// Levels of the filtered map around a place, [bin][row].
+pub type Patch = [[u16; PATCH_ROWS.len()]; PATCH_BINS.len()];
+
+/// The filtered map around one place, worked out again from the map itself.
+pub fn patch(map: &PolarMap, row: usize, bin: usize) -> Patch {
+    let rows = box_rows(map.geometry());
+    let first = row as i32 - (rows - 1 + REACH) as i32;
+    let last = map.rows().saturating_sub(1) as i32;
+    let mut patch = Patch::default();
+    // A maximum has a bin to each side.
+    let start = bin.saturating_sub(1);
+    let Some(cells) = map.from(first.min(last).max(0) as usize, start) else {
+        return patch;
+    };
+    // Two boxes are the second difference, a box apart, of what is summed up twice.
+    let mut twice = [[0u32; PATCH_BINS.len()]; SEEN];
+    let mut slopes = [0u32; PATCH_BINS.len()];
+    let mut sums = [0u32; PATCH_BINS.len()];
+    let mut k = 0;
+    let seen = 2 * (rows + REACH) - 1;
+    for (at, twice) in (first..).zip(twice.iter_mut().skip(2).take(seen)) {
+        let cells = cells.get(k..).unwrap_or(&[]);
+        for ((&cell, slope), sum) in cells.iter().zip(&mut slopes).zip(&mut sums) {
+            *slope = slope.wrapping_add(power(cell));
+            *sum = sum.wrapping_add(*slope);
+        }
+        *twice = sums;
+        // What lies beyond the first and the last row is like them.
+        if (0..last).contains(&at) {
+            k += map.bins();
+        }
+    }
+    for (k, offset) in PATCH_ROWS.into_iter().enumerate() {
+        let from = REACH.wrapping_add_signed(offset.into());
+        let at = |boxes: usize| twice.get(from + boxes * rows).copied().unwrap_or_default();
+        let ends = at(2).into_iter().zip(at(1)).zip(at(0));
+        for (levels, ((end, middle), start)) in patch.iter_mut().zip(ends) {
+            if let Some(out) = levels.get_mut(k) {
+                *out = level(end.wrapping_sub(middle << 1).wrapping_add(start));
+            }
+        }
+    }
+    patch
+}

@@ -1,0 +1,66 @@
+//! Angle bias and mount-height error, taken out where the floor shows them.
+
+use super::Echo;
+use crate::grid::Geometry;
+use crate::math;
+use crate::params::Params;
+
+/// What the floor says about the scanner's own errors.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Calibration {
+    /// Taken off all angles, radians.
+    pub bias_rad: f32,
+    /// Taken off all heights, metres.
+    pub height_m: f32,
+    /// Standard deviation of the bias that is left, radians.
+    pub bias_sigma_rad: f32,
+}
+
+/// Least squares over the echoes that can only be floor, each height error being
+/// -(range · cos angle) · bias + height, with priors; echoes off the floor lose weight (Cauchy).
+pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibration {
+    let precision = |sigma: f32| 1.0 / (sigma * sigma);
+    let mut a = [
+        precision(p.angle_bias_sigma_rad),
+        0.0,
+        precision(p.mount_height_sigma_m),
+    ];
+    let mut b = [0.0f32; 2];
+    let is_floor = |e: &&Echo| {
+        e.y_m.abs() < p.floor_reach_m
+            && e.snr_db > p.floor_least_db
+            && e.range_m > geometry.mount_height_m
+    };
+    for e in echoes.iter().filter(is_floor) {
+        let lever = e.range_m * math::sin_cos(e.angle_rad).1;
+        let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
+        let (fixed_rad, rough_m) = if clean {
+            (p.floor_corner_rad, p.floor_corner_m)
+        } else {
+            (p.floor_speckle_rad, p.floor_speckle_m)
+        };
+        let noise = e.range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
+        let variance = rough_m * rough_m + noise * noise;
+        let tails = p.floor_cauchy_sigmas * p.floor_cauchy_sigmas;
+        let k = 1.0 / (variance * (1.0 + e.y_m * e.y_m / (tails * variance)));
+        a[0] += k * lever * lever;
+        a[1] -= k * lever;
+        a[2] += k;
+        b[0] -= k * lever * e.y_m;
+        b[1] += k * e.y_m;
+    }
+    let det = a[0] * a[2] - a[1] * a[1];
+    let bias_rad = (b[0] * a[2] - b[1] * a[1]) / det;
+    let height_m = (a[0] * b[1] - a[1] * b[0]) / det;
+    for e in echoes.iter_mut() {
+        e.angle_rad -= bias_rad;
+        let (x, y) = geometry.point(e.range_m, e.angle_rad);
+        e.x_m = x;
+        e.y_m = y - height_m;
+    }
+    Calibration {
+        bias_rad,
+        height_m,
+        bias_sigma_rad: math::sqrt(a[2] / det),
+    }
+}

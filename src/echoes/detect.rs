@@ -1,0 +1,165 @@
+//! From maxima to echoes: what neither the noise nor a stronger echo could have made.
+
+use super::angle_filter::{self, LEVEL_DB};
+use super::ghosts::{Ghosts, Suspect};
+use super::lobe::{Lobe, Responses};
+use super::maxima::{MAX_MAXIMA, MaximaFinder, Maximum};
+use super::noise::NoiseSamples;
+use super::{Echo, Echoes};
+use crate::config::Config;
+use crate::grid::{DB_PER_UNIT, PolarMap};
+use crate::math;
+use crate::params::Params;
+use heapless::Vec;
+
+/// Binary integration of CA-CFAR over the beam: an echo stands out from what surrounds it in range
+/// if so many rows let it through …
+const HITS: usize = 3;
+/// … of those up to this many beside its own. At a false-alarm rate of 1.7e-4 a cell, three cells a
+/// row and 13 rows, noise does once in 2·10⁷ places.
+const HIT_ROWS: usize = 6;
+
+/// What the map shows where there is no echo.
+#[derive(Debug)]
+pub struct Background<'a> {
+    /// Noise and side lobes.
+    pub samples: &'a NoiseSamples,
+    /// Median over the whole map, map units.
+    pub noise: f32,
+    /// What the filter adds to a level, 1/128 octave.
+    pub gain: u16,
+}
+
+/// What no maximum may be below, 1/128 octave, less `spare_db`: somewhat less than what [`detect`]
+/// asks, for a filter that adds `gain` and a noise in map units.
+pub fn least_level(noise: f32, gain: u16, spare_db: f32, params: &Params) -> u16 {
+    let above_gain = (noise * DB_PER_UNIT + params.echo_margin_db - spare_db) / LEVEL_DB;
+    gain.saturating_add(above_gain as u16)
+}
+
+/// Whether CA-CFAR lets enough of a maximum's rows through: side lobes over all angles and
+/// oscillator noise raise a whole stretch of range and do not.
+fn stands_out(map: &PolarMap, row: usize, bin: usize) -> bool {
+    let rows = row.saturating_sub(HIT_ROWS)..row + HIT_ROWS + 1;
+    map.rows_hit(rows, bin) >= HITS
+}
+
+/// Goes through the maxima, strongest first, and keeps what only a scatterer of its own explains.
+pub fn detect(
+    map: &PolarMap,
+    finder: &mut MaximaFinder,
+    background: &Background<'_>,
+    config: &Config,
+    params: &Params,
+) -> Echoes {
+    let least = least_level(background.noise, background.gain, 0.0, params);
+    let mut maxima: Vec<Maximum, MAX_MAXIMA> = Vec::new();
+    while let Some(maximum) = finder.pop_weakest() {
+        if maximum.level() >= least {
+            // As many as the finder holds.
+            let _ = maxima.push(maximum);
+        }
+    }
+    let resolution_m = config.radar.range_resolution_m();
+    let instrument = Instrument {
+        map,
+        background,
+        resolution_m,
+        offset_m: config.mount.mirror_offset_m(),
+        responses: Responses::new(map, resolution_m, params),
+        ghosts: Ghosts {
+            params,
+            lobe_sigma_rad: angle_filter::lobe_sigma_rad(map.geometry()),
+            samples: f32::from(config.radar.samples),
+        },
+        params,
+    };
+    let mut echoes = Echoes::new();
+    let mut places: Vec<[f32; 2], { super::MAX_ECHOES }> = Vec::new();
+    for &maximum in maxima.iter().rev() {
+        if let Some((echo, place)) = instrument.echo(maximum, &echoes, &places) {
+            if echoes.push(echo).is_err() {
+                break;
+            }
+            // As many as echoes.
+            let _ = places.push(place);
+        }
+    }
+    echoes
+}
+
+/// What it takes to make an echo of a maximum.
+struct Instrument<'a> {
+    map: &'a PolarMap,
+    background: &'a Background<'a>,
+    resolution_m: f32,
+    offset_m: f32,
+    responses: Responses,
+    ghosts: Ghosts<'a>,
+    params: &'a Params,
+}
+
+impl Instrument<'_> {
+    /// The echo that a maximum shows and its place in cells; none if the noise, a stronger one of
+    /// `echoes` or side lobes could have made it, or if it shows one of those once more.
+    fn echo(
+        &self,
+        maximum: Maximum,
+        echoes: &[Echo],
+        places: &[[f32; 2]],
+    ) -> Option<(Echo, [f32; 2])> {
+        let (map, params) = (self.map, self.params);
+        let Background {
+            samples,
+            noise,
+            gain,
+        } = *self.background;
+        let (row, bin) = maximum.cell(map.bins());
+        let above_gain = f32::from(maximum.level().saturating_sub(gain));
+        let snr_db = above_gain * LEVEL_DB - noise * DB_PER_UNIT;
+        let stands_out = stands_out(map, row, bin);
+        let floor_db = math::max(f32::from(samples.floor(bin)) - noise, 0.0) * DB_PER_UNIT;
+        let margin_db = if floor_db > params.side_lobes_seen_db && !stands_out {
+            params.side_lobe_margin_db
+        } else {
+            params.echo_margin_db
+        };
+        if snr_db < floor_db + margin_db {
+            return None;
+        }
+        let patch = angle_filter::patch(map, row, bin);
+        let lobe = Lobe::new(&patch, &self.responses, snr_db, params);
+        let geometry = map.geometry();
+        let place = [row as f32 + lobe.row.value, bin as f32 + lobe.bin.value];
+        let range_m = geometry.range_m(place[1]);
+        let suspect = Suspect {
+            native_bin: (range_m + self.offset_m) / self.resolution_m,
+            angle_rad: map.angle_rad(row) + lobe.row.value * geometry.step_rad,
+            snr_db,
+            stands_out,
+        };
+        if echoes.iter().any(|e| self.ghosts.explain(e, &suspect)) {
+            return None;
+        }
+        // Two maxima of one lobe: their places meet where the scatterer is.
+        let meets = |other: &[f32; 2]| {
+            (place[0] - other[0]).abs() + (place[1] - other[1]).abs() < params.same_echo_cells
+        };
+        if places.iter().any(meets) {
+            return None;
+        }
+        let (x_m, y_m) = geometry.point(range_m, suspect.angle_rad);
+        let echo = Echo {
+            snr_db,
+            range_m,
+            angle_rad: suspect.angle_rad,
+            x_m,
+            y_m,
+            width: lobe.width,
+            angle_sigma_rad: lobe.row.sigma() * geometry.step_rad,
+            range_sigma_m: lobe.bin.sigma() * geometry.bin_m,
+            native_bin: suspect.native_bin,
+        };
+        Some((echo, place))
+    }
+}

@@ -1,0 +1,87 @@
+//! What a strong echo shows where nothing is: one function per artefact, each the highest level
+//! relative to that echo, dB.
+
+use super::Echo;
+use super::lobe::GAUSSIAN_DB;
+use crate::math;
+use crate::params::Params;
+
+/// No artefact: below everything that a receiver can show.
+const NEVER_DB: f32 = -99.0;
+
+/// Where something is that may be a ghost.
+#[derive(Clone, Copy, Debug)]
+pub struct Suspect {
+    /// Native range bin (c/2B) from the radar.
+    pub native_bin: f32,
+    /// Angle, radians.
+    pub angle_rad: f32,
+    /// Power above the noise, dB.
+    pub snr_db: f32,
+    /// Whether CA-CFAR tells it from what surrounds it in range.
+    pub stands_out: bool,
+}
+
+/// The artefacts of an instrument.
+#[derive(Clone, Copy, Debug)]
+pub struct Ghosts<'p> {
+    /// Their levels.
+    pub params: &'p Params,
+    /// Standard deviation in angle of a point scatterer's lobe, radians.
+    pub lobe_sigma_rad: f32,
+    /// Samples of a chirp.
+    pub samples: f32,
+}
+
+impl Ghosts<'_> {
+    /// Whether `echo` alone could have made the suspect.
+    pub fn explain(&self, echo: &Echo, suspect: &Suspect) -> bool {
+        let bins = (suspect.native_bin - echo.native_bin).abs();
+        let turn = (suspect.angle_rad - echo.angle_rad) / self.lobe_sigma_rad;
+        let lobe_db = -GAUSSIAN_DB * turn * turn;
+        let artefacts = [
+            self.antenna_db(bins, lobe_db),
+            self.range_skirt_db(bins, lobe_db),
+            self.oscillator_noise_db(bins, lobe_db, suspect.stands_out),
+            self.iq_image_db(suspect.native_bin + echo.native_bin, lobe_db),
+        ];
+        let highest = artefacts.into_iter().fold(NEVER_DB, math::max);
+        suspect.snr_db - echo.snr_db < highest
+    }
+
+    /// The beam's own lobe, and its two-way side lobes over all angles, at the echo's range.
+    fn antenna_db(&self, bins: f32, lobe_db: f32) -> f32 {
+        let p = self.params;
+        if bins >= p.range_lobe_bins {
+            return NEVER_DB;
+        }
+        let pattern_db = math::max(lobe_db + p.main_lobe_margin_db, -p.side_lobe_db);
+        pattern_db - p.range_curvature_db * bins * bins
+    }
+
+    /// What a sweep that is not quite linear spreads around the echo's range, in its beam.
+    fn range_skirt_db(&self, bins: f32, lobe_db: f32) -> f32 {
+        if bins > self.params.skirt_bins {
+            return NEVER_DB;
+        }
+        lobe_db + self.params.same_beam_margin_db - self.params.skirt_db
+    }
+
+    /// The oscillator's phase noise: every range, in the echo's beam. It raises whole stretches of
+    /// range, so that nothing which stands out of them is made by it.
+    fn oscillator_noise_db(&self, bins: f32, lobe_db: f32, stands_out: bool) -> f32 {
+        if bins <= self.params.skirt_bins || stands_out {
+            return NEVER_DB;
+        }
+        lobe_db + self.params.same_beam_margin_db - self.params.oscillator_noise_db
+    }
+
+    /// The image that an I/Q imbalance makes at the negative frequency: the two bins add up to the
+    /// number of samples.
+    fn iq_image_db(&self, sum_of_bins: f32, lobe_db: f32) -> f32 {
+        if (sum_of_bins - self.samples).abs() >= self.params.image_bins {
+            return NEVER_DB;
+        }
+        lobe_db + self.params.same_beam_margin_db - self.params.iq_image_db
+    }
+}

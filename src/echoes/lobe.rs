@@ -1,0 +1,131 @@
+//! The lobe of one point scatterer: where its peak lies between the cells, how wide it is, and how
+//! well that is known.
+//!
+//! The responses in angle (two-way beam through the matched filter) and in range (the window's main
+//! lobe) are parabolas in logarithmic power. What is left of the levels around a maximum once such
+//! a parabola is taken off lies on a line whose slope says how far off the middle the scatterer is.
+//! Departures from that line are clipped: where a neighbour's flank raises one side of the lobe, the
+//! other side still tells.
+
+use super::angle_filter::{self, LEVEL_DB, PATCH_BINS, PATCH_ROWS, Patch};
+use crate::estimate::Estimate;
+use crate::grid::PolarMap;
+use crate::math;
+use crate::params::Params;
+
+/// Curvature of a Gaussian of unit variance in logarithmic power: 10 lg e / 2, dB.
+pub const GAUSSIAN_DB: f32 = 2.171_472_4;
+/// Rounds of clipping: the line moves by less than a hundredth of a cell in a third one.
+const ROUNDS: usize = 2;
+/// Farthest that a peak may lie from the middle of its patch, rows: what the patch reaches and one.
+const MOST_ROWS: f32 = 4.0;
+/// A lobe that is not even a fiftieth as curved as a point scatterer's is none.
+const LEAST_CURVED: f32 = 0.02;
+/// Width of what is no lobe, in units of a point scatterer's.
+const NO_LOBE: f32 = 9.0;
+
+/// Mean of the squared offsets of [`PATCH_ROWS`].
+const MEAN_SQUARE: f32 = 5.2;
+/// Sum over [`PATCH_ROWS`] of (offset² - mean)²: what a quadratic that is orthogonal to the mean is
+/// divided by.
+const QUADRATIC: f32 = 58.8;
+
+/// What the responses look like on this map's grid.
+#[derive(Clone, Copy, Debug)]
+pub struct Responses {
+    /// Of the filtered lobe, dB per squared row.
+    per_row_db: f32,
+    /// Of the window's main lobe, dB per squared stored bin.
+    per_bin_db: f32,
+}
+
+impl Responses {
+    /// The responses for the geometry and the native range resolution c/2B.
+    pub fn new(map: &PolarMap, resolution_m: f32, params: &Params) -> Self {
+        let geometry = map.geometry();
+        let rows = geometry.step_rad / angle_filter::lobe_sigma_rad(geometry);
+        let bins = geometry.bin_m / resolution_m;
+        Self {
+            per_row_db: GAUSSIAN_DB * rows * rows,
+            per_bin_db: params.range_curvature_db * bins * bins,
+        }
+    }
+}
+
+/// A scatterer's place relative to the cell of its maximum.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lobe {
+    /// Rows off the cell.
+    pub row: Estimate,
+    /// Stored range bins off the cell.
+    pub bin: Estimate,
+    /// Width in angle in units of a point scatterer's; large where there is no peak.
+    pub width: f32,
+}
+
+impl Lobe {
+    /// Looks at the levels around a maximum that stands `snr_db` above the noise.
+    pub fn new(patch: &Patch, responses: &Responses, snr_db: f32, params: &Params) -> Self {
+        let mut rows = [0f32; PATCH_ROWS.len()];
+        let mut bins = [0f32; PATCH_BINS.len()];
+        let [_, [_, _, middle, _, _], _] = *patch;
+        for (bin, levels) in bins.iter_mut().zip(patch) {
+            for (row, &level) in rows.iter_mut().zip(levels) {
+                let value = (f32::from(level) - f32::from(middle)) * LEVEL_DB;
+                *row += value / PATCH_BINS.len() as f32;
+                *bin += value / PATCH_ROWS.len() as f32;
+            }
+        }
+        let bend = PATCH_ROWS.iter().zip(&rows).map(|(&d, v)| {
+            let d = f32::from(d);
+            (d * d - MEAN_SQUARE) * v / QUADRATIC
+        });
+        let bend: f32 = bend.sum();
+        let width = if bend < -LEAST_CURVED * responses.per_row_db {
+            math::sqrt(-responses.per_row_db / bend)
+        } else {
+            NO_LOBE
+        };
+        let noise_db = params.level_noise_db * math::amplitude(-snr_db);
+        let sigma_db = math::hypot(params.lobe_model_db, noise_db);
+        let clip_db = params.lobe_clip_sigmas * sigma_db;
+        let row = offset(&mut rows, &PATCH_ROWS, responses.per_row_db, clip_db);
+        let bin = offset(&mut bins, &PATCH_BINS, responses.per_bin_db, clip_db);
+        Self {
+            row: Estimate {
+                value: row.0.clamp(-MOST_ROWS, MOST_ROWS),
+                variance: row.1 * sigma_db * sigma_db,
+            },
+            bin: Estimate {
+                value: bin.0.clamp(-1.0, 1.0),
+                variance: bin.1 * sigma_db * sigma_db,
+            },
+            width,
+        }
+    }
+}
+
+/// Where the peak of a parabola of this curvature lies, and the variance of that for levels of unit
+/// variance: the slope of `values` (dB) over their offsets `at` once the parabola is taken off.
+fn offset(values: &mut [f32], at: &[i8], per_cell_db: f32, clip_db: f32) -> (f32, f32) {
+    let mut squares = 0.0;
+    for (v, &d) in values.iter_mut().zip(at) {
+        let square = f32::from(d) * f32::from(d);
+        *v += per_cell_db * square;
+        squares += square;
+    }
+    let mean = values.iter().sum::<f32>() / values.len().max(1) as f32;
+    let slope_of = |slope: f32, clip_db: f32| {
+        let left = values.iter().zip(at).map(|(v, &d)| {
+            let d = f32::from(d);
+            d * (v - mean - slope * d).clamp(-clip_db, clip_db)
+        });
+        slope + left.sum::<f32>() / squares
+    };
+    let mut slope = slope_of(0.0, f32::INFINITY);
+    for _ in 0..ROUNDS {
+        slope = slope_of(slope, clip_db);
+    }
+    let per_slope = 0.5 / per_cell_db.max(f32::MIN_POSITIVE);
+    (slope * per_slope, per_slope * per_slope / squares)
+}

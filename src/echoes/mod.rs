@@ -1,0 +1,156 @@
+//! From the polar map to echoes: point scatterers, placed below the size of a cell.
+//!
+//! | module | from → to |
+//! |---|---|
+//! | `angle_filter` | rows of the map → rows filtered along the angle |
+//! | `maxima` | filtered rows → the strongest local maxima |
+//! | `noise` | filtered rows → noise, and what side lobes add per range bin |
+//! | `lobe` | the levels around a maximum → place below the cell, variance, width |
+//! | `ghosts` | what a strong echo shows where nothing is, one function per artefact |
+//! | `detect` | maxima → echoes that need a scatterer of their own |
+//! | `calibrate` | echoes of the floor → angle bias and mount height, taken out |
+
+mod angle_filter;
+pub mod calibrate;
+mod detect;
+mod ghosts;
+mod lobe;
+mod maxima;
+mod noise;
+
+#[cfg(test)]
+pub(crate) mod tests;
+
+use crate::config::Config;
+use crate::grid::PolarMap;
+use crate::params::Params;
+use heapless::Vec;
+
+/// Most echoes of a scan.
+pub const MAX_ECHOES: usize = 64;
+
+/// The echoes of a scan, strongest first.
+pub type Echoes = Vec<Echo, MAX_ECHOES>;
+
+/// One echo: a point scatterer, as far as the map tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Echo {
+    /// Filtered power above the noise, dB.
+    pub snr_db: f32,
+    /// Range from the mirror, metres.
+    pub range_m: f32,
+    /// Angle, radians.
+    pub angle_rad: f32,
+    /// Horizontal distance from the mirror, metres.
+    pub x_m: f32,
+    /// Height above the ground, metres.
+    pub y_m: f32,
+    /// Width of the filtered lobe in angle, in units of a point scatterer's.
+    pub width: f32,
+    /// Standard deviation of the angle, radians.
+    pub angle_sigma_rad: f32,
+    /// Standard deviation of the range, metres.
+    pub range_sigma_m: f32,
+    /// Native range bin (c/2B) from the radar.
+    pub native_bin: f32,
+}
+
+impl Default for Collector {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Gathers echoes row by row while the scan goes on.
+#[derive(Debug)]
+pub struct Collector {
+    filter: angle_filter::AngleFilter,
+    finder: maxima::MaximaFinder,
+    noise: noise::NoiseSamples,
+    fed: usize,
+    reversed: bool,
+    /// Maxima below are not looked for.
+    least: u16,
+}
+
+impl Collector {
+    /// Before the first scan.
+    pub const fn new() -> Self {
+        Self {
+            filter: angle_filter::AngleFilter::new(),
+            finder: maxima::MaximaFinder::new(),
+            noise: noise::NoiseSamples::new(),
+            fed: 0,
+            reversed: false,
+            least: 0,
+        }
+    }
+
+    /// Ready for the first row of the scan that `map` has been shaped for.
+    pub fn begin(&mut self, map: &PolarMap) {
+        self.filter.begin(map.geometry());
+        self.finder.begin();
+        self.noise.begin();
+        self.fed = 0;
+        self.reversed = false;
+        self.least = 0;
+    }
+
+    /// Takes in row `k` of the map. Rows come one after the other from either end.
+    pub fn row(&mut self, map: &PolarMap, k: usize) {
+        if self.fed == 0 {
+            self.reversed = k > 0;
+        }
+        self.push(map, map.row(k));
+    }
+
+    /// Feeds one row to filter, noise and finder.
+    fn push(&mut self, map: &PolarMap, row: &[u8]) {
+        let last = map.rows().saturating_sub(1);
+        let (fed, reversed) = (self.fed, self.reversed);
+        let place = |arrival: usize| {
+            let arrival = arrival.min(last);
+            if reversed { last - arrival } else { arrival }
+        };
+        let levels = self.finder.next_row();
+        let delayed = |back: usize| map.row(place(fed.saturating_sub(back)));
+        self.filter.feed(row, delayed, &mut levels[..]);
+        self.fed += 1;
+        let Some(centre) = fed.checked_sub(self.filter.lag()) else {
+            return;
+        };
+        let spacing = (self.filter.lag() + 1).max(map.rows().div_ceil(noise::MAX_SAMPLES));
+        if place(centre).checked_rem(spacing) == Some(spacing / 2) {
+            let levels = levels.get(..map.bins()).unwrap_or(&[]);
+            self.noise.add(levels, self.filter.gain());
+        }
+        let middle = centre.checked_sub(maxima::MIDDLE).map(place);
+        self.finder.advance(map.bins(), middle, self.least);
+    }
+
+    /// The echoes, after the last row, and the noise: median of the filtered map, map units.
+    pub fn finish(&mut self, map: &PolarMap, config: &Config, params: &Params) -> (Echoes, f32) {
+        let end = if self.reversed {
+            0
+        } else {
+            map.rows().saturating_sub(1)
+        };
+        // What noise makes need not be looked for now that there is no time left; the last sample
+        // of it, still to come, moves the noise by less than the decibel that is left to it.
+        if let Some(noise) = self.noise.median() {
+            self.least = detect::least_level(noise, self.filter.gain(), 1.0, params);
+        }
+        // What lies beyond the last row is taken to be like it.
+        for _ in 0..self.filter.lag() {
+            self.push(map, map.row(end));
+        }
+        let noise = self.noise.median().unwrap_or(0.0);
+        let background = detect::Background {
+            samples: &self.noise,
+            noise,
+            gain: self.filter.gain(),
+        };
+        let echoes = detect::detect(map, &mut self.finder, &background, config, params);
+        (echoes, noise)
+    }
+}

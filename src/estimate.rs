@@ -1,0 +1,27 @@
+//! A measured value and how well it is known.
+
+use crate::math;
+
+/// A value with its variance, in the value's unit and its square.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Estimate {
+    /// The value.
+    pub value: f32,
+    /// Its variance.
+    pub variance: f32,
+}
+
+impl Estimate {
+    /// From a value and its standard deviation.
+    pub const fn new(value: f32, sigma: f32) -> Self {
+        Self {
+            value,
+            variance: sigma * sigma,
+        }
+    }
+
+    /// The standard deviation.
+    pub fn sigma(&self) -> f32 {
+        math::sqrt(self.variance)
+    }
+}

@@ -1,0 +1,25 @@
+//! What the map is given to: rows during the scan, and after the last one the question for steps.
+
+use crate::answer::Outcome;
+use crate::config::Config;
+use crate::grid::PolarMap;
+use crate::observer::Observer;
+
+/// Works a scan's map off. The same map, configuration and scan number give the same answer.
+pub trait Estimator {
+    /// Ready for the first row of the scan that `map` has been shaped for.
+    fn begin(&mut self, map: &PolarMap);
+
+    /// Takes in row `k` of the map. Rows come one after the other from either end; one whose chirp
+    /// was lost comes too, empty as it is.
+    fn row(&mut self, map: &PolarMap, k: usize);
+
+    /// The answer of scan number `scan`, after the last row, while `observer` looks.
+    fn finish(
+        &mut self,
+        map: &PolarMap,
+        config: &Config,
+        scan: u32,
+        observer: &mut dyn Observer,
+    ) -> Outcome;
+}

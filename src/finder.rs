@@ -1,0 +1,120 @@
+//! The map and the estimators that read it, in one block of memory.
+
+use crate::answer::{Outcome, Reason};
+use crate::config::{Config, ConfigError, EstimatorKind};
+use crate::estimator::Estimator;
+use crate::flight::Likelihood;
+use crate::grid::{PolarMap, Row};
+use crate::observer::Observer;
+#[cfg(feature = "paper")]
+use crate::paper::Paper;
+
+/// What one estimator keeps beside the map, during the scan and after it. Only one works at a
+/// time, so they share their memory.
+#[derive(Debug)]
+#[repr(u8)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one estimator or the other in the same memory"
+)]
+enum Scratch {
+    /// Before the first scan: tag 0, so that a static of it costs no flash.
+    Idle,
+    Likelihood(Likelihood),
+    #[cfg(feature = "paper")]
+    Paper(Paper),
+}
+
+impl Scratch {
+    /// Makes room for the estimator of `kind`, if it is not the one that is there.
+    fn choose(&mut self, kind: EstimatorKind) {
+        match (&self, kind) {
+            #[cfg(feature = "paper")]
+            (Self::Paper(_), EstimatorKind::Paper) => {}
+            #[cfg(feature = "paper")]
+            (_, EstimatorKind::Paper) => *self = Self::Paper(Paper::new()),
+            (Self::Likelihood(_), EstimatorKind::Likelihood) => {}
+            (_, EstimatorKind::Likelihood) => *self = Self::Likelihood(Likelihood::new()),
+        }
+    }
+
+    fn estimator(&mut self) -> Option<&mut dyn Estimator> {
+        match self {
+            Self::Idle => None,
+            Self::Likelihood(estimator) => Some(estimator),
+            #[cfg(feature = "paper")]
+            Self::Paper(estimator) => Some(estimator),
+        }
+    }
+}
+
+/// Finds stairs: rows in, outcome out.
+///
+/// [`StairFinder::begin`] a scan, [`StairFinder::fill`] each row that comes, say of each other that
+/// it is [`StairFinder::lost`], from either end of the sweep, then [`StairFinder::finish`]. The
+/// configuration names the estimator.
+#[derive(Debug)]
+pub struct StairFinder {
+    map: PolarMap,
+    scratch: Scratch,
+}
+
+impl StairFinder {
+    /// A finder without a scan.
+    pub const fn new() -> Self {
+        Self {
+            map: PolarMap::new(),
+            scratch: Scratch::Idle,
+        }
+    }
+
+    /// Empties the map and gives it the shape of `config`'s scan.
+    ///
+    /// # Errors
+    /// Names the field that makes the scan larger than the map.
+    pub fn begin(&mut self, config: &Config) -> Result<(), ConfigError> {
+        self.map.begin(config)?;
+        self.scratch.choose(config.estimator);
+        if let Some(estimator) = self.scratch.estimator() {
+            estimator.begin(&self.map);
+        }
+        Ok(())
+    }
+
+    /// Lets `fill` write row `k`, once a scan, and works off what can be during the scan; `None`
+    /// beyond the last row.
+    pub fn fill<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
+        let filled = self.map.fill(k, fill)?;
+        self.lost(k);
+        Some(filled)
+    }
+
+    /// Row `k` will not come, or is as it shall be.
+    pub fn lost(&mut self, k: usize) {
+        if let Some(estimator) = self.scratch.estimator() {
+            estimator.row(&self.map, k);
+        }
+    }
+
+    /// The answer of scan number `scan` with the configuration that it began with, while
+    /// `observer` looks.
+    pub fn finish(&mut self, config: &Config, scan: u32, observer: &mut dyn Observer) -> Outcome {
+        let Some(estimator) = self.scratch.estimator() else {
+            return Outcome::fault(Reason::Silent);
+        };
+        let mut outcome = estimator.finish(&self.map, config, scan, observer);
+        outcome.link();
+        outcome
+    }
+
+    /// The map as it stands.
+    pub fn map(&self) -> &PolarMap {
+        &self.map
+    }
+}
+
+impl Default for StairFinder {
+    fn default() -> Self {
+        Self::new()
+    }
+}

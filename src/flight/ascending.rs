@@ -1,0 +1,351 @@
+//! Stairs going up, as the search sees them: risers one behind the other, each as high as the
+//! others, closed or floating; and single things too tall to climb.
+
+use super::roles::{Riser, Role};
+use super::scene::{MAX_COLUMNS, Mark, Scene};
+use super::stairs::{Explanation, Flight, Link, Spacing, Stairs};
+use crate::echoes::MAX_ECHOES;
+use crate::estimate::Estimate;
+use crate::math;
+use core::cell::RefCell;
+use core::ops::Range;
+
+/// Riser heights tried, metres: closer together than an echo's height is known.
+const RISES_M: [f32; 8] = [0.07, 0.09, 0.11, 0.13, 0.15, 0.17, 0.19, 0.21];
+/// Riser heights around the winner's at which its likelihood is looked at, metres: three times finer
+/// than [`RISES_M`], and one and a half of their steps to each side.
+const FINE_RISES_M: [f32; 11] = [
+    -0.030, -0.024, -0.018, -0.012, -0.006, 0.0, 0.006, 0.012, 0.018, 0.024, 0.030,
+];
+/// Heights of single things too tall to climb, metres: from above the tallest riser to a wall, each
+/// a fifth higher than the one before, as far as an echo's height at a metre tells them apart.
+const TALL_RISES_M: [f32; 6] = [0.25, 0.30, 0.36, 0.43, 0.60, 2.0];
+
+/// What two flights of the same risers may differ in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Shape {
+    /// Height of one riser, metres.
+    pub rise_m: f32,
+    /// Whether there is nothing below the treads.
+    pub open: bool,
+}
+
+/// Riser number `k` of a flight of regular rises.
+pub fn riser(chain: &[Link], shape: Shape, k: usize) -> Riser {
+    let at = |k: usize| chain.get(k).map(|l| l.along_m);
+    let base_m = k as f32 * shape.rise_m;
+    Riser {
+        previous_m: k.checked_sub(1).and_then(at),
+        along_m: at(k).unwrap_or(f32::INFINITY),
+        base_m,
+        top_m: base_m + shape.rise_m,
+        open: shape.open,
+    }
+}
+
+/// Number of the riser that a mark lies near or before; that of the landing beyond the last.
+pub fn riser_of(m: &Mark, chain: &[Link], column_m: f32) -> usize {
+    let behind = |l: &&Link| l.along_m < m.x_m - column_m;
+    chain.iter().take_while(behind).count()
+}
+
+/// The tread before a riser.
+#[derive(Clone, Copy, Debug, Default)]
+struct Before {
+    /// Its score, nats.
+    score: f32,
+    /// The strongest echo on it near the riser, dB.
+    strongest_db: f32,
+}
+
+/// Stairs going up.
+#[derive(Debug)]
+pub struct Ascending<'e> {
+    scene: &'e Scene<'e>,
+    /// Per column: the floor before it, which is the same for every first riser there.
+    floors: [Before; MAX_COLUMNS],
+    /// What lies behind risers, at the level looked at last.
+    landing: RefCell<Landing>,
+    /// Per column: by how much one tall thing farther than a landing behind it explains more than a
+    /// ramp, nats.
+    walls: [f32; MAX_COLUMNS],
+    null: f32,
+}
+
+/// Scores of landings at one level, by where they begin.
+#[derive(Debug)]
+struct Landing {
+    level_m: f32,
+    open: bool,
+    /// Entry k: of all marks from number k on …
+    sums: [f32; MAX_ECHOES + 1],
+    /// … as far as they have been asked for: from this one on.
+    known: usize,
+}
+
+impl Default for Landing {
+    fn default() -> Self {
+        Self {
+            level_m: 0.0,
+            open: false,
+            sums: [0.0; MAX_ECHOES + 1],
+            known: usize::MAX,
+        }
+    }
+}
+
+impl Landing {
+    /// Score of the landing behind the last riser of a flight; none where what is seen of it
+    /// depends on where the riser stands.
+    fn look_up(&mut self, scene: &Scene<'_>, x_m: f32, level_m: f32, open: bool) -> Option<f32> {
+        if level_m >= scene.mount_height_m {
+            return None;
+        }
+        let marks = scene.marks.len();
+        if self.level_m != level_m || self.open != open || self.known > marks {
+            (self.level_m, self.open, self.known) = (level_m, open, marks);
+            *self.sums.get_mut(marks)? = 0.0;
+        }
+        let first = scene.first_beyond(x_m + scene.params.column_m);
+        if first < self.known {
+            self.extend(scene, first..self.known);
+            self.known = first;
+        }
+        self.sums.get(first).copied()
+    }
+
+    /// Adds up the marks of `range`; those behind it are known.
+    fn extend(&mut self, scene: &Scene<'_>, range: Range<usize>) {
+        let landing = Riser::landing(None, self.level_m, self.open);
+        let mut sum = self.sums.get(range.end).copied().unwrap_or(0.0);
+        let marks = scene.marks.get(range.clone()).unwrap_or(&[]);
+        let places = self.sums.get_mut(range).unwrap_or(&mut []);
+        for (place, mark) in places.iter_mut().zip(marks).rev() {
+            sum += scene.on_tread(mark, &landing).1;
+            *place = sum;
+        }
+    }
+}
+
+impl<'e> Ascending<'e> {
+    /// Scores everything that is no stair.
+    pub fn new(scene: &'e Scene<'e>) -> Self {
+        let ramp = scene.best_ramp();
+        let mut ascending = Self {
+            scene,
+            floors: [Before::default(); MAX_COLUMNS],
+            landing: RefCell::new(Landing::default()),
+            walls: [0.0; MAX_COLUMNS],
+            null: ramp,
+        };
+        for (k, column) in scene.columns.iter().enumerate() {
+            let floor = ascending.tread(&Riser {
+                along_m: column.along_m,
+                ..Riser::landing(None, 0.0, false)
+            });
+            if let Some(place) = ascending.floors.get_mut(k) {
+                *place = floor;
+            }
+        }
+        let tall = ascending.tall_things();
+        let gains = scene.columns.iter().zip(&tall);
+        for (wall, column) in ascending.walls.iter_mut().zip(&scene.columns) {
+            let beyond = column.along_m + scene.params.landing_m;
+            let behind = gains.clone().filter(|(c, _)| c.along_m > beyond);
+            *wall = behind.map(|(_, &gain)| gain).fold(0.0, math::max);
+        }
+        ascending.null = ramp + tall.iter().copied().fold(0.0, math::max);
+        ascending
+    }
+
+    /// Per column: by how much one thing too tall to climb explains more than a ramp, nats. A post
+    /// shows no corner, a box or a wall does.
+    fn tall_things(&self) -> [f32; MAX_COLUMNS] {
+        let mut tall = [0f32; MAX_COLUMNS];
+        for rise_m in TALL_RISES_M {
+            for open in [false, true] {
+                let columns = tall.iter_mut().zip(&self.scene.columns).enumerate();
+                for (k, (gain, column)) in columns.filter(|(_, (_, c))| c.begins) {
+                    let link = Link {
+                        along_m: column.along_m,
+                        column: Some(k as u8),
+                    };
+                    *gain = math::max(*gain, self.whole(&[link], Shape { rise_m, open }));
+                }
+            }
+        }
+        tall
+    }
+
+    /// The tread before a riser, or the landing.
+    fn tread(&self, riser: &Riser) -> Before {
+        let (scene, p) = (self.scene, self.scene.params);
+        let from = riser
+            .previous_m
+            .map_or(p.nearest_riser_m, |x| x + p.column_m);
+        let (mut total, mut strongest_db, mut clutter) = (0.0, p.tread_background_db, 0.0f32);
+        for m in scene.between(from, riser.along_m - p.column_m) {
+            let (role, gain) = scene.on_tread(m, riser);
+            if role == Role::Clutter {
+                // What stands on one tread is one thing, however many echoes it has.
+                total += p.again * math::max(clutter, gain);
+                clutter = math::min(clutter, gain);
+            } else {
+                total += gain;
+            }
+            let on_level = (m.y_m - riser.base_m).abs() < p.level_sigmas * m.y_sigma_m;
+            if role == Role::Tread && on_level && m.x_m > riser.along_m - p.corner_before_m {
+                strongest_db = math::max(strongest_db, m.snr_db);
+            }
+        }
+        Before {
+            score: total + clutter,
+            strongest_db,
+        }
+    }
+
+    /// Score of one riser and the tread `before` it.
+    fn riser(&self, riser: &Riser, before: Before) -> f32 {
+        let (scene, p) = (self.scene, self.scene.params);
+        let mut total = before.score - p.step_nats;
+        let marks = scene.near(riser.along_m);
+        if marks.is_empty() {
+            return total - p.unseen_riser_nats;
+        }
+        // The best echo in each role counts in full, further ones a little.
+        let (mut corner, mut top, mut edge) = (0.0f32, 0.0f32, 0.0f32);
+        let mut corner_db = f32::NEG_INFINITY;
+        for m in marks {
+            let fit = scene.on_riser(m, riser);
+            edge = math::max(edge, fit.edge);
+            if let Some((_, gain)) = fit.other {
+                total += gain;
+            } else if fit.corner > fit.top && fit.corner > corner {
+                total += p.again * corner;
+                corner = fit.corner;
+                corner_db = m.snr_db;
+            } else if fit.top > top {
+                total += p.again * top;
+                top = fit.top;
+            } else if fit.corner > 0.0 || fit.top > 0.0 {
+                total += p.again * math::max(fit.corner, fit.top);
+            } else {
+                total -= p.stray_nats * m.weight;
+            }
+        }
+        // A flash's flank hides the corner below it.
+        let near_flash = riser.top_m > scene.mount_height_m - p.flash_below_m
+            && scene.mount_height_m - riser.base_m < p.flash_flank * riser.along_m;
+        let corner_shows = !riser.open && !scene.hides_foot(riser) && !near_flash;
+        if corner_shows && corner < p.corner_seen_nats {
+            total -= p.no_corner_nats;
+        }
+        if edge < p.edge_seen_nats {
+            total -= p.no_edge_nats;
+        }
+        if corner > p.corner_seen_nats && corner_db > before.strongest_db + p.bright_corner_db {
+            total += p.bright_corner_nats;
+        }
+        total + corner + top
+    }
+
+    /// Cost of three risers in a row that are not evenly spaced.
+    fn irregularity(&self, a: f32, b: f32, c: f32) -> f32 {
+        let p = self.scene.params;
+        let d = (c - 2.0 * b + a) / p.uneven_going_m;
+        math::min(p.uneven_going_nats * d * d, 1.0)
+    }
+
+    /// The riser height over its likelihood, the chain given, and the highest score among them.
+    pub fn rise(&self, flight: &Flight<Shape>) -> (Estimate, f32) {
+        let shape = flight.shape;
+        let at = |offset: f32| {
+            let rise_m = shape.rise_m + offset;
+            self.whole(&flight.chain, Shape { rise_m, ..shape })
+        };
+        let scores = FINE_RISES_M.map(at);
+        let top = scores.iter().copied().fold(f32::NEG_INFINITY, math::max);
+        let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for (score, offset) in scores.iter().zip(FINE_RISES_M) {
+            let weight = math::exp(score - top);
+            sum += weight;
+            mean += weight * offset;
+            square += weight * offset * offset;
+        }
+        mean /= sum;
+        let rise = Estimate {
+            value: shape.rise_m + mean,
+            variance: math::max(square / sum - mean * mean, 0.0),
+        };
+        (rise, top)
+    }
+}
+
+impl Stairs for Ascending<'_> {
+    type Shape = Shape;
+
+    fn scene(&self) -> &Scene<'_> {
+        self.scene
+    }
+
+    fn spacing(&self) -> Spacing {
+        let p = self.scene.params;
+        Spacing {
+            least_m: p.least_going_m,
+            most_m: p.most_going_m,
+            tolerance_m: p.riser_tolerance_m,
+        }
+    }
+
+    fn shapes(&self, _first: Link) -> impl Iterator<Item = Shape> {
+        RISES_M
+            .into_iter()
+            .flat_map(|rise_m| [false, true].map(|open| Shape { rise_m, open }))
+    }
+
+    fn face(&self, chain: &[Link], next: Link, shape: Shape) -> f32 {
+        let riser = Riser {
+            along_m: next.along_m,
+            ..riser(chain, shape, chain.len())
+        };
+        let floor = next.column.filter(|_| chain.is_empty());
+        let floor = floor.and_then(|c| self.floors.get(usize::from(c)));
+        let before = floor.copied().unwrap_or_else(|| self.tread(&riser));
+        let gain = self.riser(&riser, before);
+        match chain {
+            [.., a, b] => gain - self.irregularity(a.along_m, b.along_m, next.along_m),
+            [] if shape.open => gain - self.scene.params.floating_nats,
+            _ => gain,
+        }
+    }
+
+    fn behind(&self, chain: &[Link], shape: Shape) -> f32 {
+        let Some(last) = chain.last() else { return 0.0 };
+        let level_m = chain.len() as f32 * shape.rise_m;
+        let cache = self.landing.try_borrow_mut();
+        let cached = cache
+            .ok()
+            .and_then(|mut cache| cache.look_up(self.scene, last.along_m, level_m, shape.open));
+        let landing = Riser::landing(Some(last.along_m), level_m, shape.open);
+        let landing = cached.unwrap_or_else(|| self.tread(&landing).score);
+        // Flights end at columns.
+        let wall = last.column.and_then(|c| self.walls.get(usize::from(c)));
+        landing + wall.copied().unwrap_or(0.0)
+    }
+
+    fn null(&self) -> f32 {
+        self.null
+    }
+
+    fn role(&self, mark: &Mark, chain: &[Link], shape: Shape) -> Role {
+        let k = riser_of(mark, chain, self.scene.params.column_m);
+        self.scene.role(mark, &riser(chain, shape, k))
+    }
+
+    fn explanation(shape: Shape) -> Explanation {
+        Explanation::Up {
+            rise_m: shape.rise_m,
+            open: shape.open,
+        }
+    }
+}

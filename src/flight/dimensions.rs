@@ -1,0 +1,247 @@
+//! Dimensions of a flight's steps: what each step's own echoes say, weighed against the regularity
+//! of the flight.
+
+use super::ascending::{self, Ascending};
+use super::descending::{self, Descending};
+use super::heights::{self, Fusion, Levels};
+use super::readings::{self, Readings, Roles};
+use super::roles::Role;
+use super::stairs::{Flight, MAX_FLIGHT, Stairs};
+use super::verdict::{Support, degrade, next_db};
+use crate::answer::{Direction, Outcome, Reason, Step};
+use crate::estimate::Estimate;
+use crate::math;
+use crate::params::Params;
+use heapless::Vec;
+
+/// Rounds of reading: which echo plays which role depends on the levels, so the second one knows
+/// those that the first one found. A third changes nothing.
+const ROUNDS: usize = 2;
+
+/// The steps of a flight, what each rests on, and what each echo was taken for.
+#[derive(Debug)]
+pub struct Measured {
+    /// The steps; none if the flight turns out to be something that is no stair.
+    pub outcome: Outcome,
+    /// One for each step.
+    pub supports: Vec<Support, MAX_FLIGHT>,
+    /// In the order of the scene's marks.
+    pub roles: Roles,
+}
+
+impl Measured {
+    fn new(direction: Direction, roles: Roles) -> Self {
+        Self {
+            outcome: Outcome {
+                direction,
+                ..Outcome::clear()
+            },
+            supports: Vec::new(),
+            roles,
+        }
+    }
+
+    fn push(&mut self, mut step: Step, support: Support, p: &Params) {
+        step.quality = support.quality(p);
+        // A flight is no longer than a report.
+        let _ = self.outcome.steps.push(step);
+        let _ = self.supports.push(support);
+    }
+}
+
+/// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
+/// `bias_sigma_rad` is the shaft's angle error that calibration leaves.
+pub fn ascending(
+    stairs: &Ascending<'_>,
+    flight: &Flight<ascending::Shape>,
+    rise: Estimate,
+    bias_sigma_rad: f32,
+) -> Measured {
+    let scene = stairs.scene();
+    let p = scene.params;
+    let overall = Estimate {
+        value: rise.value,
+        variance: 2.0 * rise.variance + p.flight_rise_sigma_m * p.flight_rise_sigma_m,
+    };
+    let mut levels = heights::straight(rise);
+    let (mut roles, mut readings) = (Roles::new(), Readings::default());
+    for _ in 0..ROUNDS {
+        roles = readings::roles(scene, flight, &levels);
+        readings = readings::read(scene, flight, &levels, &roles);
+        let _ = readings.slopes.push(overall);
+        let mut steps = Vec::<Fusion, MAX_FLIGHT>::new();
+        for face in &readings.faces {
+            let _ = steps.push(face.level);
+        }
+        levels = heights::fit(&steps, &readings.slopes, p);
+    }
+    if let Some(outcome) = no_stair(&readings, rise, &levels, p) {
+        return Measured {
+            outcome,
+            ..Measured::new(Direction::None, roles)
+        };
+    }
+    let overhang = overhang(&readings, flight.shape.open, p);
+    let line = fit_line(readings.faces.iter().map(|f| f.x.map(|x| x.value)));
+    let mut measured = Measured::new(Direction::Up, roles);
+    let faces = readings.faces.iter().zip(&flight.chain).zip(&levels);
+    for (k, ((face, link), level)) in faces.enumerate() {
+        let along = line.0 + line.1 * k as f32;
+        let x = face.x.unwrap_or(Estimate::new(along, p.inferred_x_sigma_m));
+        let bias_m = x.value * bias_sigma_rad;
+        let model = p.height_sigma_scale * p.height_sigma_scale * level.height.variance;
+        let step = Step {
+            distance_m: x.value - overhang.value,
+            height_m: level.height.value,
+            distance_sigma_m: math::sqrt(x.variance + overhang.variance),
+            height_sigma_m: math::sqrt(model + bias_m * bias_m).max(p.least_height_sigma_m),
+            ..Step::default()
+        };
+        let (first, end) = scene.near_range(link.along_m);
+        let marks = scene.marks.get(first..end).unwrap_or(&[]);
+        let marks = marks
+            .iter()
+            .zip(measured.roles.get(first..end).unwrap_or(&[]));
+        let support = Support {
+            snr_db: face.snr_db,
+            next_db: next_db(marks.map(|(m, role)| (m, *role == Role::Flash)), p),
+            flashes: face.flashes,
+            off: level.off,
+            off_along_m: x.value - along,
+        };
+        measured.push(step, support, p);
+    }
+    measured
+}
+
+/// The answer if a single riser is too high or too low for a step, or shows nothing that says how
+/// high it is: a box or a threshold.
+fn no_stair(readings: &Readings, rise: Estimate, levels: &Levels, p: &Params) -> Option<Outcome> {
+    let ([face], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
+        return None;
+    };
+    let height = first.height;
+    let climbable = (p.lowest_step_m..=p.highest_step_m).contains(&height.value);
+    if climbable && rise.value >= p.lowest_step_m && !face.level.is_empty() {
+        return None;
+    }
+    let mut outcome = Outcome::clear();
+    // What shows no top may be a threshold as well as a kerb.
+    let reach = 2.0 * p.height_sigma_scale * height.sigma();
+    let may_be = height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m;
+    if may_be {
+        degrade(&mut outcome, Reason::CloseRival);
+    }
+    Some(outcome)
+}
+
+/// The steps of a descending flight.
+pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::Shape>) -> Measured {
+    let scene = stairs.scene();
+    let p = scene.params;
+    let edges = stairs.edges(flight);
+    let mut roles = Roles::new();
+    for m in &scene.marks {
+        // As many as there are marks.
+        let _ = roles.push(stairs.role(m, &flight.chain, flight.shape));
+    }
+    let mut measured = Measured::new(Direction::Down, roles);
+    let levels = lower_levels(stairs, flight, edges.shape());
+    for (k, (link, level)) in flight.chain.iter().zip(&levels).enumerate() {
+        let edge = edges.at(k);
+        let step = Step {
+            distance_m: edge.value,
+            height_m: level.height.value,
+            distance_sigma_m: edge.sigma(),
+            height_sigma_m: level.height.sigma().max(p.least_height_sigma_m),
+            ..Step::default()
+        };
+        let near = scene.between(link.along_m - p.row_m, link.along_m + p.row_m);
+        let marks = if link.column.is_some() { near } else { &[] };
+        let support = Support {
+            snr_db: marks.iter().map(|m| m.snr_db).reduce(math::max),
+            next_db: next_db(marks.iter().map(|m| (m, descending::is_flash(m, p))), p),
+            flashes: false,
+            off: level.off,
+            off_along_m: 0.0,
+        };
+        measured.push(step, support, p);
+    }
+    measured
+}
+
+/// Levels of the treads of a descending flight.
+fn lower_levels(
+    stairs: &Descending<'_>,
+    flight: &Flight<descending::Shape>,
+    shape: descending::Shape,
+) -> Levels {
+    let p = stairs.scene().params;
+    let count = flight.chain.len();
+    let mut steps = [Fusion::default(); MAX_FLIGHT];
+    for (k, fusion) in (1..=count).zip(&mut steps) {
+        let tread = stairs.tread_of(&flight.chain, shape, k);
+        let (mut weight, mut sum) = (0.0, 0.0);
+        for m in stairs.level_marks(&tread) {
+            let w = m.weight / (m.y_sigma_m * m.y_sigma_m);
+            weight += w;
+            sum += w * m.y_m;
+        }
+        if weight > 0.0 {
+            let sigma_m = math::max(math::sqrt(1.0 / weight), p.least_height_sigma_m);
+            fusion.add(Estimate::new(sum / weight, sigma_m));
+        }
+    }
+    let last = flight.chain.last();
+    let deepest = last.map_or(0.0, |l| l.along_m - stairs.scene().mount_height_m);
+    let slope = Estimate::new(-deepest / count.max(1) as f32, p.lower_rise_sigma_m);
+    heights::fit(steps.get(..count).unwrap_or(&[]), &[slope], p)
+}
+
+/// How far the nosings stand before their risers, on the median: all alike on one staircase; not
+/// known if no riser shows both.
+fn overhang(readings: &Readings, open: bool, p: &Params) -> Estimate {
+    if open {
+        return Estimate::default();
+    }
+    let mut values = Vec::<f32, MAX_FLIGHT>::new();
+    for value in readings.faces.iter().filter_map(|f| f.overhang_m) {
+        // There is room for every face.
+        let _ = values.push(value);
+    }
+    values.sort_unstable_by(f32::total_cmp);
+    let (Some(least), Some(most)) = (values.first(), values.last()) else {
+        return Estimate::new(0.0, p.overhang_sigma_m);
+    };
+    let upper = values.get(values.len() / 2).unwrap_or(most);
+    let lower = values.get((values.len() - 1) / 2).unwrap_or(least);
+    let median = 0.5 * (lower + upper);
+    // The echoes' disagreement; a single one says nothing about it.
+    let sigma_m = match values.len() {
+        1 => 0.5 * p.overhang_sigma_m,
+        n => 0.5 * (most - least) / math::sqrt(n as f32),
+    };
+    let seen = median > p.least_overhang_m;
+    Estimate::new(if seen { median } else { 0.0 }, sigma_m)
+}
+
+/// Least-squares line through the values that are there, over their index: start and slope.
+fn fit_line(values: impl Iterator<Item = Option<f32>>) -> (f32, f32) {
+    let (mut n, mut sk, mut skk, mut sv, mut skv) = (0.0, 0.0, 0.0, 0.0, 0.0);
+    for (k, value) in (0u8..).map(f32::from).zip(values) {
+        if let Some(v) = value {
+            n += 1.0;
+            sk += k;
+            skk += k * k;
+            sv += v;
+            skv += k * v;
+        }
+    }
+    // A whole number: 0 for fewer than two values.
+    let det: f32 = n * skk - sk * sk;
+    if det < 0.5 {
+        return (if n > 0.0 { sv / n } else { 0.0 }, 0.0);
+    }
+    let slope = (n * skv - sk * sv) / det;
+    ((sv - slope * sk) / n, slope)
+}

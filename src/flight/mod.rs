@@ -1,0 +1,266 @@
+//! The default estimator: from echoes to the staircase that explains them best.
+//!
+//! | module | does |
+//! |---|---|
+//! | `scene` | echoes placed, weighed, sorted, gathered into columns |
+//! | `roles` | what an echo is if a flight goes up there: the one classifier |
+//! | `null` | what else may be there: level ground, ramps |
+//! | `stairs` | what a kind of stairs is to the search |
+//! | `ascending`, `descending` | how well a flight of each kind explains the echoes |
+//! | `search` | the best flight |
+//! | `heights` | the levels of all treads, weighed against the flight's regularity |
+//! | `readings` | what each riser's own echoes say |
+//! | `dimensions` | steps with their standard deviations |
+//! | `verdict` | what the answer is worth |
+//! | [`trace`] | what it thought on the way |
+
+mod ascending;
+mod descending;
+mod dimensions;
+mod heights;
+mod null;
+mod readings;
+mod roles;
+mod scene;
+mod search;
+mod stairs;
+pub mod trace;
+mod verdict;
+
+#[cfg(test)]
+mod tests;
+
+use crate::answer::{Outcome, Reason};
+use crate::config::{Config, Plane};
+use crate::echoes::{Collector, Echo, calibrate};
+use crate::estimator::Estimator;
+use crate::grid::{Geometry, PolarMap};
+use crate::math;
+use crate::observer::{Event, Observer};
+pub use crate::params::Params;
+use ascending::Ascending;
+use descending::Descending;
+use dimensions::Measured;
+use roles::Role;
+use scene::Scene;
+use search::{Beginnings, Search};
+use stairs::{Explanation, Flight, Stairs};
+use trace::{Hypothesis, Scatterer, Stage};
+
+/// The estimator: what it keeps during a scan, and after the last row the search's memory in the
+/// same place.
+#[derive(Debug)]
+pub struct Likelihood {
+    phase: Phase,
+    params: &'static Params,
+}
+
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "one after the other in the same memory is the point"
+)]
+enum Phase {
+    Rows(Collector),
+    Up(Beginnings<ascending::Shape>),
+    Down(Beginnings<descending::Shape>),
+}
+
+impl Default for Likelihood {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Likelihood {
+    /// Before the first scan.
+    pub const fn new() -> Self {
+        Self::with(&Params::DEFAULT)
+    }
+
+    /// The same with other numbers than those that were tuned: to see what they do.
+    pub const fn with(params: &'static Params) -> Self {
+        Self {
+            phase: Phase::Rows(Collector::new()),
+            params,
+        }
+    }
+}
+
+impl Estimator for Likelihood {
+    fn begin(&mut self, map: &PolarMap) {
+        if !matches!(self.phase, Phase::Rows(_)) {
+            self.phase = Phase::Rows(Collector::new());
+        }
+        if let Phase::Rows(collector) = &mut self.phase {
+            collector.begin(map);
+        }
+    }
+
+    fn row(&mut self, map: &PolarMap, k: usize) {
+        if let Phase::Rows(collector) = &mut self.phase {
+            collector.row(map, k);
+        }
+    }
+
+    fn finish(
+        &mut self,
+        map: &PolarMap,
+        config: &Config,
+        _scan: u32,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
+        let Phase::Rows(collector) = &mut self.phase else {
+            return Outcome::fault(Reason::Silent);
+        };
+        let p = self.params;
+        let (mut echoes, noise) = collector.finish(map, config, p);
+        observer.event(Event::Noise(noise));
+        observer.event(Event::Done(Stage::Echoes));
+        let geometry = map.geometry();
+        self.phase = match geometry.plane {
+            Plane::Depth => Phase::Up(Beginnings::new()),
+            Plane::Height => Phase::Down(Beginnings::new()),
+        };
+        let outcome = match &mut self.phase {
+            Phase::Up(memory) => ascend(&mut echoes, geometry, p, memory, observer),
+            Phase::Down(memory) => descend(&echoes, geometry, p, memory, observer),
+            Phase::Rows(_) => Outcome::fault(Reason::Silent),
+        };
+        observer.event(Event::Done(Stage::Dimensions));
+        if echoes.iter().any(|e| e.snr_db >= p.sure_echo_db) {
+            outcome
+        } else {
+            Outcome::fault(Reason::NoEcho)
+        }
+    }
+}
+
+/// The best stairs going up, if they explain the echoes better than everything else.
+fn ascend(
+    echoes: &mut [Echo],
+    geometry: &Geometry,
+    p: &Params,
+    memory: &mut Beginnings<ascending::Shape>,
+    observer: &mut dyn Observer,
+) -> Outcome {
+    let found = calibrate::calibrate(echoes, geometry, p);
+    observer.event(Event::Calibration {
+        bias_rad: found.bias_rad,
+        height_m: found.height_m,
+    });
+    let scene = Scene::of_risers(echoes, geometry.mount_height_m, p);
+    let stairs = Ascending::new(&scene);
+    let mut search = Search::new(&stairs);
+    let best = search.best(memory).map(|mut flight| {
+        let (rise, score) = stairs.rise(&flight);
+        flight.score = score;
+        (flight, rise)
+    });
+    observer.event(Event::Done(Stage::Search));
+    let accepted = best.as_ref().filter(|(f, _)| f.score >= p.accept_up_nats);
+    let measured = accepted
+        .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
+    let best = best.as_ref().map(|b| &b.0);
+    let ended = Ended::new(&search, best, measured, p.accept_up_nats);
+    ended.tell(echoes, observer);
+    ended.conclude(p)
+}
+
+/// The same for stairs going down.
+fn descend(
+    echoes: &[Echo],
+    geometry: &Geometry,
+    p: &Params,
+    memory: &mut Beginnings<descending::Shape>,
+    observer: &mut dyn Observer,
+) -> Outcome {
+    let scene = Scene::of_treads(echoes, geometry.mount_height_m, p);
+    let stairs = Descending::new(&scene);
+    let mut search = Search::new(&stairs);
+    let best = search.best(memory);
+    observer.event(Event::Done(Stage::Search));
+    let accepted = best.as_ref().filter(|f| f.score >= p.accept_down_nats);
+    let measured = accepted.map(|flight| dimensions::descending(&stairs, flight));
+    let ended = Ended::new(&search, best.as_ref(), measured, p.accept_down_nats);
+    ended.tell(echoes, observer);
+    ended.conclude(p)
+}
+
+/// A search that has come to its end.
+struct Ended<'s, S: Stairs> {
+    search: &'s Search<'s, S>,
+    best: Option<&'s Flight<S::Shape>>,
+    /// The best flight's steps, if it was accepted.
+    measured: Option<Measured>,
+    accept: f32,
+}
+
+impl<'s, S: Stairs> Ended<'s, S> {
+    fn new(
+        search: &'s Search<'s, S>,
+        best: Option<&'s Flight<S::Shape>>,
+        measured: Option<Measured>,
+        accept: f32,
+    ) -> Self {
+        Self {
+            search,
+            best,
+            measured,
+            accept,
+        }
+    }
+
+    /// The outcome and what it is worth: of a flight that was accepted and measured, or of none.
+    fn conclude(self, p: &Params) -> Outcome {
+        let marks = &self.search.stairs.scene().marks;
+        match (self.best, self.measured) {
+            (Some(best), Some(mut measured)) if !measured.supports.is_empty() => {
+                let pairs = marks.iter().zip(&measured.roles);
+                let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
+                let rival = self.search.rival(best.chain.len()).max(self.accept);
+                let lead = best.score - rival;
+                verdict::judge(&mut measured.outcome, lead, &measured.supports, against, p);
+                measured.outcome
+            }
+            (best, measured) => {
+                // A flight that was accepted and then found to be a box or a threshold is no rival.
+                let score = best.filter(|_| measured.is_none());
+                let score = score.map_or(f32::NEG_INFINITY, |b| b.score - self.accept);
+                let strongest = marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
+                let mut outcome = measured.map_or(Outcome::clear(), |s| s.outcome);
+                verdict::judge_none(&mut outcome, score, strongest, p);
+                outcome
+            }
+        }
+    }
+
+    /// Tells the observer each scatterer's role, and every explanation with its score.
+    fn tell(&self, echoes: &[Echo], observer: &mut dyn Observer) {
+        if !observer.listens() {
+            return;
+        }
+        let scene = self.search.stairs.scene();
+        let roles = self.measured.as_ref().map(|s| &s.roles[..]).unwrap_or(&[]);
+        for (k, &echo) in (0..).zip(echoes) {
+            let pair = scene.marks.iter().zip(roles).find(|(m, _)| m.echo == k);
+            let role = pair.map_or(Role::Stray, |(_, role)| *role);
+            observer.event(Event::Scatterer(&Scatterer { echo, role }));
+        }
+        let winner = self.best.filter(|_| self.measured.is_some());
+        observer.event(Event::Hypothesis(&Hypothesis {
+            explanation: Explanation::NoStairs,
+            faces: &[],
+            score: 0.0,
+            winner: winner.is_none(),
+        }));
+        for flight in &self.search.leaders {
+            observer.event(Event::Hypothesis(&Hypothesis {
+                explanation: S::explanation(flight.shape),
+                faces: &flight.chain,
+                score: flight.score,
+                winner: winner.is_some_and(|w| w.chain.len() == flight.chain.len()),
+            }));
+        }
+    }
+}

@@ -1,0 +1,223 @@
+//! The echoes as the flights see them: placed, weighed, sorted, gathered into columns.
+
+use crate::echoes::{Echo, MAX_ECHOES};
+use crate::math;
+use crate::params::Params;
+use heapless::Vec;
+
+/// Most columns (places where a face may stand).
+pub const MAX_COLUMNS: usize = 32;
+
+/// One echo with what the likelihood needs of it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Mark {
+    /// Horizontal distance, metres.
+    pub x_m: f32,
+    /// Height above the ground, metres.
+    pub y_m: f32,
+    /// Which echo of the list it is.
+    pub echo: u8,
+    /// Along the line of sight of the faces that look at the mirror, metres: x for risers, the
+    /// depth below the mirror for treads.
+    pub along_m: f32,
+    /// Standard deviation of the horizontal distance, metres.
+    pub x_sigma_m: f32,
+    /// Standard deviation of the height, metres.
+    pub y_sigma_m: f32,
+    /// Credibility, 0…1.
+    pub weight: f32,
+    /// Power above the noise, dB.
+    pub snr_db: f32,
+    /// Range from the mirror, metres.
+    pub range_m: f32,
+    /// Width in angle in units of a point scatterer's.
+    pub width: f32,
+    /// Gain as part of the floor, nats, credibility left out; going up only.
+    pub floor_nats: f32,
+}
+
+/// A place where a face may stand that looks at the mirror: echoes above one another on a riser,
+/// or beside one another on a tread.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Column {
+    /// Of its strongest echo, metres.
+    pub along_m: f32,
+    /// Sum of the credibilities of what does not lie on the floor.
+    pub weight: f32,
+    /// Whether a flight may begin here: something stands off the ground, or a corner shines.
+    pub begins: bool,
+}
+
+/// All echoes in order of where they lie along the line of sight, and the columns among them.
+#[derive(Debug)]
+pub struct Scene<'p> {
+    /// In order of [`Mark::along_m`].
+    pub marks: Vec<Mark, MAX_ECHOES>,
+    /// In order of [`Column::along_m`].
+    pub columns: Vec<Column, MAX_COLUMNS>,
+    /// Mirror above the ground, metres.
+    pub mount_height_m: f32,
+    /// What the likelihood counts with.
+    pub params: &'p Params,
+}
+
+/// Gain of something `z` standard deviations off the place where it would gain `nats`.
+pub fn gain(nats: f32, z: f32) -> f32 {
+    math::max(nats - 0.5 * z * z, 0.0)
+}
+
+impl Mark {
+    /// What does not depend on the plane.
+    fn new(echo: u8, e: &Echo) -> Self {
+        Self {
+            echo,
+            x_m: e.x_m,
+            y_m: e.y_m,
+            snr_db: e.snr_db,
+            range_m: e.range_m,
+            width: e.width,
+            ..Self::default()
+        }
+    }
+}
+
+/// How far an echo is believed: hardly at the noise, wholly well above it.
+fn credibility(snr_db: f32, p: &Params) -> f32 {
+    ((snr_db - p.credible_from_db) / p.credible_span_db).clamp(p.least_credibility, 1.0)
+}
+
+impl<'p> Scene<'p> {
+    fn new(mount_height_m: f32, params: &'p Params) -> Self {
+        Self {
+            marks: Vec::new(),
+            columns: Vec::new(),
+            mount_height_m,
+            params,
+        }
+    }
+
+    /// For risers: columns of echoes above one another, in the depth plane.
+    pub fn of_risers(echoes: &[Echo], mount_height_m: f32, p: &'p Params) -> Self {
+        let marks = (0..).zip(echoes).map(|(k, e)| {
+            let below_the_scan = e.range_m < p.unscanned_floor_m
+                && e.y_m > p.unscanned_floor_height_m
+                && e.snr_db < p.unscanned_floor_db;
+            let doubt = if below_the_scan {
+                p.unscanned_floor_weight
+            } else {
+                1.0
+            };
+            let y_sigma_m = math::hypot(p.height_sigma_m, e.range_m * p.height_sigma_rad);
+            Mark {
+                along_m: e.x_m,
+                y_sigma_m,
+                floor_nats: gain(p.tread_nats, e.y_m / y_sigma_m),
+                weight: credibility(e.snr_db, p) * doubt,
+                ..Mark::new(k, e)
+            }
+        });
+        let mut scene = Self::new(mount_height_m, p);
+        scene.gather(marks, p.column_m, p.nearest_riser_m);
+        scene
+    }
+
+    /// For treads: rows of echoes beside one another, in the height plane.
+    pub fn of_treads(echoes: &[Echo], mount_height_m: f32, p: &'p Params) -> Self {
+        let below = (0..)
+            .zip(echoes)
+            .filter(|(_, e)| e.y_m < p.tread_highest_m && e.snr_db > p.faintest_tread_db);
+        let marks = below.map(|(k, e)| {
+            let (sin, cos) = math::sin_cos(e.angle_rad);
+            let noise_rad = p.tread_noise_rad * math::amplitude(-e.snr_db);
+            let arc = e.range_m * (p.tread_angle_rad + noise_rad);
+            Mark {
+                along_m: mount_height_m - e.y_m,
+                x_sigma_m: math::hypot(p.tread_x_sigma_m, arc * cos),
+                y_sigma_m: math::hypot(p.tread_y_sigma_m, arc * sin),
+                weight: credibility(e.snr_db + p.tread_credit_db, p),
+                ..Mark::new(k, e)
+            }
+        });
+        let mut scene = Self::new(mount_height_m, p);
+        scene.gather(marks, p.row_m, 0.0);
+        scene
+    }
+
+    /// Sorts the marks and gathers columns around the strongest ones left; what lies nearer than
+    /// `nearest` is in none.
+    fn gather(&mut self, marks: impl Iterator<Item = Mark>, width: f32, nearest: f32) {
+        for mark in marks {
+            // As many as there are echoes at most.
+            let _ = self.marks.push(mark);
+        }
+        self.marks
+            .sort_unstable_by(|a, b| a.along_m.total_cmp(&b.along_m));
+        let mut taken = [false; MAX_ECHOES];
+        for (mark, taken) in self.marks.iter().zip(&mut taken) {
+            *taken = mark.along_m <= nearest;
+        }
+        loop {
+            let left = self.marks.iter().zip(&taken).filter(|(_, taken)| !**taken);
+            let strongest = left.max_by(|(a, _), (b, _)| a.snr_db.total_cmp(&b.snr_db));
+            let Some((centre, _)) = strongest else { break };
+            let mut column = Column {
+                along_m: centre.along_m,
+                weight: self.params.column_weight_per_db * centre.snr_db,
+                begins: self.shines(centre),
+            };
+            for (mark, taken) in self.marks.iter().zip(&mut taken) {
+                if !*taken && (mark.along_m - column.along_m).abs() <= width {
+                    *taken = true;
+                    if mark.y_m.abs() > self.params.on_ground_m {
+                        column.weight += mark.weight;
+                        column.begins = true;
+                    }
+                }
+            }
+            if self.columns.push(column).is_err() {
+                break;
+            }
+        }
+        self.columns
+            .sort_unstable_by(|a, b| a.along_m.total_cmp(&b.along_m));
+    }
+
+    /// Whether an echo on the ground outshines what lies before it as a corner does.
+    fn shines(&self, centre: &Mark) -> bool {
+        let p = self.params;
+        let before = self.between(
+            centre.along_m - p.corner_before_m,
+            centre.along_m - p.column_m,
+        );
+        let mut rest = before.iter().filter(|m| m.y_m.abs() < p.on_ground_m);
+        centre.snr_db > p.corner_least_db
+            && rest.all(|m| m.snr_db + p.corner_outshines_db < centre.snr_db)
+    }
+
+    /// Number of the first mark beyond `along`.
+    pub fn first_beyond(&self, along: f32) -> usize {
+        self.marks.partition_point(|m| m.along_m <= along)
+    }
+
+    /// Marks with `from` < along ≤ `to`.
+    pub fn between(&self, from: f32, to: f32) -> &[Mark] {
+        let (first, end) = (self.first_beyond(from), self.first_beyond(to));
+        self.marks.get(first..end).unwrap_or(&[])
+    }
+
+    /// Numbers of the first mark near a face and of the first one behind those.
+    pub fn near_range(&self, along: f32) -> (usize, usize) {
+        let p = self.params;
+        let from = math::max(along - p.column_m, p.nearest_riser_m);
+        (
+            self.first_beyond(from),
+            self.first_beyond(along + p.column_m),
+        )
+    }
+
+    /// Marks near a face.
+    pub fn near(&self, along: f32) -> &[Mark] {
+        let (first, end) = self.near_range(along);
+        self.marks.get(first..end).unwrap_or(&[])
+    }
+}

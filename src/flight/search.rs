@@ -1,0 +1,222 @@
+//! The search for the best flight among the columns: face by face, a bounded number of beginnings
+//! kept.
+//!
+//! Beginnings grow by one face (or by two, the nearer one inferred) at a time; after each round only
+//! the best [`BEGINNINGS`] go on. Worst case, in faces scored: columns × shapes at first, then
+//! [`BEGINNINGS`] × columns for the second face, then [`BEGINNINGS`] × 2 for each further one.
+
+use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs};
+use crate::math;
+use heapless::Vec;
+
+/// Beginnings that are followed at a time: with half as many no recording's answer changes.
+const BEGINNINGS: usize = 16;
+/// How many faces may go unseen between two that are seen, and none.
+const SKIPPED: [usize; 2] = [0, 1];
+
+/// The best beginnings so far.
+#[derive(Debug)]
+struct Best<S> {
+    flights: Vec<Flight<S>, BEGINNINGS>,
+}
+
+impl<S: Copy + Default> Best<S> {
+    const fn new() -> Self {
+        Self {
+            flights: Vec::new(),
+        }
+    }
+
+    /// Takes a flight in, in place of the worst if there is no room; not if it is no better.
+    fn offer(&mut self, flight: &Flight<S>) {
+        if !self.flights.is_full() {
+            // There is room.
+            let _ = self.flights.push(flight.clone());
+            return;
+        }
+        let worst = self.flights.iter_mut();
+        if let Some(worst) = worst.min_by(|a, b| a.score.total_cmp(&b.score))
+            && worst.score < flight.score
+        {
+            worst.clone_from(flight);
+        }
+    }
+}
+
+/// Working memory of a search: the beginnings that are followed, and those that they lead to. Too
+/// large for a small stack, so it comes from outside.
+#[derive(Debug)]
+pub struct Beginnings<S> {
+    now: Best<S>,
+    next: Best<S>,
+}
+
+impl<S: Copy + Default> Beginnings<S> {
+    /// None yet.
+    pub const fn new() -> Self {
+        Self {
+            now: Best::new(),
+            next: Best::new(),
+        }
+    }
+}
+
+/// The search's state.
+#[derive(Debug)]
+pub struct Search<'s, S: Stairs> {
+    /// What is searched.
+    pub stairs: &'s S,
+    /// The best flight of each number of faces, once [`Search::best`] has run.
+    pub leaders: Vec<Flight<S::Shape>, MAX_FLIGHT>,
+}
+
+impl<'s, S: Stairs> Search<'s, S> {
+    /// A search among `stairs`.
+    pub fn new(stairs: &'s S) -> Self {
+        Self {
+            stairs,
+            leaders: Vec::new(),
+        }
+    }
+
+    /// The best score of a flight with another number of faces, nats; no stairs at all counts 0.
+    pub fn rival(&self, faces: usize) -> f32 {
+        let others = self.leaders.iter().filter(|f| f.chain.len() != faces);
+        others.map(|f| f.score).fold(0.0, math::max)
+    }
+
+    /// The best flight.
+    pub fn best(&mut self, memory: &mut Beginnings<S::Shape>) -> Option<Flight<S::Shape>> {
+        let Beginnings { now, next } = memory;
+        let (mut now, mut next) = (now, next);
+        now.flights.clear();
+        for (k, column) in self.stairs.scene().columns.iter().enumerate() {
+            let first = self.link(k);
+            for shape in self.stairs.shapes(first).filter(|_| column.begins) {
+                let mut flight = Flight {
+                    shape,
+                    ..Flight::default()
+                };
+                if self.extend(&mut flight, first) {
+                    self.finish(&mut flight);
+                    now.offer(&flight);
+                }
+            }
+        }
+        while !now.flights.is_empty() {
+            next.flights.clear();
+            for flight in &now.flights {
+                self.lead(flight);
+                self.grow(flight, next);
+            }
+            core::mem::swap(&mut now, &mut next);
+        }
+        let best = self.leaders.iter();
+        best.max_by(|a, b| a.score.total_cmp(&b.score)).cloned()
+    }
+
+    /// Adds a face to a flight; whether there was room for it.
+    fn extend(&self, flight: &mut Flight<S::Shape>, link: Link) -> bool {
+        flight.faces += self.stairs.face(&flight.chain, link, flight.shape);
+        flight.chain.push(link).is_ok()
+    }
+
+    /// Scores a flight as if it ended with its last face.
+    fn finish(&self, flight: &mut Flight<S::Shape>) {
+        let behind = self.stairs.behind(&flight.chain, flight.shape);
+        flight.score = flight.faces + behind - self.stairs.null();
+    }
+
+    /// Remembers a flight if it is the best of its length.
+    fn lead(&mut self, flight: &Flight<S::Shape>) {
+        let same = |f: &&mut Flight<S::Shape>| f.chain.len() == flight.chain.len();
+        match self.leaders.iter_mut().find(same) {
+            Some(leader) if leader.score >= flight.score => {}
+            Some(leader) => leader.clone_from(flight),
+            // There is room for every length.
+            None => drop(self.leaders.push(flight.clone())),
+        }
+    }
+
+    fn link(&self, column: usize) -> Link {
+        let columns = &self.stairs.scene().columns;
+        Link {
+            along_m: columns.get(column).map_or(0.0, |c| c.along_m),
+            column: Some(column as u8),
+        }
+    }
+
+    /// Follows a flight to its next faces.
+    fn grow(&self, flight: &Flight<S::Shape>, next: &mut Best<S::Shape>) {
+        let [first, rest @ ..] = flight.chain.as_slice() else {
+            return;
+        };
+        let Some(last) = rest.last() else {
+            return self.grow_second(flight, *first, next);
+        };
+        let spacing = (last.along_m - first.along_m) / rest.len() as f32;
+        for skipped in SKIPPED {
+            let aim = last.along_m + (skipped + 1) as f32 * spacing;
+            if let Some(link) = self.near(aim) {
+                let spacing = (link.along_m - last.along_m) / (skipped + 1) as f32;
+                self.grow_to(flight, link, spacing, skipped, next);
+                break;
+            }
+        }
+    }
+
+    /// The second face fixes the direction: any column that stairs may have there.
+    fn grow_second(&self, flight: &Flight<S::Shape>, first: Link, next: &mut Best<S::Shape>) {
+        let bounds = self.stairs.spacing();
+        for c in 0..self.stairs.scene().columns.len() {
+            let link = self.link(c);
+            for skipped in SKIPPED {
+                let spacing = (link.along_m - first.along_m) / (skipped + 1) as f32;
+                if (bounds.least_m..=bounds.most_m).contains(&spacing) {
+                    self.grow_to(flight, link, spacing, skipped, next);
+                }
+            }
+        }
+    }
+
+    /// Adds `link`, and `skipped` faces before it, to a flight and offers it.
+    fn grow_to(
+        &self,
+        flight: &Flight<S::Shape>,
+        link: Link,
+        spacing: f32,
+        skipped: usize,
+        next: &mut Best<S::Shape>,
+    ) {
+        let mut flight = flight.clone();
+        if skipped > 0 {
+            let along_m = link.along_m - spacing;
+            // A face between may have a column near where it should stand.
+            let between = self.near(along_m).unwrap_or(Link {
+                along_m,
+                column: None,
+            });
+            if !self.extend(&mut flight, between) {
+                return;
+            }
+        }
+        if self.extend(&mut flight, link) {
+            self.finish(&mut flight);
+            next.offer(&flight);
+        }
+    }
+
+    /// The weightiest column within the tolerance of a place.
+    fn near(&self, along: f32) -> Option<Link> {
+        let scene = self.stairs.scene();
+        let tolerance = self.stairs.spacing().tolerance_m;
+        let columns = scene.columns.iter().enumerate();
+        let near = columns.filter_map(|(k, column)| {
+            let off = (column.along_m - along).abs();
+            let worth = column.weight - scene.params.off_place_per_m * off;
+            (off < tolerance).then_some((k, worth))
+        });
+        let best = near.max_by(|a, b| a.1.total_cmp(&b.1));
+        best.map(|(k, _)| self.link(k))
+    }
+}

@@ -1,0 +1,306 @@
+//! The estimator on maps made by hand: the answers known, the rest merely sane.
+
+use super::heights::{self, Fusion};
+use super::verdict::Support;
+use super::*;
+use crate::answer::{Direction, Status, Step};
+use crate::echoes::tests::{map, noise, scene};
+use crate::estimate::Estimate;
+use proptest::prelude::*;
+
+fn estimate(map: &PolarMap, config: &Config, backwards: bool) -> Outcome {
+    let mut estimator = Box::new(Likelihood::new());
+    estimator.begin(map);
+    for k in 0..map.rows() {
+        estimator.row(map, if backwards { map.rows() - 1 - k } else { k });
+    }
+    estimator.finish(map, config, 1, &mut ())
+}
+
+/// Closed stairs: a corner and a nosing at each riser, floor before the first.
+fn staircase(first: f32, going: f32, heights: &[f32]) -> Vec<(f32, f32, f64)> {
+    let mut points = vec![(0.42, 0.0, 18.0), (0.52, 0.0, 15.0)];
+    let mut level = 0.0;
+    for (k, &height) in heights.iter().enumerate() {
+        let x = first + k as f32 * going;
+        if level < 0.35 {
+            points.push((x, level, 38.0));
+        }
+        points.push((x, height, 30.0));
+        level = height;
+    }
+    points
+}
+
+#[test]
+fn stairs_are_found_where_they_are() {
+    let config = Config::default();
+    let heights = [0.16, 0.32, 0.48];
+    let map = scene(&config, &staircase(0.70, 0.29, &heights));
+    let outcome = estimate(&map, &config, false);
+    assert_eq!(outcome.direction, crate::answer::Direction::Up);
+    assert_eq!(outcome.steps.len(), 3, "{outcome:?}");
+    for (k, (step, height)) in outcome.steps.iter().zip(heights).enumerate() {
+        let x = 0.70 + 0.29 * k as f32;
+        assert!((step.distance_m - x).abs() < 0.005, "{step:?}");
+        assert!((step.height_m - height).abs() < 0.03, "{step:?}");
+        assert!(step.distance_sigma_m > 0.0 && step.height_sigma_m > 0.0);
+    }
+    assert_eq!(outcome, estimate(&map, &config, true));
+}
+
+#[test]
+fn a_floor_is_no_staircase() {
+    let config = Config::default();
+    let floor: Vec<_> = (0..12).map(|k| (0.4 + 0.1 * k as f32, 0.0, 20.0)).collect();
+    let outcome = estimate(&scene(&config, &floor), &config, false);
+    assert!(outcome.steps.is_empty(), "{outcome:?}");
+    assert_ne!(outcome.status, Status::Fault);
+}
+
+#[test]
+fn noise_alone_is_a_fault() {
+    let config = Config::default();
+    let outcome = estimate(&scene(&config, &[]), &config, false);
+    assert_eq!(outcome, Outcome::fault(Reason::NoEcho));
+}
+
+/// The mirror 1.1 m up, sweeping the height plane.
+fn over_an_edge() -> Config {
+    Config {
+        mount: crate::config::MountConfig {
+            mount_height: 110_000,
+            plane: Plane::Height,
+            ..Default::default()
+        },
+        ..Config::default()
+    }
+}
+
+#[test]
+fn stairs_going_down_are_rows_below_each_other() {
+    let config = over_an_edge();
+    let points = [
+        (-0.30, 0.0, 18.0),
+        (-0.20, 0.0, 20.0),
+        (-0.11, 0.0, 24.0),
+        (0.0, -0.16, 40.0),
+        (0.16, -0.16, 16.0),
+        (0.28, -0.32, 15.0),
+        (0.40, -0.32, 14.0),
+        (0.55, -0.32, 12.0),
+    ];
+    let outcome = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(outcome.direction, Direction::Down, "{outcome:?}");
+    let levels: Vec<f32> = outcome.steps.iter().map(|s| s.height_m).collect();
+    assert_eq!(levels.len(), 2, "{outcome:?}");
+    assert!((levels[0] + 0.16).abs() < 0.01 && (levels[1] + 0.32).abs() < 0.01);
+}
+
+#[test]
+fn a_corner_without_anything_above_is_no_clear_way() {
+    let config = Config::default();
+    for x in [1.0, 1.1, 1.2] {
+        let map = scene(&config, &[(x, 0.0, 42.0)]);
+        let outcome = estimate(&map, &config, false);
+        assert_eq!(outcome.status, Status::Degraded, "{outcome:?}");
+    }
+}
+
+#[test]
+fn a_flight_that_fades_into_the_noise_may_go_on() {
+    let config = over_an_edge();
+    let status = |bright: f64| {
+        let ground = (-0.11, 0.0, 24.0);
+        let points = [ground, (0.0, -0.16, 24.0), (0.15, -0.16, bright)];
+        let outcome = estimate(&scene(&config, &points), &config, false);
+        assert_eq!(outcome.steps.len(), 1, "{outcome:?}");
+        outcome.status
+    };
+    assert_eq!((status(25.0), status(9.0)), (Status::Ok, Status::Degraded));
+}
+
+#[test]
+fn regularity_stands_in_for_one_edge_hidden_by_its_flash_and_no_more() {
+    let config = Config::default();
+    let mut points = staircase(0.70, 0.29, &[0.16, 0.32]);
+    // The third riser shows nothing but its flash; the fourth stands above the mirror.
+    points.push((1.28, 0.40, 42.0));
+    let three = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(three.steps.len(), 3, "{three:?}");
+    assert_eq!(three.status, Status::Ok, "{three:?}");
+    points.push((1.57, 0.56, 24.0));
+    let four = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(four.steps.len(), 4, "{four:?}");
+    assert!(four.reasons.has(Reason::InferredStep), "{four:?}");
+    assert!(four.steps[3].height_sigma_m > 0.015);
+}
+
+#[test]
+fn regularity_stands_in_for_nothing_where_a_step_may_be_odd() {
+    let status = |off: f32| {
+        let mut outcome = Outcome::clear();
+        let mut supports = Vec::new();
+        for height_sigma_m in [0.004, 0.012, 0.022] {
+            let step = Step {
+                height_sigma_m,
+                ..Default::default()
+            };
+            outcome.steps.push(step).unwrap();
+            supports.push(Support {
+                snr_db: Some(40.0),
+                next_db: 15.0,
+                flashes: true,
+                off: Estimate::new(off, 0.0),
+                ..Default::default()
+            });
+        }
+        verdict::judge(
+            &mut outcome,
+            9.0,
+            &supports,
+            [].into_iter(),
+            &Params::DEFAULT,
+        );
+        outcome.status
+    };
+    assert_eq!((status(0.0), status(0.004)), (Status::Ok, Status::Degraded));
+}
+
+#[test]
+fn what_lies_on_the_tread_behind_an_edge_is_not_the_edge() {
+    let config = Config::default();
+    let heights = [0.16, 0.31];
+    let mut points = staircase(0.70, 0.29, &heights);
+    points.push((1.03, 0.345, 24.0));
+    let outcome = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(outcome.steps.len(), 2, "{outcome:?}");
+    assert!(
+        (outcome.steps[1].height_m - 0.31).abs() < 0.01,
+        "{outcome:?}"
+    );
+}
+
+/// A step of two agreeing readings.
+fn step(value: f32) -> Fusion {
+    let mut fusion = Fusion::default();
+    for _ in 0..2 {
+        fusion.add(Estimate::new(value, 0.004));
+    }
+    fusion
+}
+
+#[test]
+fn an_irregular_step_is_reported_as_it_is() {
+    let slope = [Estimate::new(0.16, 0.01)];
+    let levels = heights::fit(
+        &[step(0.16), step(0.35), step(0.48)],
+        &slope,
+        &Params::DEFAULT,
+    );
+    let second = levels[1];
+    assert!((second.height.value - 0.35).abs() < 0.004, "{second:?}");
+    assert!(second.height.sigma() < 0.015 && second.off.value > 0.02);
+    // And it does not drag the others along.
+    assert!((levels[0].height.value - 0.16).abs() < 0.004);
+    assert!((levels[2].height.value - 0.48).abs() < 0.004);
+}
+
+#[test]
+fn a_step_without_readings_lies_on_the_line_and_says_so() {
+    let levels = heights::fit(
+        &[step(0.15), Fusion::default(), step(0.45)],
+        &[],
+        &Params::DEFAULT,
+    );
+    let unseen = levels[1];
+    assert!((unseen.height.value - 0.30).abs() < 1e-4);
+    assert!(unseen.height.sigma() >= 0.005 && unseen.height.sigma() > levels[0].height.sigma());
+}
+
+#[test]
+fn what_no_echo_measures_is_known_no_better_than_builders_can_be_trusted() {
+    let slope = [Estimate::new(0.17, 0.01)];
+    let levels = heights::fit(
+        &[step(0.17), step(0.34), Fusion::default()],
+        &slope,
+        &Params::DEFAULT,
+    );
+    let [first, _, last, ..] = levels;
+    assert!((last.height.value - 0.51).abs() < 0.004);
+    assert!(
+        first.height.sigma() < 0.005 && last.height.sigma() > 0.010,
+        "{levels:?}"
+    );
+}
+
+#[test]
+fn readings_that_contradict_each_other_leave_the_level_open() {
+    let both = |other: f32| {
+        let mut fusion = Fusion::default();
+        for (value, sigma) in [(0.16, 0.004), (other, 0.008)] {
+            fusion.add(Estimate::new(value, sigma));
+        }
+        let rise = Estimate::new(0.16, 0.01);
+        heights::fit(&[fusion, step(0.32), step(0.48)], &[rise], &Params::DEFAULT)[0]
+            .height
+            .sigma()
+    };
+    assert!(both(0.20) > 1.2 * both(0.163));
+}
+
+#[test]
+fn echoes_above_one_another_share_a_column() {
+    let echo = |x_m, y_m, snr_db| Echo {
+        x_m,
+        y_m,
+        snr_db,
+        range_m: 1.0,
+        ..Echo::default()
+    };
+    let echoes = [
+        echo(0.8, 0.0, 30.0),
+        // Treads overhang their risers by up to 4 cm.
+        echo(0.76, 0.17, 20.0),
+        echo(1.1, 0.17, 25.0),
+        echo(0.2, 0.1, 40.0),
+    ];
+    let scene = Scene::of_risers(&echoes, 0.4, &Params::DEFAULT);
+    let along: Vec<f32> = scene.columns.iter().map(|c| c.along_m).collect();
+    assert_eq!(along, [0.8, 1.1]);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn any_map_gives_finite_steps_and_the_same_both_ways(
+        seed in any::<u64>(),
+        low in 0u8..200,
+        span in 1u64..120,
+        height in prop::bool::ANY,
+        rows in 3u16..288,
+    ) {
+        let mut config = Config::default();
+        config.sweep.angle_count = rows.min(281);
+        config.seed = seed as u32;
+        if height {
+            config.mount.plane = Plane::Height;
+        }
+        // Blocks of cells of one value make echoes of all sizes.
+        let map = map(&config, |row, bin| {
+            let block = (noise(row / 9, bin / 3, seed) * span as f64) as u64 % span;
+            (u64::from(low) + block + (noise(row, bin, seed) * 4.0) as u64).min(255) as u8
+        });
+        let outcome = estimate(&map, &config, false);
+        prop_assert_eq!(&outcome, &estimate(&map, &config, true));
+        if outcome.status == Status::Fault {
+            prop_assert!(outcome.steps.is_empty());
+        }
+        for s in &outcome.steps {
+            for v in [s.distance_m, s.height_m, s.distance_sigma_m, s.height_sigma_m] {
+                prop_assert!(v.is_finite());
+            }
+            prop_assert!(s.distance_sigma_m > 0.0 && s.height_sigma_m > 0.0);
+        }
+    }
+}

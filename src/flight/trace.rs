@@ -1,0 +1,39 @@
+//! What the estimator thought: every scatterer with its role, the winner, its rivals, their scores.
+
+pub use super::roles::Role;
+pub use super::stairs::{Explanation, Link};
+use crate::echoes::Echo;
+
+/// One scatterer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scatterer {
+    /// Where it is, how strong, and its standard deviations.
+    pub echo: Echo,
+    /// What the winner takes it for.
+    pub role: Role,
+}
+
+/// One explanation of the echoes and its score.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hypothesis<'a> {
+    /// What it says.
+    pub explanation: Explanation,
+    /// Its faces along the line of sight: horizontal distances going up, depths below the mirror
+    /// going down.
+    pub faces: &'a [Link],
+    /// Log-likelihood ratio against everything that is no stair, nats.
+    pub score: f32,
+    /// Whether it is the answer.
+    pub winner: bool,
+}
+
+/// What is done one after the other after the last row.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Echoes are told from noise, side lobes and ghosts, and placed.
+    Echoes,
+    /// The best flight is found.
+    Search,
+    /// Steps have their dimensions and the answer its status.
+    Dimensions,
+}

@@ -1,0 +1,58 @@
+//! Where the cells of a polar map lie in the sagittal plane.
+
+use crate::config::Plane;
+use crate::math;
+
+/// Where a map's cells lie in the sagittal plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Geometry {
+    /// Range of the first stored bin from the mirror's centre, metres.
+    pub first_range_m: f32,
+    /// From one bin to the next, metres.
+    pub bin_m: f32,
+    /// Mirror centre above the ground, metres.
+    pub mount_height_m: f32,
+    /// From one scheduled angle to the next, radians.
+    pub step_rad: f32,
+    /// Two-sided 3 dB width of the beam, radians.
+    pub beamwidth_rad: f32,
+    /// The plane that the mirror sweeps.
+    pub plane: Plane,
+}
+
+impl Geometry {
+    /// That of a map without cells.
+    pub(super) const EMPTY: Self = Self {
+        first_range_m: 0.0,
+        bin_m: 0.0,
+        mount_height_m: 0.0,
+        step_rad: 0.0,
+        beamwidth_rad: 0.0,
+        plane: Plane::Depth,
+    };
+
+    /// Range from the mirror's centre of the (fractional) stored bin, metres.
+    pub fn range_m(&self, bin: f32) -> f32 {
+        self.first_range_m + bin * self.bin_m
+    }
+
+    /// Point at `range_m` from the mirror seen under `angle_rad`: (x, y) in metres, x forward from
+    /// the mirror's centre, y up from the ground.
+    pub fn point(&self, range_m: f32, angle_rad: f32) -> (f32, f32) {
+        let (sin, cos) = math::sin_cos(angle_rad);
+        match self.plane {
+            Plane::Depth => (range_m * cos, self.mount_height_m - range_m * sin),
+            Plane::Height => (range_m * sin, self.mount_height_m - range_m * cos),
+        }
+    }
+
+    /// Range and angle under which the mirror sees the point (x, y).
+    pub fn polar(&self, x: f32, y: f32) -> (f32, f32) {
+        let down = self.mount_height_m - y;
+        let angle = match self.plane {
+            Plane::Depth => math::atan2(down, x),
+            Plane::Height => math::atan2(x, down),
+        };
+        (math::hypot(x, down), angle)
+    }
+}

@@ -1,0 +1,15 @@
+//! The polar map: what range processing fills row by row and the estimators read.
+//!
+//! | module | holds |
+//! |---|---|
+//! | `window` | which range bins of a transform the map keeps |
+//! | `geometry` | where its cells lie in the sagittal plane |
+//! | `map` | the cells, the CFAR mask, the angles |
+
+mod geometry;
+mod map;
+mod window;
+
+pub use geometry::Geometry;
+pub use map::{DB_PER_UNIT, MAX_BINS, MAX_CELLS, MIN_BINS, PolarMap, Row};
+pub use window::BinWindow;

@@ -1,0 +1,73 @@
+//! Who looks over an estimator's shoulder: pictures, `inspect`, the benchmark's laps.
+//!
+//! The scanner's own calls pass `()`, which listens to nothing.
+
+use crate::flight::trace::{Hypothesis, Scatterer, Stage};
+#[cfg(feature = "paper")]
+use crate::paper::{bright::Field, cluster::Extent, particles::Cloud};
+
+/// What an estimator tells. Each says which of these it has to tell.
+#[derive(Debug)]
+pub enum Event<'a> {
+    /// Either estimator: a stage after the last row is done.
+    Done(Stage),
+    /// `likelihood`: the noise, median of the filtered map, map units (1/8 octave).
+    Noise(f32),
+    /// `likelihood`: what the floor says about the scanner's own errors.
+    Calibration {
+        /// Angle bias, radians.
+        bias_rad: f32,
+        /// Mount-height error, metres.
+        height_m: f32,
+    },
+    /// `likelihood`: one scatterer, strongest first.
+    Scatterer(&'a Scatterer),
+    /// `likelihood`: one explanation, the best of each number of steps.
+    Hypothesis(&'a Hypothesis<'a>),
+    /// `paper`: the particles after a stage, and the clusters where there are any.
+    #[cfg(feature = "paper")]
+    Particles {
+        /// After which stage.
+        stage: CloudStage,
+        /// The particles.
+        cloud: &'a Cloud,
+        /// The map that they are weighed with.
+        field: &'a Field<'a>,
+        /// The clusters.
+        clusters: &'a [Extent],
+    },
+}
+
+/// How far the paper's particles have come.
+#[cfg(feature = "paper")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum CloudStage {
+    /// As they were drawn, in cells of the map (angle, range).
+    Drawn,
+    /// The same after a round of resampling.
+    Resampled,
+    /// In the sagittal plane (along, across, see [`crate::paper::Places`]), marked with their
+    /// clusters.
+    Clustered,
+    /// The same after fusion and rejection; particles of rejected clusters keep their marks.
+    Rejected,
+}
+
+/// Listens to an estimator.
+pub trait Observer {
+    /// Whether it wants to hear about scatterers and hypotheses, which take time to tell.
+    fn listens(&self) -> bool {
+        true
+    }
+
+    /// Something to tell.
+    fn event(&mut self, event: Event<'_>);
+}
+
+impl Observer for () {
+    fn listens(&self) -> bool {
+        false
+    }
+
+    fn event(&mut self, _event: Event<'_>) {}
+}

@@ -1,0 +1,389 @@
+//! The table itself.
+
+use super::{Entry, Origin, params};
+use crate::math::RAD_PER_DEG;
+
+params! {
+    "echoes: responses of the instrument" {
+        /// Curvature of the window's main lobe in range, dB per squared native bin.
+        range_curvature_db = 6.0, "dB", Derived, "Hann window: -6.0 dB at one bin";
+        /// Standard deviation of a filtered level that no model of one scatterer explains.
+        lobe_model_db = 0.10, "dB", Derived, "ripple of the triangle against the beam, rounding of cells";
+        /// Standard deviation that the noise gives a filtered level at 0 dB above it.
+        level_noise_db = 1.3, "dB", Derived, "exponential noise averaged over one and a half beams";
+        /// Departures from the lobe count at most so many standard deviations.
+        lobe_clip_sigmas = 3.0, "", Hand;
+        /// Two places are one scatterer if they are closer than this, rows and bins together.
+        same_echo_cells = 2.0, "", Derived, "a maximum stands out over two rows";
+    }
+    "echoes: what noise and stronger echoes make" {
+        /// Filtered power above the noise that counts.
+        echo_margin_db = 2.8, "dB", Derived, "noise exceeds it once in some hundred independent places";
+        /// Power above the noise that noise alone does not make in a whole scan.
+        sure_echo_db = 4.5, "dB", Derived, "a map holds some thousand independent places";
+        /// By how much the median over the angles must exceed the noise to be taken for side lobes.
+        side_lobes_seen_db = 0.9, "dB", Hand;
+        /// Where side lobes are seen, an echo that CA-CFAR does not tell must stand this high above.
+        side_lobe_margin_db = 9.0, "dB", Hand;
+        /// Two-way side lobes of the beam below its peak, worst case, any angle at the same range.
+        side_lobe_db = 17.0, "dB", Hand, "one-way pedestal of the simulators' antennas, with margin";
+        /// By how much the beam's flank may be higher than a Gaussian's.
+        main_lobe_margin_db = 3.0, "dB", Hand;
+        /// The same where the ghost is a copy at another range.
+        same_beam_margin_db = 1.0, "dB", Hand;
+        /// Reach of an echo's own lobe in range, native bins.
+        range_lobe_bins = 2.0, "", Derived, "Hann window: first zero at two bins";
+        /// Range skirts below the echo (sweep non-linearity, phase noise near the carrier).
+        skirt_db = 25.0, "dB", Hand;
+        /// How far they reach, native bins.
+        skirt_bins = 9.0, "", Hand;
+        /// I/Q image below the echo.
+        iq_image_db = 30.0, "dB", Derived, "5 % and 3 degrees of imbalance";
+        /// How far from its place the image may peak, native bins.
+        image_bins = 2.5, "", Derived, "the lobe's reach and half a bin";
+        /// Phase noise of a strong echo below it: every range, same angle.
+        oscillator_noise_db = 40.0, "dB", Hand;
+    }
+    "echoes: calibration on the floor" {
+        /// Standard deviation of the shaft's angle bias.
+        angle_bias_sigma_rad = 0.25 * RAD_PER_DEG, "rad", Derived, "one step of the scan";
+        /// Standard deviation of the mount height.
+        mount_height_sigma_m = 0.002, "m", Custom, "tyres and castors under load";
+        /// Echoes within this height may be floor.
+        floor_reach_m = 0.03, "m", Derived, "a bias of 1 degree at 1.7 m";
+        /// Weaker echoes say nothing of the floor.
+        floor_least_db = 8.0, "dB", Hand;
+        /// A corner at the foot of a riser is at least this strong …
+        floor_corner_db = 20.0, "dB", Hand;
+        /// … no wider than this in units of a point scatterer's lobe …
+        floor_corner_width = 1.15, "", Hand;
+        /// … and exact in angle …
+        floor_corner_rad = 0.06 * RAD_PER_DEG, "rad", Hand;
+        /// … and height.
+        floor_corner_m = 0.001, "m", Hand;
+        /// Speckle of the floor is known no better than this in angle …
+        floor_speckle_rad = 0.15 * RAD_PER_DEG, "rad", Hand;
+        /// … and height.
+        floor_speckle_m = 0.004, "m", Hand;
+        /// Angle error of a floor echo from noise at 0 dB.
+        floor_noise_rad = 0.5 * RAD_PER_DEG, "rad", Derived, "beam's sigma over the root of the power";
+        /// Echoes so many standard deviations off the floor count half.
+        floor_cauchy_sigmas = 3.0, "", Hand;
+    }
+    "scene: places of echoes" {
+        /// Height error of an echo whatever its range.
+        height_sigma_m = 0.010, "m", Hand, "edge and face melt into one lobe";
+        /// Height error of an echo per metre of range.
+        height_sigma_rad = 0.5 * RAD_PER_DEG, "rad", Hand;
+        /// Echoes below this are hardly believed …
+        credible_from_db = 1.0, "dB", Hand;
+        /// … and wholly this much above it.
+        credible_span_db = 9.0, "dB", Hand;
+        /// Least credibility of an echo.
+        least_credibility = 0.15, "", Hand;
+        /// Nearer than this the floor below the mirror is seen by side lobes, and folded walls lie.
+        nearest_riser_m = 0.36, "m", Hand;
+        /// Range within which the floor below the last angle shows by side lobes.
+        unscanned_floor_m = 0.54, "m", Derived, "mount height over the sine of the last angle";
+        /// It seems to lie this high at least.
+        unscanned_floor_height_m = 0.05, "m", Hand;
+        /// It is weaker than this.
+        unscanned_floor_db = 15.0, "dB", Hand;
+        /// How far such an echo is believed.
+        unscanned_floor_weight = 0.4, "", Hand;
+        /// Echoes this close in x belong to one riser.
+        column_m = 0.045, "m", Custom, "nosings overhang by up to 4 cm";
+        /// Height below which an echo may be ground.
+        on_ground_m = 0.03, "m", Hand;
+        /// A corner outshines the ground this far before it.
+        corner_before_m = 0.35, "m", Custom, "one going";
+        /// By how much it does.
+        corner_outshines_db = 5.0, "dB", Hand;
+        /// A weaker echo on the ground is no corner.
+        corner_least_db = 14.0, "dB", Hand;
+        /// Weight of a column for each decibel of its strongest echo, credibilities.
+        column_weight_per_db = 0.01, "", Hand;
+    }
+    "roles: gains and costs going up" {
+        /// An echo at a place known in x and y: corner, nosing, flash.
+        point_nats = 5.4, "nats", Hand;
+        /// Between them, on the riser.
+        face_nats = 2.5, "nats", Hand;
+        /// On a tread or the floor.
+        tread_nats = 1.1, "nats", Hand;
+        /// A corner that outshines everything else on its tread.
+        bright_corner_nats = 1.1, "nats", Hand;
+        /// By how much it does.
+        bright_corner_db = 8.0, "dB", Hand;
+        /// Strongest echo of a tread that shows none.
+        tread_background_db = 3.0, "dB", Derived, "the weakest echo there is";
+        /// An echo inside the solid.
+        inside_nats = 2.1, "nats", Hand;
+        /// An echo above the top of its own riser.
+        above_nats = 3.3, "nats", Hand;
+        /// An echo standing on a tread, or on the floor in front.
+        clutter_nats = 2.5, "nats", Hand;
+        /// Anything else that the flight does not explain.
+        stray_nats = 0.4, "nats", Hand;
+        /// Each further riser must pay for itself.
+        step_nats = 1.6, "nats", Hand;
+        /// A closed riser whose inner corner is not seen.
+        no_corner_nats = 1.8, "nats", Hand;
+        /// A riser whose upper end is not seen.
+        no_edge_nats = 1.5, "nats", Hand;
+        /// A riser without any echo.
+        unseen_riser_nats = 2.5, "nats", Hand;
+        /// A corner is seen if it gains this.
+        corner_seen_nats = 1.0, "nats", Hand;
+        /// An edge is seen if it gains this.
+        edge_seen_nats = 0.8, "nats", Hand;
+        /// Departure of a riser from the line of its predecessors that costs …
+        uneven_going_m = 0.015, "m", Hand;
+        /// … this, growing with its square up to 1.
+        uneven_going_nats = 0.35, "nats", Hand;
+        /// Second and further echoes in the same role count this much.
+        again = 0.3, "", Hand;
+        /// Floating stairs: legs and boxes pass for a single floating step.
+        floating_nats = 3.0, "nats", Hand;
+        /// A flight going up counts from this score on.
+        accept_up_nats = 1.5, "nats", Hand;
+    }
+    "roles: where each begins and ends" {
+        /// A riser whose foot is not at least this much below the mirror shows none.
+        hidden_foot_m = 0.01, "m", Hand;
+        /// A riser flashes if its foot is at most this much above the mirror …
+        flash_below_m = 0.02, "m", Hand;
+        /// … and its top at most this much below.
+        flash_above_m = 0.03, "m", Hand;
+        /// A flash lies this near the mirror's height, beside the error of an echo's height.
+        flash_margin_m = 0.01, "m", Hand;
+        /// The flash of a wall far behind lies this near it.
+        far_flash_m = 0.03, "m", Hand;
+        /// A flash's flank hides a corner whose height below it is this share of the distance.
+        flash_flank = 0.13, "", Derived, "7.4 degrees, one and a half beams";
+        /// A riser whose top is below the mirror by less than this share of the distance shines.
+        shining_slope = 0.14, "", Hand;
+        /// An echo is above a riser from this on, beside twice its deviation.
+        above_margin_m = 0.015, "m", Hand;
+        /// It is inside the solid from this depth on, beside twice its deviation.
+        inside_margin_m = 0.02, "m", Hand;
+        /// It stands on a tread from this height on, beside its deviation.
+        clutter_margin_m = 0.03, "m", Hand;
+        /// A face begins this much above its foot, or twice the echo's deviation.
+        face_foot_m = 0.04, "m", Hand;
+        /// A lobe broader than this on a riser that shines is its face.
+        face_width = 2.0, "", Hand;
+        /// A riser lower than this share of the distance melts into one echo.
+        melting_slope = 0.105, "", Derived, "6 degrees, a beam and a fifth";
+        /// Nearer than this it is as at this distance.
+        melting_nearest_m = 0.3, "m", Hand;
+        /// Gain of such an echo over that of a face.
+        melting_gain = 1.4, "", Hand;
+        /// An echo shows a level that is closer than so many standard deviations.
+        level_sigmas = 2.5, "", Hand;
+    }
+    "search: stairs going up" {
+        /// Least going.
+        least_going_m = 0.20, "m", Custom, "steepest stairs in use";
+        /// Largest going.
+        most_going_m = 0.44, "m", Custom, "shallowest stairs in use";
+        /// A riser may stand this far from where its predecessors lead.
+        riser_tolerance_m = 0.045, "m", Custom, "half an overhang and what builders are off";
+        /// Weight of a column, credibilities, that makes up for a metre off its place.
+        off_place_per_m = 20.0, "", Hand;
+        /// What stands farther behind the last riser is no part of the flight.
+        landing_m = 0.55, "m", Custom, "farther than any going";
+        /// A single riser lower than this is a threshold.
+        lowest_step_m = 0.07, "m", Hand;
+        /// A single riser higher than this is a box.
+        highest_step_m = 0.23, "m", Hand;
+    }
+    "heights: levels of the steps" {
+        /// A step's own departure from the straight flight.
+        rise_sigma_m = 0.005, "m", Custom, "building codes allow 5 mm between neighbours";
+        /// Standard deviation by which an irregular riser or tread departs.
+        odd_rise_sigma_m = 0.03, "m", Custom, "what people stumble over and yet gets built";
+        /// Error of a flight's riser height by the likelihood of all echoes.
+        flight_rise_sigma_m = 0.01, "m", Hand;
+        /// The model is not the whole truth: reported heights are this much wider.
+        height_sigma_scale = 1.2, "", Hand;
+        /// No height is known better.
+        least_height_sigma_m = 0.003, "m", Hand;
+    }
+    "readings: what a riser's echoes say" {
+        /// An echo no wider than this is a single scatterer.
+        clean_width = 1.1, "", Hand;
+        /// An edge lies at most this far behind its riser: as far as places are off.
+        nosing_behind_m = 0.02, "m", Hand;
+        /// A corner this much stronger than a flash beside it is where it seems to be.
+        outshone_db = 6.0, "dB", Hand;
+        /// Closer than this to a flash an echo is pulled towards it.
+        flash_hides_rad = 7.4 * RAD_PER_DEG, "rad", Derived, "one and a half beams";
+        /// Distance error of a riser that shows a corner or flashes …
+        corner_x_sigma_m = 0.003, "m", Hand;
+        /// … of one that shows its edge alone …
+        edge_x_sigma_m = 0.006, "m", Hand;
+        /// … and of one that shows nothing.
+        inferred_x_sigma_m = 0.015, "m", Hand;
+        /// Overhang of nosings where it is not seen.
+        overhang_sigma_m = 0.008, "m", Custom, "nosings overhang by up to 4 cm, most by none";
+        /// A smaller overhang is none.
+        least_overhang_m = 0.005, "m", Hand;
+        /// An edge's angle error whatever its strength …
+        edge_angle_rad = 0.15 * RAD_PER_DEG, "rad", Hand;
+        /// … and from noise at 0 dB.
+        edge_noise_rad = 0.5 * RAD_PER_DEG, "rad", Derived, "beam's sigma over the root of the power";
+        /// A corner's angle error whatever its strength …
+        corner_angle_rad = 0.1 * RAD_PER_DEG, "rad", Hand;
+        /// … and from noise at 0 dB.
+        corner_noise_rad = 0.3 * RAD_PER_DEG, "rad", Hand;
+        /// Height error of a clean corner.
+        corner_clean_sigma_m = 0.003, "m", Hand;
+        /// A broad corner seems higher by this.
+        corner_broad_low_m = 0.008, "m", Hand;
+        /// Its height error.
+        corner_broad_sigma_m = 0.013, "m", Hand;
+        /// A floating tread beside a flash seems lower by this.
+        open_flash_low_m = 0.030, "m", Hand;
+        /// Its height error.
+        open_flash_sigma_m = 0.016, "m", Hand;
+        /// A floating tread of a clean lobe seems lower by this.
+        open_clean_low_m = 0.008, "m", Hand;
+        /// Its height error.
+        open_clean_sigma_m = 0.012, "m", Hand;
+        /// A floating tread of a broad lobe seems lower by this.
+        open_broad_low_m = 0.011, "m", Hand;
+        /// Its height error.
+        open_broad_sigma_m = 0.014, "m", Hand;
+        /// A nosing beside a flash seems lower by this.
+        closed_flash_low_m = 0.022, "m", Hand;
+        /// Its height error.
+        closed_flash_sigma_m = 0.020, "m", Hand;
+        /// A nosing of a clean lobe on a riser that shines seems lower by this.
+        shining_clean_low_m = 0.006, "m", Hand;
+        /// Its height error.
+        shining_clean_sigma_m = 0.012, "m", Hand;
+        /// A nosing of a broad lobe on a riser that shines seems lower by this.
+        shining_broad_low_m = 0.020, "m", Hand;
+        /// Its height error.
+        shining_broad_sigma_m = 0.018, "m", Hand;
+        /// A nosing of a clean lobe seems lower by this.
+        closed_clean_low_m = 0.004, "m", Hand;
+        /// Its height error.
+        closed_clean_sigma_m = 0.006, "m", Hand;
+        /// A nosing of a broad lobe seems lower by this.
+        closed_broad_low_m = 0.010, "m", Hand;
+        /// Its height error.
+        closed_broad_sigma_m = 0.012, "m", Hand;
+        /// An echo on a riser with a hidden foot may lie this much below its visible part.
+        hidden_reach_m = 0.05, "m", Hand;
+        /// Visible part of such a riser at least.
+        hidden_least_span_m = 0.05, "m", Hand;
+        /// Height error of such an echo whatever the visible part …
+        hidden_sigma_m = 0.015, "m", Hand;
+        /// … and per metre of it.
+        hidden_sigma_span = 0.35, "", Derived, "even over the part: its length over the root of 12, rounded up";
+    }
+    "stairs going down" {
+        /// Echoes higher than this are no treads.
+        tread_highest_m = 0.06, "m", Hand;
+        /// Weaker echoes in the height plane are left out.
+        faintest_tread_db = 3.0, "dB", Hand;
+        /// Angle error of a tread's echo whatever its strength …
+        tread_angle_rad = 0.2 * RAD_PER_DEG, "rad", Hand;
+        /// … and from noise at 0 dB.
+        tread_noise_rad = RAD_PER_DEG, "rad", Hand;
+        /// Error along the tread whatever the angle.
+        tread_x_sigma_m = 0.012, "m", Derived, "a range cell";
+        /// Height error of a tread's echo whatever the angle.
+        tread_y_sigma_m = 0.004, "m", Hand;
+        /// Treads' echoes are believed like echoes this much stronger.
+        tread_credit_db = 1.5, "dB", Hand;
+        /// Echoes this close in height belong to one tread.
+        row_m = 0.025, "m", Hand;
+        /// An echo on a tread.
+        lower_tread_nats = 2.0, "nats", Hand;
+        /// An echo where a tread ends.
+        lower_edge_nats = 3.5, "nats", Hand;
+        /// The flash of the tread right below the mirror.
+        lower_flash_nats = 4.5, "nats", Hand;
+        /// An echo that the flight does not explain.
+        lower_stray_nats = 0.5, "nats", Hand;
+        /// An echo inside the solid.
+        lower_inside_nats = 2.0, "nats", Hand;
+        /// Each further tread must pay for itself.
+        lower_step_nats = 1.2, "nats", Hand;
+        /// A tread that shows no echo.
+        unseen_tread_nats = 0.7, "nats", Hand;
+        /// An echo worth less than this shows no tread.
+        lower_seen_nats = 0.3, "nats", Hand;
+        /// A flight going down counts from this score on.
+        accept_down_nats = 2.0, "nats", Hand;
+        /// Echoes this far from a tread in height still belong to it.
+        tread_zone_m = 0.035, "m", Hand;
+        /// Echoes reach this many standard deviations beyond a tread's ends.
+        tread_reach_sigmas = 1.5, "", Hand;
+        /// The corner behind a tread's end lies at most this far beyond it.
+        lower_corner_m = 0.03, "m", Hand;
+        /// A tread flashes within this of the mirror's foot, beside the echo's error.
+        lower_flash_m = 0.02, "m", Hand;
+        /// A tread that ends this near the mirror's foot still flashes.
+        lower_flash_reach_m = 0.03, "m", Hand;
+        /// The last echo of a tread lies this much before its edge …
+        edge_short_m = 0.018, "m", Hand;
+        /// … give or take.
+        edge_spread_m = 0.015, "m", Hand;
+        /// Error of an edge by speckle: echoes end where they like.
+        edge_speckle_m = 0.008, "m", Hand;
+        /// The likelihood's tails are heavier than the truth's: reported edges are this much tighter.
+        edge_sigma_scale = 0.6, "", Hand;
+        /// The ground before the first edge ends before this.
+        farthest_edge_m = 0.1, "m", Custom, "a chair stands at the edge when it looks down";
+        /// An echo shows a tread's level within this, beside its deviations.
+        level_margin_m = 0.015, "m", Hand;
+        /// People's step length: twice the rise and the going.
+        stride_m = 0.63, "m", Custom, "Blondel 1675";
+        /// Its standard deviation.
+        stride_sigma_m = 0.03, "m", Custom, "codes allow 0.60 to 0.66 m";
+        /// Strides so many standard deviations off are left out.
+        stride_sigmas = 2.5, "", Hand;
+        /// Standard deviation of one drop against the first.
+        drop_sigma_m = 0.01, "m", Hand;
+        /// Most that an odd drop costs.
+        odd_drop_nats = 2.0, "nats", Hand;
+        /// Least drop from tread to tread.
+        least_drop_m = 0.09, "m", Custom, "shallowest stairs in use";
+        /// Largest drop.
+        most_drop_m = 0.22, "m", Custom, "steepest stairs in use";
+        /// A tread may lie this far from where its predecessors lead.
+        tread_tolerance_m = 0.02, "m", Hand;
+        /// Error of the drop by the deepest tread.
+        lower_rise_sigma_m = 0.02, "m", Hand;
+    }
+    "verdict" {
+        /// Another explanation within this score of the winner is a close rival.
+        clear_lead_nats = 2.0, "nats", Derived, "seven to one";
+        /// A step whose strongest echo is weaker rests on little.
+        weak_step_db = 8.0, "dB", Hand;
+        /// Weaker than this a further step would not have been seen.
+        next_seen_db = 5.0, "dB", Hand;
+        /// From one face to the next echoes get weaker by as much …
+        fades_db = 6.0, "dB", Hand;
+        /// … and by as much from one that looks straight at the mirror.
+        flash_fades_db = 25.0, "dB", Hand;
+        /// Without stairs the strongest echo must be at least this for the view to be worth anything.
+        view_db = 10.0, "dB", Hand;
+        /// A height that is known no better than this is none to rely on.
+        sure_height_m = 0.015, "m", Derived, "two standard deviations are the 3 cm of `ok`";
+        /// The same for a last riser whose flash hides its edge.
+        sure_last_height_m = 0.025, "m", Hand;
+        /// A step whose expected departure is larger may be odd.
+        regular_m = 0.002, "m", Hand;
+        /// A step this far off the others' line is one that a foot stumbles over.
+        irregular_m = 0.013, "m", Custom, "half an inch";
+        /// Echoes stronger than this that stand where the flight leaves no room are in the way.
+        in_the_way_db = 12.0, "dB", Hand;
+        /// Full marks of a step's quality.
+        full_quality_db = 40.0, "dB", Custom, "a corner at a metre";
+    }
+}
