@@ -14,8 +14,7 @@ use stairscan::stairs::cluster::Extent;
 use stairscan::stairs::paper::{Observer, Paper, Stage};
 use stairscan::stairs::particles::Cloud;
 
-use super::score::progress;
-use super::{Format, emit};
+use super::{Format, emit, progress};
 use crate::replay;
 use crate::scene::Scene;
 

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 use serde_json::json;
 
-use super::{Format, Settings, emit};
+use super::{Format, Settings, emit, progress};
 use crate::recording::{self, Recording};
 use crate::replay;
 use crate::score::{self, SceneScore, SetScore};
@@ -111,12 +111,6 @@ fn score_one(path: &std::path::Path, options: &replay::Options) -> Result<Vec<Sc
         })
     });
     Ok(scores.collect())
-}
-
-/// A progress bar on a terminal, nothing elsewhere.
-pub fn progress(length: u64) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {eta}");
-    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// All that is to be printed.

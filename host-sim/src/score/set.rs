@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 use stairscan::stairs::Status;
 
+use super::share::wilson;
 use super::{Match, SceneScore, Share, is_strong};
 use crate::recording::TrueStep;
 
@@ -15,6 +16,10 @@ pub struct Spread {
     pub median: f64,
     /// 95th percentile, interpolated between ranks.
     pub p95: f64,
+    /// 95 % interval of the median.
+    pub median_interval: (f64, f64),
+    /// 95 % interval of the 95th percentile.
+    pub p95_interval: (f64, f64),
 }
 
 impl Spread {
@@ -29,6 +34,8 @@ impl Spread {
             mean,
             median: quantile(&sorted, 0.5),
             p95: quantile(&sorted, 0.95),
+            median_interval: quantile_interval(&sorted, 0.5),
+            p95_interval: quantile_interval(&sorted, 0.95),
         })
     }
 
@@ -49,6 +56,13 @@ pub fn quantile(sorted: &[f64], q: f64) -> f64 {
     let low = place.floor() as usize;
     let high = (low + 1).min(last);
     sorted[low] + (sorted[high] - sorted[low]) * (place - low as f64)
+}
+
+/// The 95 % interval of quantile `q`, whatever the values' distribution: between the ranks that
+/// Wilson's interval of a share `q` reaches.
+fn quantile_interval(sorted: &[f64], q: f64) -> (f64, f64) {
+    let (low, high) = wilson(q, sorted.len() as f64);
+    (quantile(sorted, low), quantile(sorted, high))
 }
 
 /// The score of a set of scenes.

@@ -5,6 +5,16 @@ use serde_json::{Value, json};
 /// Standard deviations of a two-sided 95 % interval of the normal distribution.
 const Z95: f64 = 1.959_964;
 
+/// The 95 % interval of a share of which `p` (0…1) was found in `n` draws, by Wilson's score
+/// (E. B. Wilson, Probable Inference, the Law of Succession, and Statistical Inference, JASA 22,
+/// 1927): it stays within 0…1 and has a width also where nothing or everything is so.
+pub(super) fn wilson(p: f64, n: f64) -> (f64, f64) {
+    let z2 = Z95 * Z95;
+    let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+    let half = Z95 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+    ((middle - half).max(0.0), (middle + half).min(1.0))
+}
+
 /// So many of so many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Share {
@@ -35,16 +45,9 @@ impl Share {
         (self.of > 0).then(|| self.hits as f64 / self.of as f64)
     }
 
-    /// The 95 % interval of the share that the draw is from, by Wilson's score (E. B. Wilson,
-    /// Probable Inference, the Law of Succession, and Statistical Inference, JASA 22, 1927): it
-    /// stays within 0…1 and has a width also where nothing or everything is so. `None` of nothing.
+    /// The 95 % interval of the share that the draw is from; `None` of nothing.
     pub fn interval(self) -> Option<(f64, f64)> {
-        let p = self.value()?;
-        let n = self.of as f64;
-        let z2 = Z95 * Z95;
-        let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
-        let half = Z95 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
-        Some(((middle - half).max(0.0), (middle + half).min(1.0)))
+        Some(wilson(self.value()?, self.of as f64))
     }
 
     /// `12.5 % (10.1–15.4)`, or a dash of nothing.
@@ -55,6 +58,14 @@ impl Share {
                 format!("{} % ({}–{})", percent(p), percent(low), percent(high))
             }
             _ => "–".into(),
+        }
+    }
+
+    /// `1/8: 12.5 % (2.2–47.1)`, or a dash of nothing.
+    pub fn full(self) -> String {
+        match self.of {
+            0 => "–".into(),
+            _ => format!("{}/{}: {}", self.hits, self.of, self.percent()),
         }
     }
 
@@ -98,5 +109,6 @@ mod tests {
     fn counting() {
         assert_eq!(Share::count([1, 2, 3, 4], |n| n > 2), Share::new(2, 4));
         assert_eq!(Share::new(1, 8).percent(), "12.5 % (2.2–47.1)");
+        assert_eq!(Share::new(1, 8).full(), "1/8: 12.5 % (2.2–47.1)");
     }
 }

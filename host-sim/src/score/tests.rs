@@ -180,3 +180,28 @@ fn ok_and_wrong_is_counted_of_what_is_ok() {
     assert_eq!(set.json()["ok_horizon_m"], serde_json::Value::Null);
     assert!(confusions(&scenes).contains("ok WRONG"));
 }
+
+/// Of 1, 2, … 100 the median's interval is what tables of the sign test give (40 and 61), but for
+/// the interpolation between ranks.
+#[test]
+fn quantiles_have_intervals() {
+    let errors: Vec<(f64, f64)> = (0..100).map(|k| (10.0 + f64::from(k), 0.1)).collect();
+    let told: Vec<(f64, f64)> = errors
+        .iter()
+        .zip(1..)
+        .map(|(e, k)| (e.0, 0.1 + f64::from(k) * 0.01))
+        .collect();
+    let score = scene(&answer(Status::Ok, &told), &truth(&errors, &[]));
+    let height = SetScore::new("set", [score].iter()).height[0].unwrap();
+    assert!((height.median - 0.505).abs() < 1e-3, "{height:?}");
+    let (low, high) = height.median_interval;
+    assert!(
+        (low - 0.40).abs() < 0.02 && (high - 0.61).abs() < 0.02,
+        "{height:?}"
+    );
+    let (low, high) = height.p95_interval;
+    assert!(
+        low < height.p95 && height.p95 < high && high < 0.995,
+        "{height:?}"
+    );
+}
