@@ -1,16 +1,16 @@
 //! The image itself, in the emulator: what is flashed is what is tested.
 //!
 //! Boots are dear (a scan takes some ten seconds), so each test asks one boot many things. Without
-//! QEMU the tests say so and pass, except in CI.
+//! the chip's target or QEMU the tests say so and pass, except in CI.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
 use host_sim::commands::budget;
 use host_sim::emulate::session::Waits;
-use host_sim::emulate::{Fault, Session, image, qemu};
+use host_sim::emulate::tools::Tool;
+use host_sim::emulate::{Fault, Session, image};
 use host_sim::playback::Playback;
 use host_sim::recording::{self, Recording};
 use host_sim::replay;
@@ -20,21 +20,15 @@ use stairscan::scan::Settings;
 use stairscan::scan::schedule::{Schedule, shaft_angle};
 use stairscan::stairs::{Reason, Status};
 
-/// The image, built once; `None` after a message where there is no emulator.
+mod common;
+
+use common::tools;
+
+/// The image, built once; `None` after a message where it cannot be run.
 fn elf() -> Option<&'static Path> {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
-    emulator().then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
-}
-
-fn emulator() -> bool {
-    let available = qemu::available();
-    let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
-    assert!(available || !ci, "{}", qemu::HOW_TO_GET);
-    if !available {
-        // Not with `eprintln`, which the test harness keeps to itself when a test passes.
-        let _ = writeln!(std::io::stderr(), "SKIPPED: {}", qemu::HOW_TO_GET);
-    }
-    available
+    let ready = tools(&[Tool::Target, Tool::Emulator]);
+    ready.then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
 }
 
 fn recordings() -> PathBuf {
@@ -436,6 +430,9 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
 /// Flash, RAM and what must not be in the image; `cargo sim budget REC` measures the stack.
 #[test]
 fn the_image_keeps_its_budgets() {
+    if !tools(&[Tool::Target]) {
+        return;
+    }
     let figures = budget::of_image(&image::build(&[]).unwrap()).unwrap();
     for figure in figures {
         assert!(figure.holds(), "{figure:?}");
@@ -449,7 +446,7 @@ fn the_image_keeps_its_budgets() {
 /// watchdog, and `stop` outlives them.
 #[test]
 fn crashes_end_in_the_fault_path() {
-    if !emulator() {
+    if !tools(&[Tool::Target, Tool::Emulator]) {
         return;
     }
     let elf = image::build(&["provoke"]).unwrap();

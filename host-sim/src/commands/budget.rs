@@ -10,9 +10,10 @@ use stairscan::report::Sentence;
 use stairscan::scan::Settings as ScannerSettings;
 
 use super::{Format, Settings, emit};
+use crate::emulate::Session;
 use crate::emulate::image::{self, Image};
 use crate::emulate::session::Waits;
-use crate::emulate::{Session, qemu};
+use crate::emulate::tools::Tool;
 use crate::playback::Playback;
 use crate::recording::Recording;
 
@@ -100,8 +101,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         None => image::build(&[])?,
     };
     let mut figures = of_image(&elf)?;
-    if !args.recordings.is_empty() && !qemu::available() {
-        anyhow::bail!("{}", qemu::HOW_TO_GET);
+    if !args.recordings.is_empty() {
+        Tool::Emulator.need()?;
     }
     for path in &args.recordings {
         let recording = Recording::read(path)?;

@@ -4,8 +4,11 @@
 #![allow(dead_code)]
 
 use std::fs;
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+use host_sim::emulate::tools::Tool;
 
 /// Runs the program.
 pub fn sim(args: &[&str]) -> Output {
@@ -13,6 +16,24 @@ pub fn sim(args: &[&str]) -> Output {
         .args(args)
         .output()
         .unwrap()
+}
+
+/// Whether everything that a test needs is installed. If not, it says aloud what is skipped and how
+/// to get it; in CI that is a failure.
+pub fn tools(needed: &[Tool]) -> bool {
+    let missing: Vec<&str> = (needed.iter())
+        .filter(|tool| !tool.available())
+        .map(|tool| tool.how_to_get())
+        .collect();
+    let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
+    assert!(missing.is_empty() || !ci, "{}", missing.join("; "));
+    if !missing.is_empty() {
+        let thread = std::thread::current();
+        let test = thread.name().unwrap_or("a test");
+        // Not with `eprintln`, which the test harness keeps to itself when a test passes.
+        let _ = writeln!(std::io::stderr(), "SKIPPED {test}: {}", missing.join("; "));
+    }
+    missing.is_empty()
 }
 
 /// A directory of one test, removed when it ends.
