@@ -6,16 +6,16 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
-use crate::emulate::qemu;
+use crate::emulate::tools::{EMULATOR, Tool};
 
 /// Runs an image that ends by itself; returns what it printed through semihosting.
 ///
 /// Time in the emulator is the number of instructions, one a nanosecond (`-icount shift=0`).
 pub fn run(elf: &Path, directory: &Path, limit: Duration) -> Result<String> {
-    ensure!(qemu::available(), "{}", qemu::HOW_TO_GET);
+    Tool::Emulator.need()?;
     let log = directory.join("output");
     let file = std::fs::File::create(&log).with_context(|| log.display().to_string())?;
-    let mut child = Command::new(qemu::PROGRAM)
+    let mut child = Command::new(EMULATOR)
         .current_dir(directory)
         .args([
             "-machine",
@@ -31,7 +31,7 @@ pub fn run(elf: &Path, directory: &Path, limit: Duration) -> Result<String> {
         .stdout(file.try_clone()?)
         .stderr(file)
         .spawn()
-        .context(qemu::PROGRAM)?;
+        .context(EMULATOR)?;
     let deadline = Instant::now() + limit;
     let status = loop {
         if let Some(status) = child.try_wait()? {

@@ -11,4 +11,5 @@ pub mod recording;
 pub mod replay;
 pub mod scene;
 pub mod score;
+pub mod seeds;
 pub mod setup;

@@ -1,25 +1,89 @@
-//! The README's accuracy table, measured afresh: every change of accuracy shows in a diff.
+//! The accuracy tables: measured on seeds that nobody tunes on, and what CI measures at every change
+//! is as committed, so that every change of accuracy shows in a diff.
 
 use host_sim::commands::accuracy;
+use host_sim::scene::random::Kind;
+use host_sim::seeds::{Draw, REPORTING, TUNING};
 
-/// The table as committed.
-const COMMITTED: &str = include_str!("../../docs/accuracy.md");
+mod common;
+
+use common::sim;
+
+/// The snapshot as committed.
+const SNAPSHOT: &str = include_str!("../../docs/accuracy-snapshot.md");
+/// The published tables.
+const PUBLISHED: &str = include_str!("../../docs/accuracy.md");
 
 #[test]
 fn accuracy_is_as_committed() {
-    let measured = accuracy::table(&accuracy::measure().unwrap());
+    let rows = accuracy::measure(Draw::Snapshot, None).unwrap();
+    let measured = accuracy::report(Draw::Snapshot, None, &rows);
     assert!(
-        measured == COMMITTED,
-        "accuracy has changed; if that is meant: cargo sim accuracy > docs/accuracy.md, and the same \
-         into README.md\n\ncommitted:\n{COMMITTED}\nmeasured:\n{measured}"
+        measured == SNAPSHOT,
+        "accuracy has changed; if that is meant: cargo sim accuracy > docs/accuracy-snapshot.md, and \
+         cargo sim accuracy --draw reporting > docs/accuracy.md\n\ncommitted:\n{SNAPSHOT}\n\
+         measured:\n{measured}"
+    );
+}
+
+/// The published tables take minutes, so that they are not measured again here; but they are those
+/// of the reporting seeds, and of all of them.
+#[test]
+fn the_published_tables_are_those_of_the_reporting_seeds() {
+    let heading = accuracy::heading(Draw::Reporting, None);
+    assert!(
+        PUBLISHED.starts_with(&heading),
+        "docs/accuracy.md was not made by `cargo sim accuracy --draw reporting`, whose output \
+         begins with:\n{heading}"
+    );
+    let first = PUBLISHED.lines().skip_while(|line| !line.starts_with('|'));
+    let table: Vec<&str> = first.take_while(|line| line.starts_with('|')).collect();
+    assert_eq!(table.len(), 2 + Kind::ALL.len());
+    let readme = include_str!("../../README.md");
+    assert!(
+        readme.contains(&table.join("\n")),
+        "README.md does not show the first table of docs/accuracy.md:\n{}",
+        table.join("\n")
     );
 }
 
 #[test]
-fn the_readme_shows_the_committed_table() {
-    let readme = include_str!("../../README.md");
+fn no_seed_serves_two_draws() {
+    for (k, a) in Draw::ALL.into_iter().enumerate() {
+        for b in &Draw::ALL[k + 1..] {
+            let (one, other) = (a.seeds(), b.seeds());
+            assert!(
+                one.end <= other.start || other.end <= one.start,
+                "the draws {a} ({one:?}) and {b} ({other:?}) overlap"
+            );
+        }
+        for kind in Kind::ALL {
+            let seeds = a.seeds();
+            assert!(
+                a.scenes(kind) <= seeds.end - seeds.start,
+                "the draw {a} has fewer seeds than {kind} scenes"
+            );
+        }
+    }
+    // The seeds that tables and fits used before the draws were dealt out.
+    assert!(TUNING.contains(&0) && TUNING.contains(&200_000));
+    assert_eq!(Draw::Reporting.seeds(), REPORTING);
+}
+
+#[test]
+fn scenes_for_reporting_are_not_shown() {
+    let out = sim(&["accuracy", "--draw", "reporting", "--list"]);
+    let message = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{message}");
     assert!(
-        readme.contains(COMMITTED),
-        "README.md does not hold docs/accuracy.md"
+        out.stdout.is_empty() && message.contains("--draw tuning"),
+        "{message}"
+    );
+    let out = sim(&["accuracy", "--draw", "tuning", "--scenes", "1", "--list"]);
+    let text = String::from_utf8(out.stdout).unwrap();
+    assert_eq!(out.status.code(), Some(0));
+    assert!(
+        text.starts_with(&accuracy::heading(Draw::Tuning, Some(1))),
+        "{text}"
     );
 }

@@ -1,16 +1,16 @@
 //! The image itself, in the emulator: what is flashed is what is tested.
 //!
 //! Boots are dear (a scan takes some ten seconds), so each test asks one boot many things. Without
-//! QEMU the tests say so and pass, except in CI.
+//! the chip's target or QEMU the tests say so and pass, except in CI.
 
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
 use host_sim::commands::budget;
 use host_sim::emulate::session::Waits;
-use host_sim::emulate::{Fault, Session, image, qemu};
+use host_sim::emulate::tools::Tool;
+use host_sim::emulate::{Fault, Session, image};
 use host_sim::playback::Playback;
 use host_sim::recording::{self, Recording};
 use host_sim::replay;
@@ -20,21 +20,15 @@ use stairscan::report::{ScanLine, Sentence};
 use stairscan::scan::Settings;
 use stairscan::scan::schedule::{Schedule, shaft_angle};
 
-/// The image, built once; `None` after a message where there is no emulator.
+mod common;
+
+use common::tools;
+
+/// The image, built once; `None` after a message where it cannot be run.
 fn elf() -> Option<&'static Path> {
     static ELF: OnceLock<PathBuf> = OnceLock::new();
-    emulator().then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
-}
-
-fn emulator() -> bool {
-    let available = qemu::available();
-    let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
-    assert!(available || !ci, "{}", qemu::HOW_TO_GET);
-    if !available {
-        // Not with `eprintln`, which the test harness keeps to itself when a test passes.
-        let _ = writeln!(std::io::stderr(), "SKIPPED: {}", qemu::HOW_TO_GET);
-    }
-    available
+    let ready = tools(&[Tool::Target, Tool::Emulator]);
+    ready.then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
 }
 
 fn recordings() -> PathBuf {
@@ -57,17 +51,10 @@ fn thinned(full: &Recording) -> Recording {
     thin
 }
 
-fn settings(playback: &Playback<'_>) -> Settings {
-    Settings {
-        config: *playback.config(),
-        ..Settings::default()
-    }
-}
-
 /// Configured and connected.
 fn start<'a>(elf: &Path, playback: &'a Playback<'a>, waits: Waits) -> Session<'a> {
     let mut session = Session::boot(elf, playback).unwrap();
-    session.configure(&settings(playback), waits).unwrap();
+    session.configure(&playback.settings(), waits).unwrap();
     session.skip_lines();
     session.connect().unwrap();
     session
@@ -76,10 +63,10 @@ fn start<'a>(elf: &Path, playback: &'a Playback<'a>, waits: Waits) -> Session<'a
 /// What `replay` prints for the first `scans` scans.
 fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
     let options = replay::Options {
-        scans,
+        scans: Some(scans),
         ..replay::Options::default()
     };
-    let answers = replay::answers(recording, &options, |_, _| ()).unwrap();
+    let answers = replay::answers(recording, &options, |_| ()).unwrap();
     answers.into_iter().map(|answer| answer.sentences).collect()
 }
 
@@ -107,6 +94,38 @@ fn every_recording_gives_the_bytes_that_replay_gives() {
         let scanned = session.scan().unwrap();
         assert_eq!(scanned, replayed(&recording, 1)[0], "{}", recording.name);
     }
+}
+
+/// A recording of two scans, the chair leaning another way in each: the settings of the second come
+/// by command while the first is under way.
+#[test]
+fn a_sequence_gives_the_bytes_that_replay_gives() {
+    let Some(elf) = elf() else { return };
+    let mut recording = read("stair_a");
+    let meta = &mut recording.meta;
+    meta.motion.pitch_deg = [vec![0.25; 281], vec![-0.5; 281]].concat();
+    let back: Vec<f64> = meta.angles_deg.iter().rev().copied().collect();
+    meta.angles_deg.extend(back);
+    meta.sequence.scans = 2;
+    let back: Vec<_> = recording
+        .samples
+        .chunks(200)
+        .rev()
+        .flatten()
+        .copied()
+        .collect();
+    recording.samples.extend(back);
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let mut session = start(elf, &playback, Waits::default());
+    let mut scanned = Vec::new();
+    let scans = session.scans(2, |_, sentences| {
+        scanned.push(sentences);
+        Ok(())
+    });
+    scans.unwrap();
+    let expected = replayed(&recording, 2);
+    assert_eq!(scanned, expected);
+    assert_ne!(expected[0][1..], expected[1][1..]);
 }
 
 /// Two scans, one each way: every pulse accounted for, commands answered meanwhile, bad input
@@ -266,7 +285,7 @@ fn faults_are_told_and_pass() {
         ..Waits::default()
     };
     let mut session = Session::boot(elf, &playback).unwrap();
-    session.configure(&settings(&playback), waits).unwrap();
+    session.configure(&playback.settings(), waits).unwrap();
     session.set("fault-hold", "100000").unwrap();
     session.move_switch(-25_000).unwrap();
     session.skip_lines();
@@ -402,7 +421,7 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
     session.switch_works = true;
     session.shaft.turn_by_hand(300);
     session
-        .configure(&settings(&playback), Waits::default())
+        .configure(&playback.settings(), Waits::default())
         .unwrap();
     session.connect().unwrap();
     assert_eq!(next_scan(&mut session, 0).status, Status::Ok);
@@ -411,6 +430,9 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
 /// Flash, RAM and what must not be in the image; `cargo sim budget REC` measures the stack.
 #[test]
 fn the_image_keeps_its_budgets() {
+    if !tools(&[Tool::Target]) {
+        return;
+    }
     let figures = budget::of_image(&image::build(&[]).unwrap()).unwrap();
     for figure in figures {
         assert!(figure.holds(), "{figure:?}");
@@ -424,7 +446,7 @@ fn the_image_keeps_its_budgets() {
 /// watchdog, and `stop` outlives them.
 #[test]
 fn crashes_end_in_the_fault_path() {
-    if !emulator() {
+    if !tools(&[Tool::Target, Tool::Emulator]) {
         return;
     }
     let elf = image::build(&["provoke"]).unwrap();

@@ -10,9 +10,10 @@ use stairscan::report::Sentence;
 use stairscan::scan::Settings as ScannerSettings;
 
 use super::{Format, Settings, emit};
+use crate::emulate::Session;
 use crate::emulate::image::{self, Image};
 use crate::emulate::session::Waits;
-use crate::emulate::{Session, qemu};
+use crate::emulate::tools::Tool;
 use crate::playback::Playback;
 use crate::recording::Recording;
 
@@ -77,15 +78,15 @@ pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
 pub fn stack(elf: &Path, recording: &Recording, settings: &ScannerSettings) -> Result<u64> {
     let playback = Playback::new(recording, &settings.config)?;
     let settings = ScannerSettings {
-        config: *playback.config(),
-        ..*settings
+        timing: settings.timing,
+        motor: settings.motor,
+        ..playback.settings()
     };
     let mut session = Session::boot(elf, &playback)?;
     session.configure(&settings, Waits::default())?;
     session.skip_lines();
     session.connect()?;
-    session.scan()?;
-    session.scan()?;
+    session.scans(2, |_, _| Ok(()))?;
     let answer = session.command("get,stack-used")?;
     match Sentence::parse(&answer) {
         Ok(Sentence::Config { value, .. }) => Ok(value.parse()?),
@@ -100,8 +101,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         None => image::build(&[])?,
     };
     let mut figures = of_image(&elf)?;
-    if !args.recordings.is_empty() && !qemu::available() {
-        anyhow::bail!("{}", qemu::HOW_TO_GET);
+    if !args.recordings.is_empty() {
+        Tool::Emulator.need()?;
     }
     for path in &args.recordings {
         let recording = Recording::read(path)?;

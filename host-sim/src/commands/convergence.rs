@@ -14,8 +14,7 @@ use stairscan::observer::{CloudStage, Event, Observer};
 use stairscan::paper::Paper;
 use stairscan::paper::bright::{Field, Levels};
 
-use super::score::progress;
-use super::{Format, emit};
+use super::{Format, emit, progress};
 use crate::replay;
 use crate::scene::Scene;
 
@@ -110,8 +109,9 @@ fn scan(name: &str, scene: &Scene, k: u32, args: &Args) -> Result<[Vec<f64>; 3]>
         ..replay::Options::default()
     };
     let mut result = [const { Vec::new() }; 3];
-    replay::answers(&recording, &options, |pipeline, _| {
-        result = SPREADS.map(|(spread, ..)| shares(pipeline.map(), &config, spread, args.rounds));
+    replay::answers(&recording, &options, |scanned| {
+        let map = scanned.pipeline.map();
+        result = SPREADS.map(|(spread, ..)| shares(map, &config, spread, args.rounds));
     })?;
     Ok(result)
 }

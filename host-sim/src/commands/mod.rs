@@ -18,6 +18,7 @@ use std::io::Write as _;
 
 use anyhow::Result;
 use clap::ValueEnum;
+use indicatif::{ProgressBar, ProgressStyle};
 use stairscan::config::{Config, EstimatorKind};
 
 use crate::replay::Options;
@@ -42,6 +43,13 @@ pub fn emit(text: &str) {
         }
         std::process::exit(if broken_pipe { 0 } else { 1 });
     }
+}
+
+/// A progress bar with elapsed and remaining time, on stderr if that is a terminal; nothing elsewhere.
+pub fn progress(length: u64) -> ProgressBar {
+    let style = "{bar:40} {pos}/{len}, {elapsed} gone, {eta} to go";
+    let style = ProgressStyle::with_template(style);
+    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// What can be chosen for every scan.

@@ -8,8 +8,7 @@ use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::Config;
 
-use super::score::progress;
-use super::{Format, Settings, emit};
+use super::{Format, Settings, emit, progress};
 use crate::answer::{Answer, metres};
 use crate::recording::{TrueStep, Truth};
 use crate::replay;

@@ -8,6 +8,8 @@ use anyhow::{Context, Result, ensure};
 use object::read::{Object, ObjectSection, ObjectSymbol};
 use object::{RelocationTarget, SectionFlags, SectionKind, SymbolKind};
 
+use super::tools::{TARGET, Tool};
+
 /// The workspace that this program was built from.
 pub fn workspace() -> PathBuf {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -22,7 +24,7 @@ pub fn build(features: &[&str]) -> Result<PathBuf> {
 
 /// Builds any program for the chip with the firmware's profile; returns its ELF file.
 pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf> {
-    const TARGET: &str = "thumbv7em-none-eabihf";
+    Tool::Target.need()?;
     let root = workspace();
     let mut target = std::env::var_os("CARGO_TARGET_DIR")
         .map_or_else(|| root.join("target"), |dir| root.join(dir));

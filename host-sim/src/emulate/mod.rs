@@ -9,12 +9,14 @@
 //! | [`shaft`] | the motor: STEP and DIR from the log, home switch by injected edges |
 //! | [`session`] | boot, configure, scan |
 //! | [`image`] | building the image and reading its sizes and symbols |
+//! | [`tools`] | whether compiler and emulator are there, and how to get them |
 
 pub mod image;
 pub mod module;
 pub mod qemu;
 pub mod session;
 pub mod shaft;
+pub mod tools;
 
 pub use module::{Fault, Module};
 pub use session::Session;

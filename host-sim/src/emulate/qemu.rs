@@ -10,8 +10,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail};
 
-/// The program.
-pub const PROGRAM: &str = "qemu-system-arm";
+use super::tools::{EMULATOR, Tool};
+
 /// Where the interrupt controller's edge inputs are.
 const EXTI: &str = "/machine/unattached/device[0]/exti";
 /// From the start of the process to its connections.
@@ -26,20 +26,6 @@ pub enum Input {
     /// Stall output of the driver, PB1.
     Stall = 1,
 }
-
-/// Whether the emulator is installed.
-pub fn available() -> bool {
-    let version = Command::new(PROGRAM)
-        .arg("--version")
-        .stdout(Stdio::null())
-        .stderr(Stdio::null())
-        .status();
-    version.is_ok_and(|status| status.success())
-}
-
-/// What to do when it is not.
-pub const HOW_TO_GET: &str = "qemu-system-arm is not installed: `sudo apt-get install qemu-system-arm` (Debian, Ubuntu), \
-     `brew install qemu` (macOS)";
 
 /// One emulator; it ends, and its files go, when it is dropped.
 #[derive(Debug)]
@@ -68,9 +54,7 @@ fn scratch() -> Result<PathBuf> {
 impl Qemu {
     /// Starts the emulator with `elf`.
     pub fn start(elf: &Path) -> Result<Self> {
-        if !available() {
-            bail!("{HOW_TO_GET}");
-        }
+        Tool::Emulator.need()?;
         if !elf.is_file() {
             bail!(
                 "{}: no such file; `cargo firmware` builds it",
@@ -84,7 +68,7 @@ impl Qemu {
         let log = dir.join("log");
         File::create(&log)?;
         let errors = File::create(dir.join("stderr"))?;
-        let mut child = Command::new(PROGRAM)
+        let mut child = Command::new(EMULATOR)
             .args([
                 "-M",
                 "netduinoplus2",
@@ -106,7 +90,7 @@ impl Qemu {
             .stdout(Stdio::null())
             .stderr(errors)
             .spawn()
-            .with_context(|| PROGRAM)?;
+            .with_context(|| EMULATOR)?;
         let streams = accept(&listeners, &mut child, &dir);
         let [link, report, qtest] = match streams {
             Ok(streams) => streams,
@@ -131,7 +115,7 @@ impl Qemu {
     /// Fails if the emulator has ended by itself.
     pub fn check(&mut self) -> Result<()> {
         if let Some(status) = self.child.try_wait()? {
-            bail!("{PROGRAM} ended with {status}: {}", stderr(&self.dir));
+            bail!("{EMULATOR} ended with {status}: {}", stderr(&self.dir));
         }
         Ok(())
     }
@@ -189,11 +173,11 @@ fn accept(listeners: &[UnixListener; 3], child: &mut Child, dir: &Path) -> Resul
                 Err(error) => return Err(error.into()),
             }
             if let Some(status) = child.try_wait()? {
-                bail!("{PROGRAM} ended with {status}: {}", stderr(dir));
+                bail!("{EMULATOR} ended with {status}: {}", stderr(dir));
             }
             if Instant::now() > deadline {
                 bail!(
-                    "{PROGRAM} did not connect within {CONNECT:?}: {}",
+                    "{EMULATOR} did not connect within {CONNECT:?}: {}",
                     stderr(dir)
                 );
             }

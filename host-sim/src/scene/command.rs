@@ -8,11 +8,12 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result, anyhow, ensure};
 use clap::Args;
-use indicatif::{ParallelProgressIterator, ProgressBar, ProgressStyle};
+use indicatif::ParallelProgressIterator;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::Scene;
 use super::random::{Kind, random};
+use crate::commands::progress;
 use crate::recording::Recording;
 
 /// Scans a scene file with the simulated radar and writes the recording.
@@ -25,7 +26,9 @@ pub struct SimulateArgs {
     /// for SCENE_000, SCENE_001, …, or a name in which {} stands for the number.
     #[arg(short, long)]
     output: PathBuf,
-    /// Seed of surfaces, jitter and noise: the same seed gives the same bytes on every host.
+    /// Seed of surfaces, jitter and noise: the same seed gives the same bytes on every host. With
+    /// random:KIND those up to 999999 are there to look at; the seeds from 3000000 on are for the
+    /// published tables alone.
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Number of recordings, with the seeds SEED, SEED + 1, …
@@ -73,11 +76,9 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         return source.write(&args.output, args.seed);
     };
     let name = pattern(&args.scene, &args.output)?;
-    let style = ProgressStyle::with_template("{bar:40} {pos}/{len} {eta}")?;
-    let bar = ProgressBar::new(count.into()).with_style(style);
     (0..count)
         .into_par_iter()
-        .progress_with(bar)
+        .progress_with(progress(count.into()))
         .map(|k| {
             let path = name.replacen("{}", &format!("{k:03}"), 1);
             source.write(Path::new(&path), args.seed.wrapping_add(k.into()))

@@ -39,7 +39,7 @@ use serde_json::Map;
 use stairscan::Iq;
 use stairscan::config::Plane;
 
-use crate::recording::{Metadata, MirrorSetup, Recording};
+use crate::recording::{Metadata, MirrorSetup, Motion, Recording, Sequence};
 use beam::Beam;
 use facets::Relief;
 use geometry::World;
@@ -168,7 +168,10 @@ impl Scene {
                     },
                 }),
                 angles_deg: self.angles.clone(),
+                motion: Motion::default(),
+                sequence: Sequence::default(),
                 truth: Some(truth),
+                disturbance: None,
                 extra: Map::new(),
             },
             samples,

@@ -1,6 +1,14 @@
 //! What several tests do with the program.
 
+// Every test that mounts this uses another part of it.
+#![allow(dead_code)]
+
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+
+use host_sim::emulate::tools::Tool;
 
 /// Runs the program.
 pub fn sim(args: &[&str]) -> Output {
@@ -8,4 +16,62 @@ pub fn sim(args: &[&str]) -> Output {
         .args(args)
         .output()
         .unwrap()
+}
+
+/// Whether everything that a test needs is installed. If not, it says aloud what is skipped and how
+/// to get it; in CI that is a failure.
+pub fn tools(needed: &[Tool]) -> bool {
+    let missing: Vec<&str> = (needed.iter())
+        .filter(|tool| !tool.available())
+        .map(|tool| tool.how_to_get())
+        .collect();
+    let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
+    assert!(missing.is_empty() || !ci, "{}", missing.join("; "));
+    if !missing.is_empty() {
+        let thread = std::thread::current();
+        let test = thread.name().unwrap_or("a test");
+        // Not with `eprintln`, which the test harness keeps to itself when a test passes.
+        let _ = writeln!(std::io::stderr(), "SKIPPED {test}: {}", missing.join("; "));
+    }
+    missing.is_empty()
+}
+
+/// A directory of one test, removed when it ends.
+pub struct Scratch(PathBuf);
+
+impl Scratch {
+    /// An empty directory; `test` names it, and no other test may have that name.
+    pub fn new(test: &str) -> Self {
+        let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+        let _ = fs::remove_dir_all(&dir);
+        fs::create_dir_all(&dir).unwrap();
+        Self(dir)
+    }
+
+    /// Where it is.
+    pub fn path(&self) -> &Path {
+        &self.0
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+/// `replay` refuses the recording with a message that holds all of `words`.
+pub fn refused(recording: &Path, words: &[&str]) {
+    let out = sim(&["replay", recording.to_str().unwrap()]);
+    let message = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{message}");
+    assert!(
+        out.stdout.is_empty(),
+        "{}",
+        String::from_utf8_lossy(&out.stdout)
+    );
+    assert_eq!(message.lines().count(), 1, "{message}");
+    for word in words {
+        assert!(message.contains(word), "{word:?} is not in {message:?}");
+    }
 }

@@ -1,0 +1,82 @@
+//! Which seeds of the random scenes serve what.
+//!
+//! A figure is honest only on scenes that nobody has tuned on, and every scene that somebody looks
+//! at, fits to or compares figures on is tuned on in the end. So the seeds are dealt out once, here.
+
+use std::fmt;
+use std::ops::Range;
+
+use clap::ValueEnum;
+
+use crate::scene::random::Kind;
+
+/// A draw of random scenes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Draw {
+    /// For fitting, looking at, trying things out.
+    Tuning,
+    /// For choosing between what was fitted.
+    Validation,
+    /// What CI measures at every change: seen so often that it counts as tuned on.
+    #[default]
+    Snapshot,
+    /// For the tables that are published, and for nothing else.
+    Reporting,
+}
+
+/// Seeds of [`Draw::Tuning`]. Whatever stood in a table or was drawn without saying a seed before
+/// the seeds were dealt out had one of the first of them.
+pub const TUNING: Range<u64> = 0..1_000_000;
+/// Seeds of [`Draw::Validation`].
+pub const VALIDATION: Range<u64> = 1_000_000..2_000_000;
+/// Seeds of [`Draw::Snapshot`].
+pub const SNAPSHOT: Range<u64> = 2_000_000..3_000_000;
+/// Seeds of [`Draw::Reporting`].
+pub const REPORTING: Range<u64> = 3_000_000..4_000_000;
+
+impl Draw {
+    /// All draws.
+    pub const ALL: [Draw; 4] = [
+        Draw::Tuning,
+        Draw::Validation,
+        Draw::Snapshot,
+        Draw::Reporting,
+    ];
+
+    /// The seeds that are its own.
+    pub fn seeds(self) -> Range<u64> {
+        match self {
+            Draw::Tuning => TUNING,
+            Draw::Validation => VALIDATION,
+            Draw::Snapshot => SNAPSHOT,
+            Draw::Reporting => REPORTING,
+        }
+    }
+
+    /// How many scenes of a kind a table takes: for the published one so many that a share of 1 in
+    /// 200 shows, for the others what a machine of two cores does in some minutes.
+    pub fn scenes(self, kind: Kind) -> u64 {
+        match (self, kind) {
+            (Draw::Reporting, Kind::Ascending) => 1000,
+            (Draw::Reporting, _) => 500,
+            (_, Kind::Ascending) => 200,
+            (_, _) => 40,
+        }
+    }
+
+    /// Its name, as the command line takes it.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Draw::Tuning => "tuning",
+            Draw::Validation => "validation",
+            Draw::Snapshot => "snapshot",
+            Draw::Reporting => "reporting",
+        }
+    }
+}
+
+impl fmt::Display for Draw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.as_str())
+    }
+}
