@@ -345,7 +345,6 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
 
 /// Takes out the hits that are no stronger than what an I/Q imbalance makes of the echo at their
 /// negative frequency (the mirror's own echo, for one); returns the number that stay.
-#[inline(never)]
 fn keep_real(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     let at = |bin: usize| power.get(bin).copied().unwrap_or(0);
     let mut count = 0;

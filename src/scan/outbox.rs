@@ -25,7 +25,6 @@ impl Outbox {
     }
 
     /// Queues one sentence; false, and nothing queued, when there is no room.
-    #[inline(never)]
     pub fn push(&mut self, sentence: &Sentence<'_>) -> bool {
         if !self.has_room() {
             return false;
@@ -38,7 +37,6 @@ impl Outbox {
     }
 
     /// Hands over what the port takes.
-    #[inline(never)]
     pub fn pump(&mut self, port: &mut impl BytePort) {
         loop {
             let (front, _) = self.bytes.as_slices();

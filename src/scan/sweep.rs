@@ -80,7 +80,6 @@ impl Sweep {
     ///
     /// `settings` must be valid; they are copied, so that what a command changes meanwhile is for
     /// the next scan.
-    #[inline(never)]
     pub fn start(
         now: Micros,
         settings: &Settings,
@@ -161,7 +160,6 @@ impl Sweep {
     }
 
     /// Gets as far as it can without waiting.
-    #[inline(never)]
     pub fn poll(
         &mut self,
         now: Micros,
@@ -195,7 +193,6 @@ impl Sweep {
         Poll::Pending
     }
 
-    #[inline(never)]
     fn poll_configure(
         &mut self,
         now: Micros,
@@ -223,7 +220,6 @@ impl Sweep {
         Poll::Pending
     }
 
-    #[inline(never)]
     fn poll_receive(
         &mut self,
         now: Micros,
@@ -266,7 +262,6 @@ impl Sweep {
     }
 
     /// Works off the last chirp while the mirror is on its way to the next.
-    #[inline(never)]
     fn work(&mut self, data: &mut impl DataPath) -> Poll<Rows> {
         if let Some((row, position)) = self.pending.take() {
             data.row(row, self.schedule.beam_angle_rad(position));
