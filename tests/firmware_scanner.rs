@@ -12,8 +12,8 @@ use stairscan::report::sentence::crc32;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scan::settings::MotorConfig;
 use stairscan::scan::{
-    Board, BytePort, DataPath, Identity, LinkError, Micros, Mirror, MirrorError, Motion, RadarLink,
-    Scanner, Settings,
+    Board, BytePort, DataPath, Hardware, Identity, LinkError, Micros, Mirror, MirrorError, Motion,
+    RadarLink, Scanner, Settings,
 };
 use stairscan::stairs::{Outcome, Reason, Reasons, Status};
 
@@ -168,7 +168,7 @@ impl DataPath for Data {
     }
 }
 
-type TestScanner = Scanner<Shared, Shared, Shared, Shared, Data>;
+type TestScanner = Scanner<'static, Shared, Shared, Shared, Shared, Data>;
 
 struct Bench {
     world: Shared,
@@ -192,10 +192,17 @@ impl Bench {
         };
         prepare(&mut world);
         let world = Shared(Rc::new(RefCell::new(world)));
-        let hardware = (world.clone(), world.clone(), world.clone(), world.clone());
+        let hardware = Hardware {
+            mirror: world.clone(),
+            link: world.clone(),
+            port: world.clone(),
+            board: world.clone(),
+        };
+        // Leaked: the scanner borrows them for the whole test.
+        let reports = Box::leak(Box::default());
         let data = Data(world.clone(), [Iq::default(); 200]);
         let now = Micros(u32::MAX - 1_000_000);
-        let scanner = Scanner::new(hardware, data, Settings::default(), IDENTITY, now);
+        let scanner = Scanner::new(hardware, data, reports, Settings::default(), IDENTITY, now);
         Self {
             world,
             scanner,

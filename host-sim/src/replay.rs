@@ -7,7 +7,7 @@ use stairscan::pipeline::Pipeline;
 use stairscan::report::command::Measure;
 use stairscan::report::{Sentence, StepLine};
 use stairscan::scan::settings::Sweeping;
-use stairscan::scan::{Board, BytePort, Identity, Micros, Scanner, Settings};
+use stairscan::scan::{Board, BytePort, Hardware, Identity, Micros, Reports, Scanner, Settings};
 use stairscan::stairs::Reasons;
 
 use crate::answer::Answer;
@@ -71,14 +71,16 @@ pub fn answers(
         false => settings,
     };
     let mut pipeline = Box::new(Pipeline::new());
-    let hardware = (
-        SimShaft::default(),
-        PlaybackLink::new(&playback),
-        Console::default(),
-        Desk,
-    );
-    let mut scanner = Scanner::new(hardware, &mut *pipeline, settings, IDENTITY, Micros(0));
+    let mut reports = Reports::new();
+    let hardware = Hardware {
+        mirror: SimShaft::default(),
+        link: PlaybackLink::new(&playback),
+        port: Console::default(),
+        board: Desk,
+    };
     let mut now = Micros(0);
+    let data = &mut *pipeline;
+    let mut scanner = Scanner::new(hardware, data, &mut reports, settings, IDENTITY, now);
     let mut answers = Vec::new();
     // Some five steps a row; the bound only guards against a scanner that never answers.
     let bound = 64 * (u32::from(settings.config.sweep.angle_count) + 64) * options.scans;

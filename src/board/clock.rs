@@ -83,6 +83,12 @@ pub const fn brr(bus_hz: u32, baud: u32) -> u32 {
     (bus_hz + baud / 2) / baud
 }
 
+/// What the HAL's serial port is to be told so that it ends up with the divider `brr`: it reckons
+/// with the clocks after reset, for those set up here are none of its doing.
+pub const fn hal_baud(brr: u32) -> u32 {
+    (HSI.apb1_hz + brr / 2) / brr
+}
+
 /// Timer prescaler for a tick.
 pub const fn prescaler(timer_hz: u32, tick_hz: u32) -> u32 {
     timer_hz / tick_hz - 1
@@ -184,6 +190,15 @@ mod tests {
             assert_eq!(clocks.apb2_hz, exact * 1_000_000, "{}", clocks.name);
             assert!(exact >= 16, "less than one period of oversampling");
             let report = brr(clocks.apb1_hz, 115_200);
+            for divider in [exact, report] {
+                // As stm32f4xx-hal's `calculate_brr` has it for 16-fold oversampling.
+                assert_eq!(
+                    brr(HSI.apb1_hz, hal_baud(divider)),
+                    divider,
+                    "{}",
+                    clocks.name
+                );
+            }
             let error = f64::from(clocks.apb1_hz) / f64::from(report) / 115_200.0 - 1.0;
             assert!(error.abs() < 0.005, "{}: {error}", clocks.name);
             let division = prescaler(clocks.timer_hz, 1_000_000) + 1;

@@ -193,6 +193,8 @@ impl Sweep {
         Poll::Pending
     }
 
+    // Out of line: what beginning a scan takes of the stack would lie beneath the estimator.
+    #[inline(never)]
     fn poll_configure(
         &mut self,
         now: Micros,
@@ -262,6 +264,7 @@ impl Sweep {
     }
 
     /// Works off the last chirp while the mirror is on its way to the next.
+    #[inline(never)]
     fn work(&mut self, data: &mut impl DataPath) -> Poll<Rows> {
         if let Some((row, position)) = self.pending.take() {
             data.row(row, self.schedule.beam_angle_rad(position));
