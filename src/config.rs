@@ -169,8 +169,8 @@ impl MountConfig {
     }
 }
 
-/// Most rows (angles) of one scan.
-pub const MAX_ROWS: usize = 288;
+/// Most rows (angles) of one scan: those of a map with the fewest range bins.
+pub const MAX_ROWS: usize = 8192;
 
 /// The angles of one scan: `first`, `first + step`, ….
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -199,7 +199,7 @@ impl SweepConfig {
         check(
             (3..=MAX_ROWS as u16).contains(&self.angle_count),
             "angle-count",
-            "3 to 288 angles",
+            "3 to 8192 angles",
         )?;
         check(
             (10..=10_000).contains(&self.angle_step),

@@ -420,8 +420,10 @@ fn commands_answer_during_a_scan_and_the_scan_goes_on() {
         bench.ask("selftest"),
         "FAIL,selftest,state,idle: stop first"
     );
-    let refused = "FAIL,set,angle-count,3 to 288 angles";
-    assert_eq!(bench.ask("set,angle-count,999"), refused);
+    let refused = "FAIL,set,angle-count,3 to 8192 angles";
+    assert_eq!(bench.ask("set,angle-count,9999"), refused);
+    let refused = "FAIL,set,angle-count,a map of 65536 cells at most";
+    assert_eq!(bench.ask("set,angle-count,351"), refused);
     assert!(bench.ask("hello").starts_with("FAIL,-,command,"));
     assert!(
         bench
@@ -439,6 +441,22 @@ fn commands_answer_during_a_scan_and_the_scan_goes_on() {
     assert_eq!(rows(&bench), 281, "the running scan keeps its settings");
     bench.scan();
     assert_eq!(rows(&bench), 381);
+}
+
+#[test]
+fn a_grid_of_other_rows_is_scanned_whole() {
+    let mut bench = Bench::new(|w| w.stopped = true);
+    for set in [
+        "cfar-near-margin,40000",
+        "first-angle,-20000",
+        "angle-count,321",
+    ] {
+        assert_eq!(bench.ask(&format!("set,{set}")), format!("CONF,{set}"));
+    }
+    bench.ask("start");
+    assert_eq!(bench.scan().status, Status::Ok);
+    let rows: Vec<u16> = (0..321).collect();
+    assert_eq!(bench.world.0.borrow().rows[..321], rows[..]);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! 168 MHz from the crystal, or 16 MHz without it.
 //!
 //! Every wait is bounded: a crystal that does not come up (a fault on a board, and the emulator,
-//! whose RCC reads as 0) leaves the chip on its internal oscillator, which is slower and does the
-//! same work. The register values are computed here and checked on the host, since the emulator
-//! never takes this path.
+//! whose RCC reads as 0) leaves the chip on its internal oscillator, which is slower, does the
+//! same work, and is good to 1 % at room temperature only: enough to say what is wrong. The register
+//! values are computed here and checked on the host, since the emulator never takes this path.
 
 /// The board's crystal, Hz.
 #[cfg(test)]

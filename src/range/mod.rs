@@ -38,6 +38,7 @@ use crate::stairs::map::Row;
 use cfar::Cfar;
 use core::marker::PhantomData;
 use log::FINE;
+use micromath::F32;
 use packed::{Arithmetic, Bin, Native, Packed};
 use window::{Levels, Window};
 
@@ -73,8 +74,8 @@ impl BinWindow {
         let margin = mount.mirror_offset_m() + cfar.near_margin as f32 * 1e-5;
         let near = margin.max(LEAKAGE_BINS * native);
         // `as` saturates.
-        let first = libm::ceilf(near / spacing) as u16;
-        let wrap = libm::ceilf(WRAP_BINS * native / spacing) as u16;
+        let first = F32(near / spacing).ceil().0 as u16;
+        let wrap = F32(WRAP_BINS * native / spacing).ceil().0 as u16;
         let end = (radar.fft_len() as u16).saturating_sub(wrap);
         Self {
             first,
@@ -198,7 +199,7 @@ impl<A: Arithmetic> Processor<A> {
         window.shape(usize::from(radar.samples), *points);
         self.cfar.shape(cfar, kept, window);
         let reference = 512.0 * (math::log2(window.sum()) - 17.0);
-        self.offset = i32::from(FULL_SCALE) * FINE - libm::roundf(reference) as i32;
+        self.offset = i32::from(FULL_SCALE) * FINE - F32(reference).round().0 as i32;
         Ok(())
     }
 
@@ -334,8 +335,10 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
     }
     let spacing = radar.bin_spacing_m();
     let reach = LOBE_BINS * radar.range_resolution_m();
-    let low = libm::ceilf((mount.mirror_offset_m() - reach).max(0.0) / spacing) as u16;
-    let high = libm::floorf((mount.mirror_offset_m() + reach) / spacing) as u16;
+    let low = F32((mount.mirror_offset_m() - reach).max(0.0) / spacing)
+        .ceil()
+        .0 as u16;
+    let high = F32((mount.mirror_offset_m() + reach) / spacing).floor().0 as u16;
     let high = high.min(radar.fft_len() as u16 - 1);
     BinWindow {
         first: low,

@@ -5,10 +5,12 @@
 //! reference of [`crate::range`]. Bytes in one linear array are the only layout that leaves room
 //! for anything else in 128 KB.
 
-use crate::config::{Config, ConfigError, MAX_ROWS, Plane, check};
+use crate::config::{Config, ConfigError, Plane, check};
 use crate::math;
 use crate::range::BinWindow;
 
+/// Most rows that this map holds yet.
+pub(crate) const MAX_ROWS: usize = 288;
 /// Most cells of one map.
 pub const MAX_CELLS: usize = 64 * 1024;
 /// Words of the detection mask: each row begins a new word.

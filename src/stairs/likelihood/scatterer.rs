@@ -11,8 +11,8 @@
 use super::beam;
 use super::beam::{LEVEL_DB, PATCH_BINS, PATCH_ROWS, Patch};
 use super::echo::MAX_ECHOES;
-use crate::config::MAX_ROWS;
 use crate::stairs::cluster::FuzzyArt;
+use crate::stairs::map::MAX_ROWS;
 use crate::stairs::particles::{Gaussian, Moments, Particle, SizedCloud, UNITS_PER_CELL};
 use crate::{math, stairs::map::PolarMap};
 use rand_core::Rng;
