@@ -126,8 +126,8 @@ pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     exponent + scaled_last::<A, B, N, 64>(data, bins, seen)
 }
 
-/// [`finish`] for all transforms but the longest. They have time, and one copy of
-/// them does.
+/// [`finish`] for all transforms but the longest: one copy, whose loops are counted at run time. A
+/// shorter chirp has the time.
 fn finish_short<A: Arithmetic, B: Bin>(
     data: &mut [Packed],
     spare: &mut [Packed],
