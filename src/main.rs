@@ -12,69 +12,83 @@ fn main() {
     );
 }
 
+/// The interrupts, by priority: the radar module's bytes come every 10 µs and wait for nobody; the
+/// motor's three interrupts share it; commands have 87 µs a byte. The scanner has the rest.
 #[cfg(target_os = "none")]
-mod image {
-    use core::mem::MaybeUninit;
-    use core::ptr::addr_of_mut;
-
-    use cortex_m_rt::entry;
+#[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
+mod app {
     use defmt_rtt as _;
     use stairscan::pipeline::Pipeline;
-    use stairscan::scan::link::FrameLink;
     use stairscan::scan::mirror::Stepper;
-    use stairscan::scan::{Scanner, Settings};
+    use stairscan::scan::{Hardware, Reports, Scanner, Settings};
     use stm32f4xx_hal::pac;
 
-    use crate::board::motor::Handle;
-    use crate::board::uart::LinkPort;
-    use crate::board::{self, Hardware};
+    use crate::board::motor::{Locked, Motor};
+    use crate::board::uart::Receiver;
+    use crate::board::{self, Interrupts, Parts, Queues};
 
-    #[cfg(not(feature = "provoke"))]
-    type Report = crate::board::uart::ReportPort;
-    #[cfg(feature = "provoke")]
-    type Report = crate::board::provoke::Trap<crate::board::uart::ReportPort>;
+    #[shared]
+    struct Shared {
+        motor: Motor,
+    }
 
-    type ChipScanner = Scanner<
-        Stepper<Handle>,
-        FrameLink<LinkPort>,
-        Report,
-        board::ChipBoard,
-        &'static mut Pipeline,
-    >;
+    #[local]
+    struct Local {
+        link: Receiver<pac::USART1>,
+        report: Receiver<pac::USART2>,
+        parts: Parts,
+    }
 
-    /// All of a scan's memory; zero bits, so it costs no flash.
-    static mut PIPELINE: Pipeline = Pipeline::new();
-    /// Queues and state: too large for the stack.
-    static mut SCANNER: MaybeUninit<ChipScanner> = MaybeUninit::uninit();
+    #[init(local = [queues: Queues = Queues::new()])]
+    fn init(cx: init::Context) -> (Shared, Local) {
+        let (parts, interrupts) = board::start(cx.core.SYST, cx.device, cx.local.queues);
+        let Interrupts {
+            motor,
+            link,
+            report,
+        } = interrupts;
+        let local = Local {
+            link,
+            report,
+            parts,
+        };
+        (Shared { motor }, local)
+    }
 
-    #[entry]
-    fn main() -> ! {
-        // SAFETY: the entry point runs once, and nothing took them before.
-        let (core, chip) = unsafe { (cortex_m::Peripherals::steal(), pac::Peripherals::steal()) };
-        let hardware = board::start(core, chip);
-        let Hardware {
-            mirror,
+    // Map and estimator are zero bits, so they cost no flash.
+    #[idle(
+        shared = [motor],
+        local = [
+            parts,
+            pipeline: Pipeline = Pipeline::new(),
+            reports: Reports = Reports::new(),
+        ]
+    )]
+    fn idle(cx: idle::Context) -> ! {
+        let Parts {
             link,
             report,
             board,
             identity,
             time,
-            mut watchdog,
-        } = hardware;
+            watchdog,
+        } = cx.local.parts;
         #[cfg(feature = "provoke")]
         let report = crate::board::provoke::Trap(report);
-        // SAFETY: the only reference to it, taken once.
-        let pipeline = unsafe { &mut *addr_of_mut!(PIPELINE) };
-        // SAFETY: likewise.
-        let place = unsafe { &mut *addr_of_mut!(SCANNER) };
-        let hardware = (mirror, link, report, board);
-        let scanner = place.write(Scanner::new(
+        let hardware = Hardware {
+            mirror: Stepper::new(Locked(cx.shared.motor)),
+            link,
+            port: report,
+            board,
+        };
+        let mut scanner = Scanner::new(
             hardware,
-            pipeline,
+            cx.local.pipeline,
+            cx.local.reports,
             Settings::default(),
-            identity,
+            *identity,
             time.now(),
-        ));
+        );
         defmt::info!(
             "stairscan {=str} {=str}",
             identity.version,
@@ -91,5 +105,30 @@ mod image {
                 defmt::info!("{=str}, scan {=u32}", state, scanner.scans());
             }
         }
+    }
+
+    #[task(binds = USART1, local = [link], priority = 3)]
+    fn receive_chirp(cx: receive_chirp::Context) {
+        cx.local.link.receive();
+    }
+
+    #[task(binds = SysTick, shared = [motor], priority = 2)]
+    fn step_mirror(mut cx: step_mirror::Context) {
+        cx.shared.motor.lock(Motor::tick);
+    }
+
+    #[task(binds = EXTI0, shared = [motor], priority = 2)]
+    fn home_edge(mut cx: home_edge::Context) {
+        cx.shared.motor.lock(Motor::home_edge);
+    }
+
+    #[task(binds = EXTI1, shared = [motor], priority = 2)]
+    fn stall_edge(mut cx: stall_edge::Context) {
+        cx.shared.motor.lock(Motor::stall_edge);
+    }
+
+    #[task(binds = USART2, local = [report], priority = 1)]
+    fn receive_command(cx: receive_command::Context) {
+        cx.local.report.receive();
     }
 }

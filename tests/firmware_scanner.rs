@@ -13,8 +13,8 @@ use stairscan::report::sentence::crc32;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scan::settings::MotorConfig;
 use stairscan::scan::{
-    Board, BytePort, DataPath, Identity, LinkError, Micros, Mirror, MirrorError, Motion, RadarLink,
-    Scanner, Settings,
+    Board, BytePort, DataPath, Hardware, Identity, LinkError, Micros, Mirror, MirrorError, Motion,
+    RadarLink, Scanner, Settings,
 };
 
 /// Everything outside the scanner, shared between its traits and the test.
@@ -166,7 +166,7 @@ impl DataPath for Data {
     }
 }
 
-type TestScanner = Scanner<Shared, Shared, Shared, Shared, Data>;
+type TestScanner = Scanner<'static, Shared, Shared, Shared, Shared, Data>;
 
 struct Bench {
     world: Shared,
@@ -190,10 +190,17 @@ impl Bench {
         };
         prepare(&mut world);
         let world = Shared(Rc::new(RefCell::new(world)));
-        let hardware = (world.clone(), world.clone(), world.clone(), world.clone());
+        let hardware = Hardware {
+            mirror: world.clone(),
+            link: world.clone(),
+            port: world.clone(),
+            board: world.clone(),
+        };
+        // Leaked: the scanner borrows them for the whole test.
+        let reports = Box::leak(Box::default());
         let data = Data(world.clone(), [Iq::default(); 200]);
         let now = Micros(u32::MAX - 1_000_000);
-        let scanner = Scanner::new(hardware, data, Settings::default(), IDENTITY, now);
+        let scanner = Scanner::new(hardware, data, reports, Settings::default(), IDENTITY, now);
         Self {
             world,
             scanner,
@@ -413,6 +420,8 @@ fn commands_answer_during_a_scan_and_the_scan_goes_on() {
     );
     let refused = "FAIL,set,angle-count,3 to 8192 angles";
     assert_eq!(bench.ask("set,angle-count,9999"), refused);
+    let refused = "FAIL,set,angle-count,a map of 65536 cells at most";
+    assert_eq!(bench.ask("set,angle-count,351"), refused);
     assert!(bench.ask("hello").starts_with("FAIL,-,command,"));
     assert!(
         bench
@@ -430,6 +439,22 @@ fn commands_answer_during_a_scan_and_the_scan_goes_on() {
     assert_eq!(rows(&bench), 281, "the running scan keeps its settings");
     bench.scan();
     assert_eq!(rows(&bench), 381);
+}
+
+#[test]
+fn a_grid_of_other_rows_is_scanned_whole() {
+    let mut bench = Bench::new(|w| w.stopped = true);
+    for set in [
+        "cfar-near-margin,40000",
+        "first-angle,-20000",
+        "angle-count,321",
+    ] {
+        assert_eq!(bench.ask(&format!("set,{set}")), format!("CONF,{set}"));
+    }
+    bench.ask("start");
+    assert_eq!(bench.scan().status, Status::Ok);
+    let rows: Vec<u16> = (0..321).collect();
+    assert_eq!(bench.world.0.borrow().rows[..321], rows[..]);
 }
 
 #[test]

@@ -1,6 +1,7 @@
 //! The other side of the scanner: recordings, scenes, replay, scores, pictures.
 
 pub mod answer;
+pub mod budgets;
 pub mod commands;
 pub mod emulate;
 pub mod images;

@@ -9,7 +9,7 @@ use stairscan::config::Config;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::Measure;
 use stairscan::report::{Sentence, StepLine};
-use stairscan::scan::{Board, BytePort, Identity, Micros, Scanner};
+use stairscan::scan::{Board, BytePort, Hardware, Identity, Micros, Reports, Scanner};
 
 use crate::answer::Answer;
 use crate::playback::{Playback, PlaybackLink, SimShaft};
@@ -135,14 +135,16 @@ fn follow(
     }
     let settings = playback.settings();
     let mut pipeline = Box::new(Pipeline::new());
-    let hardware = (
-        SimShaft::default(),
-        PlaybackLink::new(&playback),
-        Console::default(),
-        Desk,
-    );
-    let mut scanner = Scanner::new(hardware, &mut *pipeline, settings, IDENTITY, Micros(0));
+    let mut reports = Reports::new();
+    let hardware = Hardware {
+        mirror: SimShaft::default(),
+        link: PlaybackLink::new(&playback),
+        port: Console::default(),
+        board: Desk,
+    };
     let mut now = Micros(0);
+    let data = &mut *pipeline;
+    let mut scanner = Scanner::new(hardware, data, &mut reports, settings, IDENTITY, now);
     let (mut answers, mut commanded) = (Vec::new(), 0);
     // Some five steps a row; the bound only guards against a scanner that never answers.
     let rows = usize::from(settings.config.sweep.angle_count) + 64;

@@ -139,8 +139,8 @@ fn every_bad_scene_gets_one_message() {
             ],
         ),
         (
-            format!("[sweep]\nstep_deg = 0.1\n{FLOOR}"),
-            &["sweep.step_deg: 0.1: expected at most 288"],
+            format!("[sweep]\nlast_deg = 100.0\nstep_deg = 0.01\n{FLOOR}"),
+            &["sweep.step_deg: 0.01: expected at most 8192"],
         ),
         (
             format!("[radar]\nsamples_per_chirp = 300\n{FLOOR}"),

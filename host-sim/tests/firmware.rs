@@ -213,8 +213,8 @@ fn bad_input(session: &mut Session<'_>) {
         ("launch", "FAIL,-,command,"),
         ("set,seed,-1", "FAIL,set,seed,"),
         (
-            "set,angle-count,289",
-            "FAIL,set,angle-count,3 to 288 angles",
+            "set,angle-count,8193",
+            "FAIL,set,angle-count,3 to 8192 angles",
         ),
         ("set,plane,sideways", "FAIL,set,plane,depth or height"),
         ("set,nothing,1", "FAIL,set,key,"),

@@ -1,9 +1,9 @@
 //! 168 MHz from the crystal, or 16 MHz without it.
 //!
 //! Every wait is bounded: a crystal that does not come up (a fault on a board, and the emulator,
-//! whose RCC reads as 0) leaves the chip on its internal oscillator, which is slower and does the
-//! same work. The register values are computed here and checked on the host, since the emulator
-//! never takes this path.
+//! whose RCC reads as 0) leaves the chip on its internal oscillator, which is slower, does the
+//! same work, and is good to 1 % at room temperature only: enough to say what is wrong. The register
+//! values are computed here and checked on the host, since the emulator never takes this path.
 
 /// The board's crystal, Hz.
 #[cfg(test)]
@@ -81,6 +81,12 @@ pub const FLASH_ACR: u32 = 1 << 10 | 1 << 9 | 1 << 8 | 5;
 /// USART_BRR for a baud rate: with 16-fold oversampling it is the plain quotient, rounded.
 pub const fn brr(bus_hz: u32, baud: u32) -> u32 {
     (bus_hz + baud / 2) / baud
+}
+
+/// What the HAL's serial port is to be told so that it ends up with the divider `brr`: it reckons
+/// with the clocks after reset, for those set up here are none of its doing.
+pub const fn hal_baud(brr: u32) -> u32 {
+    (HSI.apb1_hz + brr / 2) / brr
 }
 
 /// Timer prescaler for a tick.
@@ -184,6 +190,15 @@ mod tests {
             assert_eq!(clocks.apb2_hz, exact * 1_000_000, "{}", clocks.name);
             assert!(exact >= 16, "less than one period of oversampling");
             let report = brr(clocks.apb1_hz, 115_200);
+            for divider in [exact, report] {
+                // As stm32f4xx-hal's `calculate_brr` has it for 16-fold oversampling.
+                assert_eq!(
+                    brr(HSI.apb1_hz, hal_baud(divider)),
+                    divider,
+                    "{}",
+                    clocks.name
+                );
+            }
             let error = f64::from(clocks.apb1_hz) / f64::from(report) / 115_200.0 - 1.0;
             assert!(error.abs() < 0.005, "{}: {error}", clocks.name);
             let division = prescaler(clocks.timer_hz, 1_000_000) + 1;

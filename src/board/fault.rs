@@ -47,12 +47,10 @@ fn panic(_: &PanicInfo<'_>) -> ! {
 
 /// Runs on an empty stack with interrupts off.
 extern "C" fn end(crash: u32) -> ! {
-    // SAFETY: nobody else runs any more.
-    let p = unsafe { pac::Peripherals::steal() };
-    p.GPIOC
-        .bsrr()
-        // SAFETY: sets one pin and leaves the others.
-        .write(|w| unsafe { w.bits(1 << ENABLE_PIN) });
+    // SAFETY: a device's registers, always there; whoever owns them never runs again.
+    let port = unsafe { &*pac::GPIOC::ptr() };
+    // SAFETY: sets one pin and leaves the others.
+    port.bsrr().write(|w| unsafe { w.bits(1 << ENABLE_PIN) });
     let crash = match crash {
         1 => Crash::Panic,
         2 => Crash::HardFault,

@@ -4,7 +4,6 @@
 
 pub mod clock;
 pub mod retained;
-pub mod ring;
 
 #[cfg(target_os = "none")]
 pub mod fault;
@@ -18,4 +17,4 @@ mod start;
 pub mod uart;
 
 #[cfg(target_os = "none")]
-pub use start::{ChipBoard, Hardware, start};
+pub use start::{Interrupts, Parts, Queues, start};

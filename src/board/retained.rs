@@ -73,22 +73,20 @@ impl Record {
 #[cfg(target_os = "none")]
 mod memory {
     use super::{Crash, Record};
-    use core::mem::MaybeUninit;
-    use core::ptr::{addr_of, addr_of_mut};
+    use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
+    // SAFETY: the start-up code leaves the section as it is, and any bits are three words. A torn
+    // record fails its check.
     #[unsafe(link_section = ".uninit.RETAINED")]
-    static mut RETAINED: MaybeUninit<[u32; 3]> = MaybeUninit::uninit();
+    static RETAINED: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
 
     /// Reads the record.
     pub fn load() -> Record {
-        // SAFETY: any bits are three words; only thread mode and, after it, the fault path touch
-        // them, and a torn record fails its check.
-        let [stopped, crash, check] =
-            unsafe { addr_of!(RETAINED).cast::<[u32; 3]>().read_volatile() };
+        let [stopped, crash, check] = &RETAINED;
         Record {
-            stopped,
-            crash,
-            check,
+            stopped: stopped.load(Relaxed),
+            crash: crash.load(Relaxed),
+            check: check.load(Relaxed),
         }
         .checked()
     }
@@ -97,12 +95,9 @@ mod memory {
     pub fn store(stopped: bool, crash: Crash) {
         let record = Record::new(stopped, crash);
         let words = [record.stopped, record.crash, record.check];
-        // SAFETY: as above.
-        unsafe {
-            addr_of_mut!(RETAINED)
-                .cast::<[u32; 3]>()
-                .write_volatile(words)
-        };
+        for (place, word) in RETAINED.iter().zip(words) {
+            place.store(word, Relaxed);
+        }
     }
 }
 

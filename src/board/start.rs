@@ -1,31 +1,31 @@
 //! From reset to a scanner's hardware.
 
+use cortex_m::peripheral::{SCB, SYST};
 use stairscan::answer::{Reason, Reasons};
 use stairscan::report::command::Measure;
+use stairscan::scan::frame::LINK_BAUD;
 use stairscan::scan::link::FrameLink;
-use stairscan::scan::mirror::Stepper;
 use stairscan::scan::{Board, Identity, Micros};
-use stm32f4xx_hal::gpio::{Edge, ExtiPin, GpioExt, Speed};
-use stm32f4xx_hal::pac;
-use stm32f4xx_hal::prelude::_fugit_ExtU32 as _;
-use stm32f4xx_hal::rcc::{Enable, RccExt};
-use stm32f4xx_hal::syscfg::SysCfgExt;
+use stm32f4xx_hal::gpio::{Edge, ExtiPin, PinState, PushPull, Speed, gpiob, gpioc};
+use stm32f4xx_hal::pac::{self, Interrupt};
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::{Enable, Rcc};
+use stm32f4xx_hal::serial::{self, Instance, Serial};
+use stm32f4xx_hal::syscfg::SysCfg;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
-use super::clock::{self, Clocks, prescaler};
-use super::motor::{self, Handle};
+use super::clock::{self, Clocks, brr, prescaler};
+use super::motor::{self, Motor};
 use super::retained::{self, Crash};
-use super::uart::{self, LinkPort, ReportPort};
+use super::uart::{self, LinkPort, LinkQueue, REPORT_BAUD, Receiver, ReportPort, ReportQueue};
 
-/// Everything that the scanner is built over.
-pub struct Hardware {
-    /// The mirror's motor.
-    pub mirror: Stepper<Handle>,
+/// What the scanner's loop works with.
+pub struct Parts {
     /// The radar module.
     pub link: FrameLink<LinkPort>,
     /// The report port.
     pub report: ReportPort,
-    /// The rest.
+    /// What survives a reset, and the stack.
     pub board: ChipBoard,
     /// For the first sentence.
     pub identity: Identity,
@@ -33,6 +33,33 @@ pub struct Hardware {
     pub time: Time,
     /// The watchdog, running.
     pub watchdog: Watchdog,
+}
+
+/// What the interrupts work with.
+pub struct Interrupts {
+    /// The step generator, which the scanner shares.
+    pub motor: Motor,
+    /// Receives from the radar module.
+    pub link: Receiver<pac::USART1>,
+    /// Receives commands.
+    pub report: Receiver<pac::USART2>,
+}
+
+/// Received bytes on their way from the interrupts to the scanner.
+#[derive(Debug)]
+pub struct Queues {
+    link: LinkQueue,
+    report: ReportQueue,
+}
+
+impl Queues {
+    /// Empty ones.
+    pub const fn new() -> Self {
+        Self {
+            link: LinkQueue::new(),
+            report: ReportQueue::new(),
+        }
+    }
 }
 
 /// Microseconds from TIM5.
@@ -143,62 +170,88 @@ fn start_time(timer: pac::TIM5, clocks: &Clocks) -> Time {
     Time(timer)
 }
 
-/// Starts everything. Call it once.
-pub fn start(core: cortex_m::Peripherals, p: pac::Peripherals) -> Hardware {
+/// A port: 8 data bits, no parity, 1 stop bit. Divider 16 and above.
+fn start_port<U: Instance>(
+    usart: U,
+    pins: (impl Into<U::Tx<PushPull>>, impl Into<U::Rx<PushPull>>),
+    divider: u32,
+    rcc: &mut Rcc,
+) -> Serial<U> {
+    let config = serial::Config::default().baudrate(clock::hal_baud(divider).bps());
+    match Serial::new(usart, pins, config, rcc) {
+        Ok(serial) => serial,
+        // Only a divider below 8 is refused, which no clock of this board makes.
+        Err(_) => SCB::sys_reset(),
+    }
+}
+
+/// Inputs and outputs of the motor; edges of the inputs interrupt.
+fn start_motor(
+    b: gpiob::Parts,
+    c: gpioc::Parts,
+    syscfg: &mut SysCfg,
+    exti: &mut pac::EXTI,
+) -> motor::Pins {
+    let mut pins = motor::Pins {
+        // EN first and high: the driver stays off until homing.
+        enable: c.pc8.into_push_pull_output_in_state(PinState::High),
+        step: c.pc6.into_push_pull_output().speed(Speed::Medium),
+        dir: c.pc7.into_push_pull_output(),
+        home: b.pb0.into_pull_down_input(),
+        stall: b.pb1.into_pull_up_input(),
+    };
+    pins.home.make_interrupt_source(syscfg);
+    pins.home.trigger_on_edge(exti, Edge::Rising);
+    pins.home.enable_interrupt(exti);
+    pins.stall.make_interrupt_source(syscfg);
+    pins.stall.trigger_on_edge(exti, Edge::Rising);
+    pins.stall.enable_interrupt(exti);
+    pins
+}
+
+/// Starts everything. The interrupts come once they are unmasked.
+pub fn start(timer: SYST, p: pac::Peripherals, queues: &'static mut Queues) -> (Parts, Interrupts) {
     let record = retained::load();
     retained::store(record.stopped(), Crash::None);
     let (reset, reasons) = reset_cause(&p.RCC, record.crash());
     let clocks = clock::start(&p.RCC, &p.FLASH);
 
     let mut rcc = p.RCC.constrain();
-    pac::USART1::enable(&mut rcc);
-    pac::USART2::enable(&mut rcc);
     pac::TIM5::enable(&mut rcc);
-
     let (a, b, c) = (
         p.GPIOA.split(&mut rcc),
         p.GPIOB.split(&mut rcc),
         p.GPIOC.split(&mut rcc),
     );
-    // EN first and high: the driver stays off until homing.
-    let enable = c
-        .pc8
-        .into_push_pull_output_in_state(stm32f4xx_hal::gpio::PinState::High);
-    let (step, dir) = (
-        c.pc6.into_push_pull_output().speed(Speed::Medium),
-        c.pc7.into_push_pull_output(),
+    let (mut syscfg, mut exti) = (p.SYSCFG.constrain(&mut rcc), p.EXTI);
+    let pins = start_motor(b, c, &mut syscfg, &mut exti);
+    let link_pins = (
+        a.pa9.into_alternate::<7>().speed(Speed::High),
+        a.pa10.into_alternate::<7>().internal_pull_up(true),
     );
-    let mut syscfg = p.SYSCFG.constrain(&mut rcc);
-    let mut exti = p.EXTI;
-    let (mut home, mut stall) = (b.pb0.into_pull_down_input(), b.pb1.into_pull_up_input());
-    home.make_interrupt_source(&mut syscfg);
-    home.trigger_on_edge(&mut exti, Edge::Rising);
-    home.enable_interrupt(&mut exti);
-    stall.make_interrupt_source(&mut syscfg);
-    stall.trigger_on_edge(&mut exti, Edge::Rising);
-    stall.enable_interrupt(&mut exti);
-    a.pa9.into_alternate::<7>().speed(Speed::High);
-    a.pa10.into_alternate::<7>().internal_pull_up(true);
-    a.pa2.into_alternate::<7>();
-    a.pa3.into_alternate::<7>().internal_pull_up(true);
+    let report_pins = (
+        a.pa2.into_alternate::<7>(),
+        a.pa3.into_alternate::<7>().internal_pull_up(true),
+    );
+    let divider = brr(clocks.apb2_hz, LINK_BAUD);
+    let serial = start_port(p.USART1, link_pins, divider, &mut rcc);
+    let (link, link_receiver) = uart::part(serial, Interrupt::USART1, queues.link.split());
+    let divider = brr(clocks.apb1_hz, REPORT_BAUD);
+    let serial = start_port(p.USART2, report_pins, divider, &mut rcc);
+    let (report, report_receiver) = uart::part(serial, Interrupt::USART2, queues.report.split());
 
     let time = start_time(p.TIM5, &clocks);
     let mut iwdg = IndependentWatchdog::new(p.IWDG);
     iwdg.stop_on_debug(&p.DBGMCU, true);
     iwdg.start(Watchdog::PERIOD_MS.millis());
-    let watchdog = Watchdog {
-        iwdg,
-        fed: time.now(),
+    let interrupts = Interrupts {
+        motor: Motor::new(pins, timer, clocks.core_hz),
+        link: link_receiver,
+        report: report_receiver,
     };
-    Hardware {
-        mirror: Stepper::new(motor::start(
-            (step, dir, enable),
-            (home, stall),
-            core.SYST,
-            clocks.core_hz,
-        )),
-        link: FrameLink::new(uart::link(p.USART1, clocks.apb2_hz)),
-        report: uart::report(p.USART2, clocks.apb1_hz),
+    let parts = Parts {
+        link: FrameLink::new(link),
+        report,
         board: ChipBoard {
             stopped: record.stopped(),
         },
@@ -209,7 +262,11 @@ pub fn start(core: cortex_m::Peripherals, p: pac::Peripherals) -> Hardware {
             clock: clocks.name,
             reasons,
         },
+        watchdog: Watchdog {
+            iwdg,
+            fed: time.now(),
+        },
         time,
-        watchdog,
-    }
+    };
+    (parts, interrupts)
 }

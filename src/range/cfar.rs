@@ -131,7 +131,6 @@ impl Cfar {
 
     /// Tests the cells of a profile (`power` of the kept bins); bit k % 32 of word k / 32 of
     /// `mask` becomes whether cell k is a hit.
-    #[inline(never)]
     pub fn detect<A: Arithmetic>(&mut self, power: &[u32], mask: &mut [u32]) {
         self.load(power);
         match (self.guard, self.training) {

@@ -111,7 +111,6 @@ fn scaled_last<A: Arithmetic, B: Bin, const N: usize, const L: usize>(
 /// the bins m of four-point transforms) and is used up, like `spare`.
 ///
 /// Returns the exponent e: the true values of the bins are 2^e times the ones given.
-#[inline(never)]
 pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     data: &mut [Packed; N],
     spare: &mut [Packed; N],
@@ -127,8 +126,8 @@ pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     exponent + scaled_last::<A, B, N, 64>(data, bins, seen)
 }
 
-/// [`finish`] for all transforms but the longest. One copy: flash is short, and they have time.
-#[inline(never)]
+/// [`finish`] for all transforms but the longest: one copy, whose loops are counted at run time. A
+/// shorter chirp has the time.
 fn finish_short<A: Arithmetic, B: Bin>(
     data: &mut [Packed],
     spare: &mut [Packed],

@@ -61,6 +61,9 @@ pub fn to_cell(fine: i32) -> u8 {
 }
 
 /// Logarithms of `power` as cells, `offset` 1/256 octaves higher.
+///
+/// Out of line: inlined, its loop is compiled for whatever surrounds it (2,699 instructions for 231
+/// cells become 3,566 in `bench`).
 #[inline(never)]
 pub fn fill_cells(power: &[u32], offset: i32, cells: &mut [u8]) {
     for (cell, &p) in cells.iter_mut().zip(power) {

@@ -158,7 +158,7 @@ impl<A: Arithmetic> Processor<A> {
         window.shape(usize::from(radar.samples), *points);
         self.cfar.shape(cfar, kept, window);
         let reference = 512.0 * (math::log2(window.sum()) - 17.0);
-        self.offset = i32::from(FULL_SCALE) * FINE - libm::roundf(reference) as i32;
+        self.offset = i32::from(FULL_SCALE) * FINE - math::round(reference) as i32;
         Ok(())
     }
 
@@ -294,8 +294,8 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
     }
     let spacing = radar.bin_spacing_m();
     let reach = LOBE_BINS * radar.range_resolution_m();
-    let low = libm::ceilf((mount.mirror_offset_m() - reach).max(0.0) / spacing) as u16;
-    let high = libm::floorf((mount.mirror_offset_m() + reach) / spacing) as u16;
+    let low = math::ceil((mount.mirror_offset_m() - reach).max(0.0) / spacing) as u16;
+    let high = math::floor((mount.mirror_offset_m() + reach) / spacing) as u16;
     let high = high.min(radar.fft_len() as u16 - 1);
     BinWindow {
         first: low,
@@ -305,7 +305,6 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
 
 /// Takes out the hits that are no stronger than what an I/Q imbalance makes of the echo at their
 /// negative frequency (the mirror's own echo, for one); returns the number that stay.
-#[inline(never)]
 fn keep_real(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     let at = |bin: usize| power.get(bin).copied().unwrap_or(0);
     let mut count = 0;

@@ -446,3 +446,16 @@ proptest! {
         }
     }
 }
+
+/// What the range axis is computed with: no difference from the exact functions, over more than the
+/// bins and levels that there are.
+#[test]
+fn whole_numbers_are_those_of_the_standard_library() {
+    for k in -400_000..=400_000 {
+        let x = k as f32 * 1e-3;
+        let y = micromath::F32(x);
+        assert_eq!(y.ceil().0, x.ceil(), "{x}");
+        assert_eq!(y.floor().0, x.floor(), "{x}");
+        assert_eq!(y.round().0, x.round(), "{x}");
+    }
+}

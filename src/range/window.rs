@@ -2,7 +2,7 @@
 //! window and the transform's first stage in one.
 
 use super::fft::{Headroom, MAX_MAGNITUDE, MAX_POINTS};
-use super::packed::{Arithmetic, Packed};
+use super::packed::{Arithmetic, Packed, quarters};
 use crate::Iq;
 use crate::math::sin_cos;
 
@@ -90,7 +90,6 @@ pub struct Levels {
 
 impl Levels {
     /// Measures a chirp of 1 to 256 samples.
-    #[inline(never)]
     pub fn of<A: Arithmetic>(chirp: &[Iq]) -> Self {
         let (mut sum_i, mut sum_q) = (0, 0);
         let mut low = Packed::new(i16::MAX, i16::MAX);
@@ -157,7 +156,6 @@ fn at_full_scale(x: &Iq) -> bool {
 
 /// Samples of which a part stands at full scale; rarely called.
 #[cold]
-#[inline(never)]
 fn count_saturated(chirp: &[Iq]) -> u16 {
     chirp.iter().filter(|&x| at_full_scale(x)).count() as u16
 }
@@ -193,50 +191,23 @@ impl Weigher {
 
 /// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples
 /// a quarter of the transform apart. The zero padding takes part in none of them.
-#[inline(never)]
 pub fn open<A: Arithmetic, const N: usize>(
     chirp: &[Iq],
     levels: &Levels,
     window: &Window,
     out: &mut [Packed; N],
 ) -> Headroom {
-    if N == MAX_POINTS {
-        first_stage::<A>(chirp, levels, window, out, N / 4)
-    } else {
-        short::<A>(chirp, levels, window, out, N / 4)
-    }
-}
-
-/// One copy for all but the longest transform: flash is short, and they have time.
-#[inline(never)]
-fn short<A: Arithmetic>(
-    chirp: &[Iq],
-    levels: &Levels,
-    window: &Window,
-    out: &mut [Packed],
-    quarter: usize,
-) -> Headroom {
-    first_stage::<A>(chirp, levels, window, out, quarter.min(MAX_POINTS / 4))
-}
-
-/// [`open`] for a transform of 4 `quarter` points.
-#[inline(always)]
-fn first_stage<A: Arithmetic>(
-    chirp: &[Iq],
-    levels: &Levels,
-    window: &Window,
-    out: &mut [Packed],
-    quarter: usize,
-) -> Headroom {
+    let quarter = N / 4;
+    let mut out = quarters(out);
     let weigher = Weigher {
         minus_mean: levels.mean.map(i32::saturating_neg),
         gain: levels.gain(),
     };
     let mut seen = Headroom::default();
     let mut write = |n: usize, y: [Packed; 4]| {
-        for (m, v) in y.into_iter().enumerate() {
+        for (out, v) in out.iter_mut().zip(y) {
             seen.see(v);
-            if let Some(place) = out.get_mut(n + m * quarter) {
+            if let Some(place) = out.get_mut(n) {
                 *place = v;
             }
         }

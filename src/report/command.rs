@@ -20,7 +20,7 @@
 
 use super::sentence::crc32;
 use crate::config::ConfigError;
-use crate::scan::Settings;
+use crate::scan::settings::Settings;
 
 /// Longest command line, bytes.
 pub const MAX_COMMAND: usize = 96;

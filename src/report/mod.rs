@@ -1,6 +1,7 @@
 //! Sentences out, commands in: everything that travels over the report UART.
 
 pub mod command;
+pub mod crc;
 pub mod sentence;
 
 pub use sentence::{Line, ParseError, ScanLine, Sentence, StepLine, Tenths};

@@ -25,6 +25,7 @@
 
 use core::fmt;
 
+use super::crc::CRC32;
 use crate::answer::{Direction, Outcome, Reason, Reasons, Status, Step};
 
 /// Longest sentence with its line end, bytes.
@@ -36,11 +37,9 @@ pub type Line = heapless::String<MAX_SENTENCE>;
 /// What every sentence begins with.
 pub const PREFIX: &str = "$PSTR,";
 
-const CRC: crc::Crc<u32, crc::NoTable> = crc::Crc::<u32, crc::NoTable>::new(&crc::CRC_32_ISO_HDLC);
-
 /// CRC-32 (ISO-HDLC) of a sentence's body: what stands between `$` and `*`.
 pub fn crc32(body: &str) -> u32 {
-    CRC.checksum(body.as_bytes())
+    CRC32.checksum(body.as_bytes())
 }
 
 /// A length in tenths of a millimetre, as sentences carry it.

@@ -27,6 +27,7 @@
 
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig};
+use crate::report::crc::CRC32;
 
 /// Version of the format.
 pub const VERSION: u8 = 1;
@@ -42,9 +43,6 @@ pub const MAX_FRAME: usize = HEADER + MAX_PAYLOAD + TRAILER;
 pub const LINK_BAUD: u32 = 1_000_000;
 
 const MAGIC: [u8; 2] = *b"SR";
-
-/// CRC-32 of frames and sentences: one table of 256 words serves both.
-pub static CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// What a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

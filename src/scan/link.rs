@@ -2,6 +2,7 @@
 
 use core::task::Poll;
 
+use super::board::BytePort;
 use super::frame::{self, Decoder, Frame, FrameError, Kind, Progress};
 use super::time::Micros;
 use crate::Iq;
@@ -37,12 +38,23 @@ pub trait RadarLink {
     fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>>;
 }
 
-/// A serial port that never waits.
-pub trait BytePort {
-    /// The next byte that has come in.
-    fn read(&mut self) -> Option<u8>;
-    /// Takes as many bytes as fit and says how many.
-    fn write(&mut self, bytes: &[u8]) -> usize;
+/// So that a link too large for the stack can stay where it is.
+impl<L: RadarLink + ?Sized> RadarLink for &mut L {
+    fn configure(&mut self, now: Micros, timeout_us: u32) {
+        (**self).configure(now, timeout_us);
+    }
+
+    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        (**self).poll_settings(now)
+    }
+
+    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
+        (**self).trigger(now, shaft_angle, timeout_us);
+    }
+
+    fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        (**self).poll_chirp(now, samples)
+    }
 }
 
 /// The request that waits for its answer.

@@ -32,7 +32,7 @@ pub trait Mirror {
     fn start_move(&mut self, position: i32, motor: &MotorConfig);
     /// Whether the shaft stands by now. An error also leaves the driver off.
     fn poll(&mut self) -> Result<Motion, MirrorError>;
-    /// Where the shaft is, microsteps from the horizontal.
+    /// Where the shaft was at the last [`Mirror::poll`], microsteps from the horizontal.
     fn position(&self) -> i32;
     /// Whether the position means anything.
     fn homed(&self) -> bool;
@@ -43,6 +43,8 @@ pub trait Mirror {
 /// What the step generator knows at one moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct PulseState {
+    /// Where the shaft is, microsteps.
+    pub position: i32,
     /// Pulses are still to come.
     pub moving: bool,
     /// The home switch's edge has come since it was armed; it ended the move.
@@ -59,15 +61,13 @@ pub trait StepPort {
     fn state(&mut self) -> PulseState;
     /// Whether the home switch is pressed now.
     fn home_pressed(&mut self) -> bool;
-    /// Position in microsteps.
-    fn position(&self) -> i32;
     /// Declares the present place to be `position`.
     fn set_position(&mut self, position: i32);
     /// Switches the driver; on also forgets an old stall.
     fn set_enabled(&mut self, on: bool);
 }
 
-/// Stages of homing.
+/// The moves of homing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Homing {
     /// Leaving a switch that was pressed from the start.
@@ -97,6 +97,8 @@ enum State {
 pub struct Stepper<P> {
     port: P,
     state: State,
+    /// As of the last look at the port.
+    position: i32,
     motor: MotorConfig,
 }
 
@@ -113,6 +115,7 @@ impl<P: StepPort> Stepper<P> {
         Self {
             port,
             state: State::Unknown,
+            position: 0,
             motor: MotorConfig::default(),
         }
     }
@@ -122,8 +125,15 @@ impl<P: StepPort> Stepper<P> {
         &self.port
     }
 
+    /// What the port knows now.
+    fn look(&mut self) -> PulseState {
+        let pulses = self.port.state();
+        self.position = pulses.position;
+        pulses
+    }
+
     fn begin_by(&mut self, way: i32, ramp: Ramp, until_home: bool) {
-        let target = self.port.position().saturating_add(way);
+        let target = self.look().position.saturating_add(way);
         self.port.begin(target, ramp, until_home);
     }
 
@@ -151,7 +161,7 @@ impl<P: StepPort> Stepper<P> {
         error
     }
 
-    /// The next stage once the present one's move has ended.
+    /// The next move once the present one's move has ended.
     fn advance(&mut self, homing: Homing, edge: bool) -> Result<Motion, MirrorError> {
         match (homing, edge) {
             (Homing::Leave { tries }, _) => {
@@ -166,7 +176,8 @@ impl<P: StepPort> Stepper<P> {
             (Homing::Search, true) => self.enter(Homing::BackOff),
             (Homing::BackOff, _) => self.enter(Homing::Approach),
             (Homing::Approach, true) => {
-                self.port.set_position(microsteps(self.motor.home_angle));
+                self.position = microsteps(self.motor.home_angle);
+                self.port.set_position(self.position);
                 self.state = State::Homed;
                 return Ok(Motion::Still);
             }
@@ -203,7 +214,7 @@ impl<P: StepPort> Mirror for Stepper<P> {
         if let State::Failed(error) = self.state {
             return Err(error);
         }
-        let pulses = self.port.state();
+        let pulses = self.look();
         if pulses.stalled {
             return Err(self.fail(MirrorError::Stall));
         }
@@ -216,7 +227,7 @@ impl<P: StepPort> Mirror for Stepper<P> {
     }
 
     fn position(&self) -> i32 {
-        self.port.position()
+        self.position
     }
 
     fn homed(&self) -> bool {
@@ -298,6 +309,7 @@ mod tests {
                 }
             }
             PulseState {
+                position: self.position,
                 moving: self.position != self.target,
                 home_edge: self.edge,
                 stalled: self.stalled,
@@ -305,9 +317,6 @@ mod tests {
         }
         fn home_pressed(&mut self) -> bool {
             self.pressed()
-        }
-        fn position(&self) -> i32 {
-            self.position
         }
         fn set_position(&mut self, position: i32) {
             (self.position, self.target) = (position, position);

@@ -16,12 +16,13 @@
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
 //! | [`frame`] | the radar link's binary frames |
 //! | [`link`] | the radar link as the sweep sees it, and its implementation over frames |
-//! | [`wrap`] | recorder and fault injector around any radar link |
+//! | [`board`] | the report port, what survives a reset, who the firmware is |
 //! | [`chain`] | the data's way: samples, map, estimator |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry |
 //! | [`outbox`] | sentences on their way out |
 //! | [`scanner`] | boot, self-test, idle, scanning, reporting, fault; commands |
 
+pub mod board;
 pub mod chain;
 pub mod frame;
 pub mod link;
@@ -34,12 +35,12 @@ pub mod schedule;
 pub mod settings;
 pub mod sweep;
 pub mod time;
-pub mod wrap;
 
+pub use board::{Board, BytePort, Hardware, Identity};
 pub use chain::DataPath;
-pub use link::{BytePort, LinkError, RadarLink};
+pub use link::{LinkError, RadarLink};
 pub use mirror::{Mirror, MirrorError, Motion};
-pub use scanner::{Board, Identity, Scanner};
+pub use scanner::{Reports, Scanner};
 pub use schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use settings::Settings;
 pub use time::Micros;

@@ -1,6 +1,6 @@
 //! Sentences on their way out.
 
-use super::link::BytePort;
+use super::board::BytePort;
 use crate::report::sentence::MAX_SENTENCE;
 use crate::report::{Line, Sentence};
 
@@ -14,18 +14,19 @@ pub struct Outbox {
 }
 
 impl Outbox {
+    /// Nothing waits.
+    pub const fn new() -> Self {
+        Self {
+            bytes: heapless::Deque::new(),
+        }
+    }
+
     /// Whether another sentence fits.
     pub fn has_room(&self) -> bool {
         CAPACITY - self.bytes.len() >= MAX_SENTENCE
     }
 
-    /// Whether everything has been handed over.
-    pub fn is_empty(&self) -> bool {
-        self.bytes.is_empty()
-    }
-
     /// Queues one sentence; false, and nothing queued, when there is no room.
-    #[inline(never)]
     pub fn push(&mut self, sentence: &Sentence<'_>) -> bool {
         if !self.has_room() {
             return false;
@@ -38,7 +39,6 @@ impl Outbox {
     }
 
     /// Hands over what the port takes.
-    #[inline(never)]
     pub fn pump(&mut self, port: &mut impl BytePort) {
         loop {
             let (front, _) = self.bytes.as_slices();

@@ -135,6 +135,19 @@ mod tests {
     }
 
     #[test]
+    fn rows_may_stand_closer_than_microsteps() {
+        let mut config = Config::default();
+        config.sweep.angle_step = 10;
+        config.sweep.angle_count = 8192;
+        let schedule = Schedule::new(&config).unwrap();
+        for row in 0..schedule.rows() {
+            let exact = f64::from(schedule.scheduled_shaft(row)) * 51_200.0 / 360_000.0;
+            assert!((exact - f64::from(schedule.position(row))).abs() <= 0.5);
+        }
+        assert_eq!(schedule.scheduled_shaft(8191), 61_910);
+    }
+
+    #[test]
     fn height_plane_turns_the_other_way_from_straight_down() {
         let mut config = Config::default();
         config.mount.plane = Plane::Height;

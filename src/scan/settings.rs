@@ -469,12 +469,38 @@ mod tests {
         assert_eq!(settings.get("nonsense"), None);
     }
 
+    fn bins(settings: &Settings) -> u16 {
+        let config = &settings.config;
+        BinWindow::new(&config.radar, &config.mount, &config.cfar).count
+    }
+
+    #[test]
+    fn every_grid_of_as_many_cells_as_the_map_has_is_accepted() {
+        let mut settings = Settings::default();
+        let most = MAX_CELLS / usize::from(bins(&settings));
+        settings.set("angle-count", &most.to_string()).unwrap();
+        let refused = settings.set("angle-count", &(most + 1).to_string());
+        assert_eq!(refused.unwrap_err().field, "angle-count");
+        // 321 rows of 190 bins.
+        settings.set("cfar-near-margin", "40000").unwrap();
+        settings.set("angle-count", "321").unwrap();
+        assert!(bins(&settings) >= 190, "{}", bins(&settings));
+        // The other extreme: 327 degrees, eight bins to a row.
+        settings.config.radar.samples = 20;
+        settings.config.radar.bandwidth_khz = 2_342_000;
+        assert_eq!(bins(&settings), 8);
+        settings.set("first-angle", "-164000").unwrap();
+        settings.set("angle-step", "40").unwrap();
+        settings.set("angle-count", "8192").unwrap();
+    }
+
     #[test]
     fn a_refused_value_changes_nothing() {
         let mut settings = Settings::default();
         let before = settings;
         for (key, value, field) in [
-            ("angle-count", "351", "angle-count"),
+            ("angle-count", "2", "angle-count"),
+            ("angle-count", "8193", "angle-count"),
             ("angle-count", "70000", "angle-count"),
             ("first-angle", "169000", "first-angle"),
             ("settle", "5", "settle"),

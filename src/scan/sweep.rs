@@ -17,9 +17,9 @@ const LOST_STREAK: u16 = 8;
 /// On top of every computed deadline: the main loop's own grain, a long command listing.
 const MARGIN_US: u32 = 100_000;
 
-/// Where the sweep stands.
+/// What the row that is due is at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
+enum RowState {
     /// The module is asked what it is set to; the mirror already moves.
     Configure,
     /// The chirp before is worked off; the mirror moves.
@@ -48,7 +48,7 @@ pub struct Sweep {
     schedule: Schedule,
     scan: u32,
     backward: bool,
-    stage: Stage,
+    at: RowState,
     /// Rows done, in the order of the sweep.
     done: u16,
     attempt: u8,
@@ -80,7 +80,6 @@ impl Sweep {
     ///
     /// `settings` must be valid; they are copied, so that what a command changes meanwhile is for
     /// the next scan.
-    #[inline(never)]
     pub fn start(
         now: Micros,
         settings: &Settings,
@@ -95,7 +94,7 @@ impl Sweep {
             schedule,
             scan,
             backward,
-            stage: Stage::Configure,
+            at: RowState::Configure,
             done: 0,
             attempt: 0,
             lost: 0,
@@ -108,7 +107,7 @@ impl Sweep {
         Ok(sweep)
     }
 
-    /// The moment by which the present stage must have got further.
+    /// The moment by which the row must have got further.
     pub fn deadline(&self) -> Micros {
         self.deadline
     }
@@ -131,7 +130,7 @@ impl Sweep {
     fn ask(&mut self, now: Micros, link: &mut impl RadarLink) {
         let timeout = self.settings.timing.configure_timeout;
         link.configure(now, timeout);
-        self.stage = Stage::Configure;
+        self.at = RowState::Configure;
         self.deadline = now.plus(timeout).plus(MARGIN_US);
     }
 
@@ -149,7 +148,7 @@ impl Sweep {
     fn trigger(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarLink) {
         let timeout = self.settings.timing.chirp_timeout;
         link.trigger(now, shaft_angle(mirror.position()), timeout);
-        self.stage = Stage::Receive;
+        self.at = RowState::Receive;
         self.deadline = now.plus(timeout).plus(MARGIN_US);
     }
 
@@ -161,7 +160,6 @@ impl Sweep {
     }
 
     /// Gets as far as it can without waiting.
-    #[inline(never)]
     pub fn poll(
         &mut self,
         now: Micros,
@@ -173,28 +171,29 @@ impl Sweep {
             Ok(motion) => motion,
             Err(error) => return self.end(Some(mirror_reason(error))),
         };
-        match self.stage {
-            Stage::Configure => return self.poll_configure(now, link, data),
-            Stage::Work => return self.work(data),
-            Stage::Move => {
+        match self.at {
+            RowState::Configure => return self.poll_configure(now, link, data),
+            RowState::Work => return self.work(data),
+            RowState::Move => {
                 if motion == Motion::Still {
                     // From this moment, not from the last pulse: the shaft rests at least so long.
                     let settle = self.settings.timing.settle;
-                    self.stage = Stage::Settle(now.plus(settle));
+                    self.at = RowState::Settle(now.plus(settle));
                     self.deadline = now.plus(settle).plus(MARGIN_US);
                 }
             }
-            Stage::Settle(until) => {
+            RowState::Settle(until) => {
                 if now.reached(until) {
                     self.attempt = 0;
                     self.trigger(now, mirror, link);
                 }
             }
-            Stage::Receive => return self.poll_receive(now, mirror, link, data),
+            RowState::Receive => return self.poll_receive(now, mirror, link, data),
         }
         Poll::Pending
     }
 
+    // Out of line: what beginning a scan takes of the stack would lie beneath the estimator.
     #[inline(never)]
     fn poll_configure(
         &mut self,
@@ -212,7 +211,7 @@ impl Sweep {
                 if !valid || data.begin(&self.settings.config, self.scan).is_err() {
                     return self.end(Some(Reason::ModuleConfig));
                 }
-                self.stage = Stage::Move;
+                self.at = RowState::Move;
             }
             Err(_) if self.attempt < self.settings.timing.retries => {
                 self.attempt += 1;
@@ -223,7 +222,6 @@ impl Sweep {
         Poll::Pending
     }
 
-    #[inline(never)]
     fn poll_receive(
         &mut self,
         now: Micros,
@@ -261,7 +259,7 @@ impl Sweep {
             self.start_move(now, mirror);
         }
         // Its own call of `poll`: the arithmetic takes time, and `now` is old after it.
-        self.stage = Stage::Work;
+        self.at = RowState::Work;
         Poll::Pending
     }
 
@@ -274,7 +272,7 @@ impl Sweep {
         if self.done >= self.schedule.rows() {
             return self.end(None);
         }
-        self.stage = Stage::Move;
+        self.at = RowState::Move;
         Poll::Pending
     }
 }

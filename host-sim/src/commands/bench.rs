@@ -11,7 +11,8 @@ use serde_json::json;
 use stairscan::config::Config;
 
 use super::{Format, emit};
-use crate::emulate::image::{self, FLASH, Image, RAM};
+use crate::budgets::{CHIRP, FFT256, FLASH, POST, RAM};
+use crate::emulate::image::{self, Image};
 use crate::images;
 use crate::recording::{self, Recording};
 use crate::setup;
@@ -27,7 +28,7 @@ pub struct Args {
 }
 
 /// Most instructions that a stage may take.
-const BUDGETS: [(&str, u64); 3] = [("fft256", 10_000), ("chirp", 25_000), ("post", 1_000_000)];
+const BUDGETS: [(&str, u64); 3] = [("fft256", FFT256), ("chirp", CHIRP), ("post", POST)];
 
 /// What each stage is.
 const MEANING: [(&str, &str); 14] = [
@@ -57,20 +58,20 @@ const MEANING: [(&str, &str); 14] = [
         "last row to last byte of the report, worst recording",
     ),
     (
-        POST[0],
+        POST_STAGES[0],
         "of these: noise, echoes told from side lobes and ghosts, placed",
     ),
     (
-        POST[1],
+        POST_STAGES[1],
         "calibration, search for the best flight and its rivals",
     ),
-    (POST[2], "dimensions, sigmas, status"),
-    (POST[3], "sentences"),
+    (POST_STAGES[2], "dimensions, sigmas, status"),
+    (POST_STAGES[3], "sentences"),
 ];
 
 /// The stages after the last row, of the worst recording, in the order in which the image prints
 /// them.
-const POST: [&str; 4] = [
+const POST_STAGES: [&str; 4] = [
     "post/echoes",
     "post/search",
     "post/dimensions",
@@ -94,7 +95,7 @@ struct Scan {
     chirp: u64,
     row: u64,
     post: u64,
-    /// Those of [`POST`].
+    /// Those of [`POST_STAGES`].
     stages: Vec<u64>,
 }
 
@@ -172,7 +173,7 @@ fn parse(output: &str, names: &[String]) -> Result<Counts> {
         let name = words.next().unwrap_or_default();
         let numbers: Vec<u64> = words.map_while(|w| w.parse().ok()).collect();
         match (name, &numbers[..]) {
-            ("scan", &[chirp, row, post, ref stages @ ..]) if stages.len() == POST.len() => {
+            ("scan", &[chirp, row, post, ref stages @ ..]) if stages.len() == POST_STAGES.len() => {
                 let stages = stages.to_vec();
                 scans.push(Scan {
                     chirp,
@@ -196,7 +197,7 @@ fn parse(output: &str, names: &[String]) -> Result<Counts> {
     counts.push(("row".to_owned(), worst(|s| s.row)));
     counts.push(("post".to_owned(), worst(|s| s.post)));
     if let Some(scan) = scans.iter().max_by_key(|s| s.post) {
-        let stages = POST.iter().zip(&scan.stages);
+        let stages = POST_STAGES.iter().zip(&scan.stages);
         counts.extend(stages.map(|(name, &count)| ((*name).to_owned(), count)));
     }
     let each = names.iter().zip(&scans);

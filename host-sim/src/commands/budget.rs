@@ -10,6 +10,7 @@ use stairscan::report::Sentence;
 use stairscan::scan::Settings as ScannerSettings;
 
 use super::{Format, Settings, emit};
+use crate::budgets;
 use crate::emulate::Session;
 use crate::emulate::image::{self, Image};
 use crate::emulate::session::Waits;
@@ -66,8 +67,8 @@ pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
     }
     let panics = image.may_panic.len() as u64;
     Ok(vec![
-        Figure::new("flash, bytes", image.flash, image::FLASH),
-        Figure::new("static RAM, bytes", image.ram, image::RAM),
+        Figure::new("flash, bytes", image.flash, budgets::FLASH),
+        Figure::new("static RAM, bytes", image.ram, budgets::RAM),
         Figure::new("allocator symbols", image.count(image::ALLOCATOR), 0),
         Figure::new("double-precision symbols", image.count(image::DOUBLE), 0),
         Figure::new("functions that may panic", panics, 0),
@@ -114,7 +115,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             settings.config.estimator = estimator;
             let what = format!("stack, {} on {}, bytes", estimator.as_str(), recording.name);
             let used = stack(&elf, &recording, &settings).with_context(|| what.clone())?;
-            figures.push(Figure::new(&what, used, image::STACK));
+            figures.push(Figure::new(&what, used, budgets::STACK));
         }
     }
     print(&figures, args.format);

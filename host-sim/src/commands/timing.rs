@@ -8,6 +8,7 @@ use stairscan::scan::ramp::Ramp;
 use stairscan::scan::{Schedule, Settings};
 
 use super::emit;
+use crate::budgets::{CHIRP, POST};
 
 /// Arguments of `timing`.
 #[derive(clap::Args, Debug)]
@@ -79,10 +80,9 @@ impl ScanTime {
     }
 }
 
-/// The design's budgets in clocks of the Cortex-M4F at 168 MHz, one instruction a clock: what the
-/// arithmetic may take at most.
-const CHIRP_INSTRUCTIONS: u64 = 30_000;
-const POST_INSTRUCTIONS: u64 = 1_500_000;
+/// Clocks of the core in a microsecond. The budgets count instructions; one a clock is what the
+/// Cortex-M4F does at best.
+const CORE_MHZ: u64 = 168;
 
 /// Prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         format!("{:.2}", ms(time.transfer)),
         all(time.transfer),
     );
-    let row = CHIRP_INSTRUCTIONS / 168;
+    let row = CHIRP / CORE_MHZ;
     line(
         "arithmetic (during the move)",
         format!("<{:.2}", ms(row)),
@@ -128,7 +128,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     line(
         "last row to report",
         String::new(),
-        format!("<{:.1}", ms(POST_INSTRUCTIONS / 168)),
+        format!("<{:.1}", ms(POST / CORE_MHZ)),
     );
     line("scan", String::new(), format!("{:.1}", ms(time.total())));
     out.push_str(&format!(

@@ -34,9 +34,6 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
     let output = Command::new(cargo)
         .current_dir(&root)
-        // Flags for the host would replace the chip's own, which keep its code small.
-        .env_remove("RUSTFLAGS")
-        .env_remove("CARGO_ENCODED_RUSTFLAGS")
         .args(["build", "--quiet", "--profile", "firmware"])
         .args(["--package", package, "--bin", bin])
         .args(["--target", TARGET, "--target-dir"])
@@ -51,13 +48,6 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
     );
     Ok(target.join(TARGET).join("firmware").join(bin))
 }
-
-/// Most bytes of flash that the image may take.
-pub const FLASH: u64 = 96 * 1024;
-/// Most bytes of static RAM.
-pub const RAM: u64 = 100 * 1024;
-/// Bytes of the stack.
-pub const STACK: u64 = 16 * 1024;
 
 /// Parts of the names of allocator functions.
 pub const ALLOCATOR: &[&str] = &["__rust_alloc", "__rg_alloc", "__rdl_alloc", "malloc"];

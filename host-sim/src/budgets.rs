@@ -1,0 +1,17 @@
+//! What the image may take of the chip: the one place that says so. `budget` and `bench` check it,
+//! `timing` computes with it, and the linker enforces the memory (`memory.x`).
+
+/// Most bytes of flash, of the chip's 1 MB.
+pub const FLASH: u64 = 256 * 1024;
+/// Most bytes of static RAM: what the stack leaves of the chip's 128 KB.
+pub const RAM: u64 = 112 * 1024;
+/// Bytes of the stack.
+pub const STACK: u64 = 16 * 1024;
+
+/// Most instructions of one transform of 256 points.
+pub const FFT256: u64 = 10_000;
+/// Most instructions from a chirp's samples to its finished row of the map: 0.15 ms at 168 MHz.
+pub const CHIRP: u64 = 25_000;
+/// Most instructions from the last row to the finished report: 24 ms at 168 MHz, beside scans of
+/// seconds.
+pub const POST: u64 = 4_000_000;

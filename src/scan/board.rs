@@ -1,0 +1,74 @@
+//! What the scanner is built over, beside its mirror and its radar module.
+
+use crate::answer::Reasons;
+use crate::report::command::Measure;
+
+/// A serial port that never waits.
+pub trait BytePort {
+    /// The next byte that has come in.
+    fn read(&mut self) -> Option<u8>;
+    /// Takes as many bytes as fit and says how many.
+    fn write(&mut self, bytes: &[u8]) -> usize;
+}
+
+/// What else the scanner needs of its board.
+pub trait Board {
+    /// Whether `stop` was the last word; survives a reset.
+    fn stopped(&self) -> bool;
+    /// Remembers whether to stand still.
+    fn set_stopped(&mut self, stopped: bool);
+    /// A diagnostic value.
+    fn measure(&self, measure: Measure) -> u32;
+}
+
+impl<P: BytePort + ?Sized> BytePort for &mut P {
+    fn read(&mut self) -> Option<u8> {
+        (**self).read()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        (**self).write(bytes)
+    }
+}
+
+impl<B: Board + ?Sized> Board for &mut B {
+    fn stopped(&self) -> bool {
+        (**self).stopped()
+    }
+
+    fn set_stopped(&mut self, stopped: bool) {
+        (**self).set_stopped(stopped);
+    }
+
+    fn measure(&self, measure: Measure) -> u32 {
+        (**self).measure(measure)
+    }
+}
+
+/// What the first sentence after boot says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Version of the firmware.
+    pub version: &'static str,
+    /// Git revision that it was built from.
+    pub revision: &'static str,
+    /// Why the chip was reset.
+    pub reset: &'static str,
+    /// What drives the core.
+    pub clock: &'static str,
+    /// What `status` shows until a scan has succeeded: a reset by watchdog or crash.
+    pub reasons: Reasons,
+}
+
+/// The scanner's hardware, each piece behind its trait.
+#[derive(Clone, Copy, Debug)]
+pub struct Hardware<M, L, P, B> {
+    /// The mirror ([`super::Mirror`]).
+    pub mirror: M,
+    /// The radar module ([`super::RadarLink`]).
+    pub link: L,
+    /// The report port ([`BytePort`]).
+    pub port: P,
+    /// The rest ([`Board`]).
+    pub board: B,
+}

@@ -1,0 +1,95 @@
+//! The scanner: boot, self-test, idle, scanning, reporting, fault; commands at any time.
+//!
+//! ```text
+//!            ┌────────── stopped ──────────┐
+//!   boot ────┤                             ▼
+//!            └─► self-test ──passed──► (go on?) ──no──► idle ◄──stop── any state
+//!                  ▲   │failed            │yes            │ start, scan, selftest
+//!                  │   ▼                  ▼               ▼
+//!       hold over  └─ fault ◄─fault── scanning      scanning, or self-test
+//!                       ▲                 │          if home or link is unknown
+//!                       └──fault── reporting ──► (go on?)
+//! ```
+//!
+//! A fault leaves the motor's driver off. After `fault-hold` the self-test homes the mirror and
+//! asks the module again; nothing has to be reset by hand.
+//!
+//! | file | what it does | over |
+//! |---|---|---|
+//! | `reports` | which sentences tell a scan, a state, an answer | [`super::outbox`] |
+//! | `states` | the machine above: what is under way, and until when | `reports`, [`super::sweep`] |
+//! | `commands` | lines of the report port, carried out on the machine | `states`, `reports` |
+
+mod commands;
+mod reports;
+mod states;
+
+pub use reports::Reports;
+
+use crate::scan::board::{Board, BytePort, Hardware, Identity};
+use crate::scan::chain::DataPath;
+use crate::scan::link::RadarLink;
+use crate::scan::mirror::Mirror;
+use crate::scan::settings::Settings;
+use crate::scan::time::Micros;
+use commands::Console;
+use states::Machine;
+
+/// The scanner over its hardware.
+///
+/// Its larger part, what it has to say, is lent to it ([`Reports`]): a scanner on a small stack
+/// keeps that elsewhere.
+#[derive(Debug)]
+pub struct Scanner<'a, M, L, P, B, D> {
+    machine: Machine<'a, M, L, P, B, D>,
+    console: Console,
+}
+
+impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<'a, M, L, P, B, D> {
+    /// A scanner that has just booted. `settings` must be valid.
+    pub fn new(
+        hardware: Hardware<M, L, P, B>,
+        data: D,
+        reports: &'a mut Reports,
+        settings: Settings,
+        identity: Identity,
+        now: Micros,
+    ) -> Self {
+        Self {
+            machine: Machine::new(hardware, data, reports, settings, identity, now),
+            console: Console::default(),
+        }
+    }
+
+    /// The data path: map and estimator of the last scan.
+    pub fn data(&self) -> &D {
+        self.machine.data()
+    }
+
+    /// The serial port.
+    pub fn port_mut(&mut self) -> &mut P {
+        &mut self.machine.hardware.port
+    }
+
+    /// Number of scans begun since boot.
+    pub fn scans(&self) -> u32 {
+        self.machine.scans()
+    }
+
+    /// Name of the present state.
+    pub fn state(&self) -> &'static str {
+        self.machine.state()
+    }
+
+    /// Whether the present state has met its own deadline: only then may the watchdog be fed.
+    pub fn healthy(&self, now: Micros) -> bool {
+        self.machine.healthy(now)
+    }
+
+    /// Gets as far as it can without waiting.
+    pub fn step(&mut self, now: Micros) {
+        // The state first: no command comes before the boot sentence.
+        self.machine.run(now);
+        self.console.step(now, &mut self.machine);
+    }
+}

@@ -1,0 +1,135 @@
+//! What the scanner says: which sentences tell a scan, a state, the answer to a command.
+
+use crate::answer::{Direction, Outcome, Reasons, Status};
+use crate::report::{ScanLine, Sentence, StepLine};
+use crate::scan::board::{BytePort, Identity};
+use crate::scan::outbox::Outbox;
+
+/// The last scan's answer and the sentences that wait for the port: some 3 KB.
+#[derive(Debug)]
+pub struct Reports {
+    outbox: Outbox,
+    /// The last scan's answer.
+    pub(super) outcome: Outcome,
+}
+
+/// How far the sentences of a scan have got.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) struct Telling {
+    /// Number of the scan.
+    pub scan: u32,
+    /// Rows that were lost.
+    pub lost: u16,
+    /// Sentences queued so far.
+    pub queued: u8,
+}
+
+impl Reports {
+    /// Nothing to say yet.
+    pub const fn new() -> Self {
+        Self {
+            outbox: Outbox::new(),
+            outcome: Outcome::clear(),
+        }
+    }
+
+    /// Whether another sentence fits.
+    pub(super) fn has_room(&self) -> bool {
+        self.outbox.has_room()
+    }
+
+    /// Hands over what the port takes.
+    pub(super) fn pump(&mut self, port: &mut impl BytePort) {
+        self.outbox.pump(port);
+    }
+
+    /// The answer to a command: done.
+    pub(super) fn done(&mut self, command: &str) {
+        self.outbox.push(&Sentence::Done { command });
+    }
+
+    /// The answer to a command that is refused.
+    pub(super) fn refuse(&mut self, command: &str, field: &str, expected: &str) {
+        self.outbox.push(&Sentence::Fail {
+            command,
+            field,
+            expected,
+        });
+    }
+
+    /// The answer to a question for a value.
+    pub(super) fn value(&mut self, key: &str, value: &str) {
+        self.outbox.push(&Sentence::Config { key, value });
+    }
+
+    /// The answer to `version`.
+    pub(super) fn version(&mut self, identity: &Identity) {
+        let mut value = heapless::String::<64>::new();
+        for part in [identity.version, " ", identity.revision] {
+            // A revision that does not fit is left away.
+            let _ = value.push_str(part);
+        }
+        self.value("version", &value);
+    }
+
+    /// The answer to `status`.
+    pub(super) fn status(&mut self, status: &Sentence<'_>) {
+        self.outbox.push(status);
+    }
+
+    /// The first sentence after boot.
+    pub(super) fn boot(&mut self, identity: &Identity) {
+        self.outbox.push(&Sentence::Boot {
+            version: identity.version,
+            revision: identity.revision,
+            reset: identity.reset,
+            clock: identity.clock,
+        });
+    }
+
+    /// A failed self-test, told as scan 0; false when there is no room yet.
+    pub(super) fn failed_test(&mut self, reasons: Reasons) -> bool {
+        self.outbox.push(&Sentence::Scan(ScanLine {
+            scan: 0,
+            status: Status::Fault,
+            direction: Direction::None,
+            steps: 0,
+            lost_rows: 0,
+            reasons,
+        }))
+    }
+
+    /// Queues the answer's sentences as they fit; true when all are queued.
+    pub(super) fn tell(&mut self, telling: &mut Telling) -> bool {
+        let outcome = &self.outcome;
+        let count = outcome.steps.len() as u8;
+        while telling.queued <= count {
+            let sentence = match telling.queued.checked_sub(1) {
+                None => Sentence::Scan(ScanLine {
+                    scan: telling.scan,
+                    status: outcome.status,
+                    direction: outcome.direction,
+                    steps: count,
+                    lost_rows: telling.lost,
+                    reasons: outcome.reasons,
+                }),
+                Some(k) => {
+                    let step = outcome.steps.get(usize::from(k));
+                    let step = step.copied().unwrap_or_default();
+                    Sentence::Step(StepLine::new(telling.scan, telling.queued, count, &step))
+                }
+            };
+            if !self.outbox.push(&sentence) {
+                return false;
+            }
+            telling.queued += 1;
+        }
+        true
+    }
+}
+
+impl Default for Reports {
+    fn default() -> Self {
+        Self::new()
+    }
+}

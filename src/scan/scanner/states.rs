@@ -1,0 +1,416 @@
+//! The scanner's states: what is under way, what follows, and by when.
+
+use core::task::Poll;
+
+use super::reports::{Reports, Telling};
+use crate::answer::{Outcome, Reason, Reasons, Status};
+use crate::config::RadarConfig;
+use crate::report::Sentence;
+use crate::scan::board::{Board, BytePort, Hardware, Identity};
+use crate::scan::chain::DataPath;
+use crate::scan::link::RadarLink;
+use crate::scan::mirror::{Mirror, Motion};
+use crate::scan::schedule::MICROSTEPS_PER_TURN;
+use crate::scan::settings::{Settings, Sweeping};
+use crate::scan::sweep::{Rows, Sweep, link_reason, mirror_reason};
+use crate::scan::time::Micros;
+
+/// What the self-test is at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Test {
+    Arithmetic,
+    Home,
+    /// Until when the module may take, and when to ask again.
+    Link {
+        until: Micros,
+        again: Option<Micros>,
+    },
+}
+
+/// What is to be done once the self-test has passed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Errand {
+    /// Scan again and again, or stand still if stopped.
+    Resume,
+    /// One scan, also when stopped.
+    Once,
+    /// Answer the `selftest` command.
+    Answer,
+}
+
+#[derive(Debug)]
+enum State {
+    Boot,
+    SelfTest(Test, Errand),
+    Idle,
+    Scanning(Sweep),
+    Reporting(Telling),
+    Fault { until: Micros, told: bool },
+}
+
+/// The scanner's states over its hardware; lines from the report port are `commands`' business.
+#[derive(Debug)]
+pub(super) struct Machine<'a, M, L, P, B, D> {
+    pub hardware: Hardware<M, L, P, B>,
+    data: D,
+    pub reports: &'a mut Reports,
+    pub settings: Settings,
+    pub identity: Identity,
+    state: State,
+    scans: u32,
+    backward: bool,
+    connected: bool,
+    reasons: Reasons,
+    deadline: Micros,
+}
+
+/// An idle poll, or any other that nothing else bounds.
+const POLL_US: u32 = 500_000;
+
+impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
+    /// The data path.
+    pub fn data(&self) -> &D {
+        &self.data
+    }
+
+    /// Number of scans begun since boot.
+    pub fn scans(&self) -> u32 {
+        self.scans
+    }
+
+    /// Name of the present state.
+    pub fn state(&self) -> &'static str {
+        match self.state {
+            State::Boot => "boot",
+            State::SelfTest(..) => "self-test",
+            State::Idle => "idle",
+            State::Scanning(_) => "scanning",
+            State::Reporting(_) => "reporting",
+            State::Fault { .. } => "fault",
+        }
+    }
+
+    /// Whether the present state has met its own deadline.
+    pub fn healthy(&self, now: Micros) -> bool {
+        !now.reached(self.deadline)
+    }
+
+    /// What `status` says.
+    pub fn status(&self) -> Sentence<'static> {
+        Sentence::State {
+            state: self.state(),
+            clock: self.identity.clock,
+            scans: self.scans,
+            estimator: self.settings.config.estimator.as_str(),
+            reasons: self.reasons,
+        }
+    }
+}
+
+// Whatever is inlined into the main loop lies on the stack beneath the estimator, whose frames are
+// the deepest of the firmware. Functions with more than a few words of their own are out of line.
+impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a, M, L, P, B, D> {
+    /// Just booted; the first call of [`Machine::run`] says so.
+    pub fn new(
+        hardware: Hardware<M, L, P, B>,
+        data: D,
+        reports: &'a mut Reports,
+        settings: Settings,
+        identity: Identity,
+        now: Micros,
+    ) -> Self {
+        Self {
+            hardware,
+            data,
+            reports,
+            settings,
+            identity,
+            state: State::Boot,
+            scans: 0,
+            backward: false,
+            connected: false,
+            reasons: identity.reasons,
+            deadline: now.plus(POLL_US),
+        }
+    }
+
+    /// `start`: on and on, from now if nothing is under way.
+    pub fn start(&mut self, now: Micros) {
+        self.hardware.board.set_stopped(false);
+        self.reports.done("start");
+        if matches!(self.state, State::Idle) {
+            self.resume(now);
+        }
+    }
+
+    /// `stop`: stand still, whatever is under way.
+    pub fn stop(&mut self) {
+        self.hardware.board.set_stopped(true);
+        // Half a homing is none; a move of a scan may end by itself and keeps its position.
+        if matches!(self.state, State::SelfTest(..)) {
+            self.hardware.mirror.disable();
+        }
+        self.state = State::Idle;
+        self.reports.done("stop");
+    }
+
+    /// `scan` and `selftest`: only from a standstill, where nothing else is under way.
+    pub fn errand(&mut self, now: Micros, command: &str, errand: Errand) {
+        if !matches!(self.state, State::Idle | State::Fault { .. }) {
+            return self.reports.refuse(command, "state", "idle: stop first");
+        }
+        if errand == Errand::Answer {
+            self.state = State::SelfTest(Test::Arithmetic, errand);
+        } else {
+            self.reports.done(command);
+            self.begin(now, errand);
+        }
+    }
+
+    /// One call of the present state. Whatever it leaves behind sets the next deadline.
+    pub fn run(&mut self, now: Micros) {
+        match &mut self.state {
+            State::Boot => self.boot(now),
+            State::SelfTest(test, errand) => {
+                let (test, errand) = (*test, *errand);
+                self.self_test(now, test, errand);
+            }
+            State::Idle => self.deadline = now.plus(POLL_US),
+            State::Scanning(sweep) => {
+                let (mirror, link, data) = (
+                    &mut self.hardware.mirror,
+                    &mut self.hardware.link,
+                    &mut self.data,
+                );
+                let poll = sweep.poll(now, mirror, link, data);
+                self.deadline = sweep.deadline();
+                if let Poll::Ready(rows) = poll {
+                    let radar = sweep.settings().config.radar;
+                    self.adopt(radar);
+                    self.conclude(rows);
+                }
+            }
+            State::Reporting(_) => self.report(now),
+            State::Fault { .. } => self.fault(now),
+        }
+    }
+
+    #[inline(never)]
+    fn boot(&mut self, now: Micros) {
+        self.reports.boot(&self.identity);
+        self.resume(now);
+    }
+
+    /// Scans on unless told to stand still.
+    fn resume(&mut self, now: Micros) {
+        if self.hardware.board.stopped() {
+            self.state = State::Idle;
+            self.deadline = now.plus(POLL_US);
+        } else {
+            self.begin(now, Errand::Resume);
+        }
+    }
+
+    /// Begins a scan, or the self-test if home or link is unknown.
+    #[inline(never)]
+    fn begin(&mut self, now: Micros, errand: Errand) {
+        self.deadline = now.plus(POLL_US);
+        if !self.hardware.mirror.homed() || !self.connected {
+            self.state = State::SelfTest(Test::Arithmetic, errand);
+            return;
+        }
+        self.scans = self.scans.wrapping_add(1);
+        let backward = match self.settings.sweeping {
+            Sweeping::Both => self.backward,
+            Sweeping::Forward => false,
+            Sweeping::Backward => true,
+        };
+        let (mirror, link) = (&mut self.hardware.mirror, &mut self.hardware.link);
+        match Sweep::start(now, &self.settings, self.scans, backward, mirror, link) {
+            Ok(sweep) => {
+                self.backward = !backward;
+                self.state = State::Scanning(sweep);
+            }
+            Err(reason) => self.enter_reporting(Outcome::fault(reason), 0),
+        }
+    }
+
+    #[inline(never)]
+    fn self_test(&mut self, now: Micros, test: Test, errand: Errand) {
+        match test {
+            Test::Arithmetic => {
+                if !self.data.self_test() {
+                    return self.fail_test(now, Reason::SelfTest, errand);
+                }
+                self.hardware.mirror.start_home(&self.settings.motor);
+                self.state = State::SelfTest(Test::Home, errand);
+                self.deadline = now.plus(self.home_bound_us());
+            }
+            Test::Home => match self.hardware.mirror.poll() {
+                Err(error) => self.fail_test(now, mirror_reason(error), errand),
+                Ok(Motion::Moving) => {}
+                Ok(Motion::Still) => {
+                    let until = now.plus(self.settings.timing.connect_timeout);
+                    self.ask(now, until, errand);
+                }
+            },
+            Test::Link { until, again } => self.test_link(now, until, again, errand),
+        }
+    }
+
+    /// Homing takes at most a turn to the switch and a few short moves at an eighth of the speed.
+    fn home_bound_us(&self) -> u32 {
+        let speed = self.settings.motor.search_speed.max(1);
+        let seconds = 3 * MICROSTEPS_PER_TURN as u32 / speed + 1;
+        seconds.saturating_mul(1_000_000)
+    }
+
+    fn ask(&mut self, now: Micros, until: Micros, errand: Errand) {
+        let timeout = self.settings.timing.configure_timeout;
+        self.hardware.link.configure(now, timeout);
+        let test = Test::Link { until, again: None };
+        self.state = State::SelfTest(test, errand);
+        self.deadline = now.plus(timeout).plus(POLL_US);
+    }
+
+    fn test_link(&mut self, now: Micros, until: Micros, again: Option<Micros>, errand: Errand) {
+        if let Some(again) = again {
+            if now.reached(again) {
+                self.ask(now, until, errand);
+            }
+            return;
+        }
+        // The module may be booting for seconds; a stall meanwhile is still a stall.
+        if let Err(error) = self.hardware.mirror.poll() {
+            return self.fail_test(now, mirror_reason(error), errand);
+        }
+        let Poll::Ready(answer) = self.hardware.link.poll_settings(now) else {
+            return;
+        };
+        match answer {
+            Ok(radar) => {
+                self.connected = true;
+                // Whether a scan can be made of it is for the scan to say, which asks again.
+                self.adopt(radar);
+                self.passed(now, errand);
+            }
+            Err(error) if now.reached(until) => self.fail_test(now, link_reason(error), errand),
+            Err(_) => {
+                // An error that came at once is not asked for again at once.
+                let pause = now.plus(self.settings.timing.configure_timeout);
+                let again = Some(pause);
+                self.state = State::SelfTest(Test::Link { until, again }, errand);
+                self.deadline = pause.plus(POLL_US);
+            }
+        }
+    }
+
+    /// Keeps what the module says, so that commands are checked against it, unless no scan can be
+    /// made of it: then the scan says so, and commands must still work.
+    #[inline(never)]
+    fn adopt(&mut self, radar: RadarConfig) {
+        let mut settings = self.settings;
+        settings.config.radar = radar;
+        if settings.validate().is_ok() {
+            self.settings = settings;
+        }
+    }
+
+    fn passed(&mut self, now: Micros, errand: Errand) {
+        match errand {
+            Errand::Once => self.begin(now, errand),
+            Errand::Resume => self.resume(now),
+            Errand::Answer => {
+                self.reports.done("selftest");
+                self.reasons = Reasons::NONE;
+                self.resume(now);
+            }
+        }
+    }
+
+    /// A failed self-test is told as scan 0: the scanner has no answer, and says why.
+    fn fail_test(&mut self, now: Micros, reason: Reason, errand: Errand) {
+        if errand == Errand::Answer {
+            self.reports
+                .refuse("selftest", reason.as_str(), "a test that passes");
+        }
+        self.reasons = Reasons::NONE.with(reason);
+        self.enter_fault(now, false);
+    }
+
+    fn enter_fault(&mut self, now: Micros, told: bool) {
+        self.hardware.mirror.disable();
+        self.connected = false;
+        let until = now.plus(self.settings.timing.fault_hold);
+        self.state = State::Fault { until, told };
+        self.deadline = until.plus(POLL_US);
+    }
+
+    #[inline(never)]
+    fn fault(&mut self, now: Micros) {
+        let State::Fault { until, told } = &mut self.state else {
+            return;
+        };
+        if !*told {
+            *told = self.reports.failed_test(self.reasons);
+        } else if now.reached(*until) {
+            self.resume(now);
+        }
+    }
+
+    /// From the last row to the outcome.
+    #[inline(never)]
+    fn conclude(&mut self, rows: Rows) {
+        let mut outcome = match rows.fault {
+            Some(reason) => Outcome::fault(reason),
+            None => self.data.finish(),
+        };
+        if rows.lost > 0 {
+            outcome.reasons.add(Reason::LostRows);
+            if outcome.status == Status::Ok {
+                outcome.status = Status::Degraded;
+            }
+        }
+        self.enter_reporting(outcome, rows.lost);
+    }
+
+    fn enter_reporting(&mut self, outcome: Outcome, lost: u16) {
+        self.reasons = outcome.reasons;
+        self.reports.outcome = outcome;
+        self.state = State::Reporting(Telling {
+            scan: self.scans,
+            lost,
+            queued: 0,
+        });
+    }
+
+    /// Queues the answer's sentences as they fit, and goes on when all are queued.
+    #[inline(never)]
+    fn report(&mut self, now: Micros) {
+        self.deadline = now.plus(POLL_US);
+        let State::Reporting(telling) = &mut self.state else {
+            return;
+        };
+        if !self.reports.tell(telling) {
+            return;
+        }
+        if self.reports.outcome.status == Status::Fault && self.broken() {
+            self.enter_fault(now, true);
+        } else {
+            self.resume(now);
+        }
+    }
+
+    /// Whether hardware is at fault, rather than what the radar sees.
+    fn broken(&self) -> bool {
+        const HARDWARE: [Reason; 6] = [
+            Reason::TooManyLost,
+            Reason::LinkSilent,
+            Reason::ModuleError,
+            Reason::ModuleConfig,
+            Reason::MotorStall,
+            Reason::HomeNotFound,
+        ];
+        HARDWARE.iter().any(|&reason| self.reasons.has(reason))
+    }
+}
