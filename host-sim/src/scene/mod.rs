@@ -39,10 +39,10 @@ use serde_json::Map;
 use stairscan::Iq;
 use stairscan::config::Plane;
 
-use crate::recording::{Metadata, MirrorSetup, Recording};
+use crate::recording::{Metadata, MirrorSetup, Recording, Truth};
 use beam::Beam;
 use facets::Relief;
-use geometry::World;
+use geometry::{BuiltStep, World};
 use material::{Material, builtin};
 use maths::{LIGHT, Random, Vec2, amplitude, cis, decibel};
 use receiver::Receiver;
@@ -113,7 +113,8 @@ impl Scene {
             spec.mirror.sidelobe_db,
             spec.mirror.sidelobe_floor_db,
         );
-        check::patches(&spec, &world, (eye, reach(&spec)), beam.lateral_reach())?;
+        let aside = beam.lateral_reach() + libm::tan(world.yaw).abs();
+        check::patches(&spec, &world, (eye, reach(&spec)), aside)?;
         let receiver = Receiver::new(&spec.radar, &spec.receiver);
         let tones = Tones::new(&receiver.times(), |f| receiver.filter(f));
         let sweep = &spec.sweep;
@@ -142,14 +143,17 @@ impl Scene {
             samples.extend(chirp);
             clean.push(echo);
         }
-        let scan = ScanGeometry {
-            spec: &self.spec,
-            angles: &self.angles,
-            resolution: LIGHT / (2.0 * self.spec.radar.bandwidth_hz),
-        };
+        let scan = self.geometry();
         let noise = receiver.noise_power() + receiver.quantisation_power();
-        let truth = scan.truth(&self.world, |steps| scan.snr(steps, &clean, noise));
+        let truth = scan.truth(&self.world, |steps| {
+            let snr = scan.snr(steps, &clean, noise);
+            snr.into_iter().map(Some).collect()
+        });
         let (radar, mount) = (&self.spec.radar, &self.spec.mount);
+        let mut extra = Map::new();
+        if let Some(pitch) = mount.pitch_deg {
+            extra.insert("stairscan:pitch_deg".into(), pitch.into());
+        }
         Recording {
             name: name.into(),
             meta: Metadata {
@@ -169,9 +173,23 @@ impl Scene {
                 }),
                 angles_deg: self.angles.clone(),
                 truth: Some(truth),
-                extra: Map::new(),
+                extra,
             },
             samples,
+        }
+    }
+
+    /// What a perfect scanner would report, without a scan and so without signal-to-noise ratios.
+    pub fn truth(&self) -> Truth {
+        let unknown = |steps: &[BuiltStep]| vec![None; steps.len()];
+        self.geometry().truth(&self.world, unknown)
+    }
+
+    fn geometry(&self) -> ScanGeometry<'_> {
+        ScanGeometry {
+            spec: &self.spec,
+            angles: &self.angles,
+            resolution: LIGHT / (2.0 * self.spec.radar.bandwidth_hz),
         }
     }
 
@@ -192,7 +210,7 @@ impl Scene {
             &self.world,
             &self.materials,
             (check::facet_limit(&self.spec), view.reach),
-            (self.eye, self.beam.lateral_reach()),
+            (self.eye, view.lateral_reach()),
             &mut random,
         );
         view.echoes(&relief, &mut random)
@@ -236,7 +254,10 @@ impl Scene {
         let mut random = Random::new(seed, CHIRPS + row as u64);
         let mirror = &self.spec.mirror;
         let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
-        let angle = (self.angles[row] + off).to_radians();
+        let shaft = (self.angles[row] + off).to_radians();
+        let mount = &self.spec.mount;
+        let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
+        let angle = shaft + mount.tilt_deg(pitch).to_radians();
         let warp = receiver.phase_noise(&mut random);
         let mut grid = self.tones.grid();
         for t in tones {
@@ -253,7 +274,7 @@ impl Scene {
         self.tones.sum(&grid, &warp, &mut echo);
         let mut analog = echo.clone();
         let mut grid = self.tones.grid();
-        self.inside(receiver, angle, &mut grid);
+        self.inside(receiver, shaft, &mut grid);
         self.tones.sum(&grid, &warp, &mut analog);
         (receiver.digitise(&analog, &mut random), echo)
     }
