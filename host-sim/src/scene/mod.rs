@@ -14,6 +14,8 @@ pub mod check;
 pub mod command;
 pub mod edge;
 pub mod facets;
+#[cfg(test)]
+mod form_tests;
 pub mod geometry;
 pub mod material;
 pub mod maths;

@@ -203,6 +203,19 @@ mod tests {
     }
 
     #[test]
+    fn a_steeper_sweep_scales_all_ranges() {
+        // 0.1 % more bandwidth than recorded: 1.5 mm too far at 1.5 m.
+        let spec = ReceiverSpec {
+            sweep_slope: 1e-3,
+            ..perfect()
+        };
+        for bins in [50.0, 100.0, 150.0] {
+            let samples = received(&spec, range_of(bins), 1);
+            assert_close(line(&samples, 1.001 * bins / 200.0), 0.5, 1e-3);
+        }
+    }
+
+    #[test]
     fn the_image_of_an_imbalance() {
         let spec = ReceiverSpec {
             iq_gain_db: 0.8,

@@ -73,9 +73,9 @@ struct Strip {
     farther: f64,
 }
 
-/// Columns whose ranges differ by less are summed into one strip: a third of the finest range
+/// Columns whose ranges differ by less are summed into one strip: a seventh of the finest range
 /// resolution. Only a beam that looks aslant needs more than one.
-const STRIP: f64 = 5e-3;
+const STRIP: f64 = 2e-3;
 
 /// Strips this much darker than the brightest one, in power, are left out.
 const DARK: f64 = 1e-6;

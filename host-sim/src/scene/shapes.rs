@@ -358,9 +358,14 @@ impl Flight<'_> {
         let radius = self.radius(rise);
         let mut points = vec![Vec2::new(front, under)];
         points.extend(rounded(Vec2::new(front, top), UP, FORWARD, radius));
+        let arc = points.len() - 1;
         points.extend(rounded(Vec2::new(back, top), FORWARD, DOWN, radius));
         points.push(Vec2::new(back, under));
-        let skins = vec![self.tread; points.len()];
+        let mut skins = vec![self.tread; points.len()];
+        // Front and its rounding: a floating tread has no riser that the riser's material could be of.
+        for skin in skins.iter_mut().take(arc) {
+            *skin = self.riser;
+        }
         self.emit(world, &points, true, &skins);
     }
 

@@ -166,7 +166,6 @@ pub fn open(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
         }
         _ => {
             grating(&mut s, rng);
-            s.riser_material = Some("metal".into());
             s.channel_m = rng.between(0.03, 0.08);
             s.channel_flange_m = rng.between(0.02, 0.05);
             s.channel_open = rng.chance(0.25);
@@ -187,6 +186,8 @@ fn grating(s: &mut StairsSpec, rng: &mut Random) {
     s.material = "grating".into();
     s.tread_thickness_m = rng.between(0.025, 0.04);
     s.nosing_radius_m = rng.between(0.0005, 0.0015);
+    // The foremost bearing bar is no hole.
+    s.riser_material = Some("metal".into());
 }
 
 /// A kerb of 3 to 8 cm. The road falls towards it by up to 5 % or rises to a lowered kerb, the pavement

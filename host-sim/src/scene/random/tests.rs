@@ -3,7 +3,7 @@
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::*;
-use crate::recording::Recording;
+use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options};
 use crate::scene::Scene;
 use crate::scene::spec::{PlaneSpec, Way};
@@ -38,44 +38,40 @@ fn every_scene_can_be_built_and_its_seed_says_which_it_is() {
         let spec = random(kind, seed);
         assert_eq!(spec, random(kind, seed));
         assert_ne!(spec, random(kind, seed + 1));
-        build(kind, kind.variety(), seed);
-        build(kind, WIDE, seed);
+        truth_is_consistent(kind, seed, &build(kind, kind.variety(), seed).truth());
+        // Other instruments and surfaces, on fewer seeds: the shapes are the same.
+        if seed % 4 == 0 {
+            build(kind, WIDE, seed);
+        }
     });
 }
 
-#[test]
-fn truth_is_sorted_and_consistent() {
-    every(|kind, seed| {
-        let scene = build(kind, kind.variety(), seed);
-        let truth = scene.truth();
-        let spec = random(kind, seed);
-        let built: usize = spec.stairs.iter().map(|s| s.count).sum();
-        assert_eq!(
-            truth.steps.len() + truth.uncounted.len(),
-            built,
-            "{kind} {seed}"
-        );
-        let down = spec.mount.plane == PlaneSpec::Height;
-        let direction = match (truth.steps.is_empty(), down) {
-            (true, _) => "none",
-            (false, true) => "down",
-            (false, false) => "up",
-        };
-        assert_eq!(truth.direction, direction, "{kind} {seed}");
-        for list in [&truth.steps, &truth.uncounted] {
-            for pair in list.windows(2) {
-                assert!(pair[0].distance_m < pair[1].distance_m, "{kind} {seed}");
-                let climbs = pair[0].height_m < pair[1].height_m;
-                assert_eq!(climbs, spec.stairs[0].direction == Way::Up, "{kind} {seed}");
-            }
+/// Sorted, complete, and of the direction of its plane.
+fn truth_is_consistent(kind: Kind, seed: u64, truth: &Truth) {
+    let spec = random(kind, seed);
+    let built: usize = spec.stairs.iter().map(|s| s.count).sum();
+    let told = truth.steps.len() + truth.uncounted.len();
+    assert_eq!(told, built, "{kind} {seed}");
+    let down = spec.mount.plane == PlaneSpec::Height;
+    let direction = match (truth.steps.is_empty(), down) {
+        (true, _) => "none",
+        (false, true) => "down",
+        (false, false) => "up",
+    };
+    assert_eq!(truth.direction, direction, "{kind} {seed}");
+    for list in [&truth.steps, &truth.uncounted] {
+        for pair in list.windows(2) {
+            assert!(pair[0].distance_m < pair[1].distance_m, "{kind} {seed}");
+            let climbs = pair[0].height_m < pair[1].height_m;
+            assert_eq!(climbs, spec.stairs[0].direction == Way::Up, "{kind} {seed}");
         }
-    });
+    }
 }
 
 #[test]
 fn drops_in_the_depth_plane_are_known_and_no_steps() {
     for kind in [Kind::Brink, Kind::Hole] {
-        for seed in 0..SEEDS {
+        for seed in 0..40 {
             let truth = build(kind, kind.variety(), seed).truth();
             assert_eq!(truth.direction, "none", "{kind} {seed}");
             assert!(truth.steps.is_empty() && !truth.uncounted.is_empty());

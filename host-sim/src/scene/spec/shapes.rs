@@ -71,7 +71,7 @@ pub struct StairsSpec {
     pub landing_m: f64,
     /// Treads and, unless given below, risers.
     pub material: String,
-    /// Risers.
+    /// Risers; the fronts of floating treads, and the channels before them.
     #[serde(default)]
     pub riser_material: Option<String>,
     /// Width across the plane, and where its middle lies; without it wider than the beam.
