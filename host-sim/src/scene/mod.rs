@@ -34,6 +34,7 @@ pub mod truth;
 
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow};
 use num_complex::Complex64;
@@ -64,7 +65,8 @@ pub struct Scene {
     world: World,
     eye: Vec2,
     beam: Beam,
-    tones: Tones,
+    /// Worked out when a scan first asks for it: there are scenes that are only built.
+    tones: OnceLock<Tones>,
     angles: Vec<f64>,
 }
 
@@ -117,8 +119,6 @@ impl Scene {
         );
         let aside = beam.lateral_reach() + libm::tan(world.yaw).abs();
         check::patches(&spec, &world, (eye, reach(&spec)), aside)?;
-        let receiver = Receiver::new(&spec.radar, &spec.receiver);
-        let tones = Tones::new(&receiver.times(), |f| receiver.filter(f));
         let sweep = &spec.sweep;
         let count = libm::floor((sweep.last_deg - sweep.first_deg) / sweep.step_deg + 1e-6);
         let angles = (0..=count as usize)
@@ -129,7 +129,7 @@ impl Scene {
             world,
             eye,
             beam,
-            tones,
+            tones: OnceLock::new(),
             angles,
             spec,
         })
@@ -218,13 +218,20 @@ impl Scene {
         view.echoes(&relief, &mut random)
     }
 
+    fn beats(&self) -> &Tones {
+        self.tones.get_or_init(|| {
+            let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
+            Tones::new(&receiver.times(), |f| receiver.filter(f))
+        })
+    }
+
     fn tones(&self, receiver: &Receiver, seed: u64) -> Vec<Tone> {
         let gain = receiver.gain(self.antenna_gain_dbi());
         let offset = self.spec.mount.mirror_offset_m;
         self.echoes(seed)
             .iter()
             .filter_map(|e| {
-                let place = self.tones.place(receiver.beat(e.range + offset))?;
+                let place = self.beats().place(receiver.beat(e.range + offset))?;
                 Some(Tone {
                     amplitude: e.amplitude * gain * place.centre,
                     place,
@@ -261,7 +268,7 @@ impl Scene {
         let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
         let angle = shaft + mount.tilt_deg(pitch).to_radians();
         let warp = receiver.phase_noise(&mut random);
-        let mut grid = self.tones.grid();
+        let mut grid = self.beats().grid();
         for t in tones {
             let back = self.beam.in_plane(angle - t.back);
             let out = if t.out == t.back {
@@ -273,11 +280,11 @@ impl Scene {
             Tones::add(&mut grid, &t.place, t.amplitude * gain);
         }
         let mut echo = vec![Complex64::ZERO; self.spec.radar.samples_per_chirp];
-        self.tones.sum(&grid, &warp, &mut echo);
+        self.beats().sum(&grid, &warp, &mut echo);
         let mut analog = echo.clone();
-        let mut grid = self.tones.grid();
+        let mut grid = self.beats().grid();
         self.inside(receiver, shaft, &mut grid);
-        self.tones.sum(&grid, &warp, &mut analog);
+        self.beats().sum(&grid, &warp, &mut analog);
         (receiver.digitise(&analog, &mut random), echo)
     }
 
@@ -292,7 +299,7 @@ impl Scene {
             (spec.leakage_range_m, spec.leakage_dbfs, 0.0),
             (offset, spec.mirror_echo_dbfs, runout),
         ] {
-            if let Some(place) = self.tones.place(receiver.beat(range)) {
+            if let Some(place) = self.beats().place(receiver.beat(range)) {
                 let phase = cis(2.0 * wave * range + turn);
                 Tones::add(grid, &place, phase * amplitude(level) * place.centre);
             }
