@@ -15,8 +15,13 @@ use stairscan::stairs::{Direction, Status};
 pub struct Answer {
     /// Base name of the recording.
     pub recording: String,
+    /// Which scan of the recording it is, from 1, where the recording holds several.
+    pub part: Option<u32>,
     /// The sentences as written, without line ends.
     pub sentences: Vec<String>,
+    /// How far the answer vouches for itself, metres from the mirror; `None` where the sentences
+    /// do not say.
+    pub horizon_m: Option<f64>,
     /// The head.
     pub scan: ScanLine,
     /// The steps, nearest first.
@@ -51,6 +56,8 @@ impl Answer {
         );
         Ok(Self {
             recording: recording.to_owned(),
+            part: None,
+            horizon_m: None,
             sentences,
             scan,
             steps,
@@ -60,6 +67,14 @@ impl Answer {
     /// Whether the scanner gave no answer.
     pub fn is_fault(&self) -> bool {
         self.scan.status == Status::Fault
+    }
+
+    /// Recording and scan for headings: `NAME`, or `NAME scan K` where there are several.
+    pub fn name(&self) -> String {
+        match self.part {
+            None => self.recording.clone(),
+            Some(part) => format!("{} scan {part}", self.recording),
+        }
     }
 
     /// The answer as one JSON object.
@@ -77,7 +92,7 @@ impl Answer {
         };
         json!({
             "recording": self.recording,
-            "scan": self.scan.scan,
+            "scan": self.part.unwrap_or(self.scan.scan),
             "status": self.scan.status.as_str(),
             "direction": self.scan.direction.as_str(),
             "steps": self.steps.iter().map(step).collect::<Vec<_>>(),
@@ -88,7 +103,7 @@ impl Answer {
 
     /// Sentences and a table for people.
     pub fn text(&self) -> String {
-        let mut out = format!("{}\n", self.recording);
+        let mut out = format!("{}\n", self.name());
         for line in &self.sentences {
             let _ = writeln!(out, "  {line}");
         }

@@ -10,6 +10,7 @@ use stairscan::stairs::likelihood::trace::{Explanation, Hypothesis, Observer, Ro
 use stairscan::stairs::map::DB_PER_UNIT;
 use stairscan::stairs::{Likelihood, Outcome, PolarMap};
 
+use crate::answer::Answer;
 use crate::plots::{ExplanationView, InspectView, Point, ScattererView, Verdict};
 
 /// One scan as the estimator sees it.
@@ -195,7 +196,7 @@ impl Inspection {
     }
 
     /// As one JSON object.
-    pub fn json(&self, recording: &str) -> Value {
+    pub fn json(&self, answer: &Answer) -> Value {
         // Millionths, so that an f32 does not drag its binary digits along.
         let decimal = |v: f64| (v * 1e6).round() / 1e6;
         let scatterer = |s: &Scatterer| {
@@ -223,7 +224,8 @@ impl Inspection {
             })
         };
         json!({
-            "recording": recording,
+            "recording": answer.recording,
+            "scan": answer.part.unwrap_or(answer.scan.scan),
             "noise_dbfs": decimal(self.noise_db),
             "angle_bias_deg": self.calibration.map(|c| decimal(c.0)),
             "mount_height_error_m": self.calibration.map(|c| decimal(c.1)),
@@ -237,19 +239,20 @@ impl Inspection {
 mod tests {
     use super::*;
     use crate::recording::Recording;
-    use crate::{replay, setup};
+    use crate::replay;
     use std::path::Path;
 
-    /// What the estimator thinks of a recording of the repository, and how many steps it reports.
-    fn inspection(name: &str) -> (Inspection, usize) {
+    /// What the estimator thinks of a recording of the repository, and what it reports.
+    fn inspection(name: &str) -> (Inspection, Answer) {
         let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
         let recording = Recording::read(&dir.join(name)).unwrap();
         let options = replay::Options::default();
-        let (config, _) = setup::config(&recording, &options.config).unwrap();
         let mut seen = None;
-        replay::answers(&recording, &options, |pipeline, answer| {
-            let inspection = Inspection::of(pipeline.map(), &config, answer.scan.scan);
-            seen = Some((inspection, answer.steps.len()));
+        replay::answers(&recording, &options, |scanned| {
+            let answer = scanned.answer;
+            let map = scanned.pipeline.map();
+            let inspection = Inspection::of(map, scanned.config, answer.scan.scan);
+            seen = Some((inspection, answer.clone()));
         })
         .unwrap();
         seen.unwrap()
@@ -263,15 +266,19 @@ mod tests {
                 .filter(|e| e.winner)
                 .map(|e| e.edges.len())
                 .collect();
-            assert_eq!((winners, reported), (vec![steps], steps), "{name}");
+            assert_eq!(
+                (winners, reported.steps.len()),
+                (vec![steps], steps),
+                "{name}"
+            );
         }
     }
 
     #[test]
     fn every_scatterer_stands_in_table_and_json() {
-        let (inspection, _) = inspection("stair_a");
+        let (inspection, answer) = inspection("stair_a");
         assert!(inspection.scatterers.len() > 5);
-        let json = inspection.json("stair_a");
+        let json = inspection.json(&answer);
         let listed = json["scatterers"].as_array().unwrap();
         assert_eq!(listed.len(), inspection.scatterers.len());
         let text = inspection.text();

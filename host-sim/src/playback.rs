@@ -6,82 +6,170 @@ use std::task::Poll;
 use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
-use stairscan::scan::settings::MotorConfig;
-use stairscan::scan::{LinkError, Micros, Mirror, MirrorError, Motion, RadarLink};
+use stairscan::scan::settings::{MotorConfig, Sweeping};
+use stairscan::scan::{LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings};
 
 use crate::recording::Recording;
 use crate::setup;
 
-/// A recording that answers triggers by their angle.
+/// One scan of a recording.
 #[derive(Clone, Debug)]
-pub struct Playback<'a> {
-    recording: &'a Recording,
+struct Part {
     config: Config,
     chirps: Vec<Option<usize>>,
 }
 
+/// A recording that answers triggers by their angle, scan after scan.
+#[derive(Clone, Debug)]
+pub struct Playback<'a> {
+    recording: &'a Recording,
+    parts: Vec<Part>,
+    /// Whether the first scan goes from the last row to the first.
+    backward: bool,
+}
+
 impl<'a> Playback<'a> {
     /// `recording` with its set-up on top of `base`.
+    ///
+    /// # Errors
+    /// Names the key or the capture that no scan can be made of.
     pub fn new(recording: &'a Recording, base: &Config) -> Result<Self> {
-        let (config, schedule) = setup::config(recording, base)?;
+        let mut parts = Vec::new();
+        let mut backward = false;
+        for scan in 0..recording.scans() {
+            let (config, schedule) = setup::config(recording, scan, base)?;
+            let chirps = schedule.chirps;
+            parts.push(Part { config, chirps });
+            backward |= scan == 0 && schedule.backward;
+        }
         Ok(Self {
             recording,
-            config,
-            chirps: schedule.chirps,
+            parts,
+            backward,
         })
     }
 
-    /// The configuration that the recording brings.
+    /// The same with the mirror turning the other way than in the recording.
+    pub fn reversed(self) -> Self {
+        Self {
+            backward: !self.backward,
+            ..self
+        }
+    }
+
+    /// Scan `scan` (from 0); after the last one the recording begins again.
+    fn part(&self, scan: usize) -> &Part {
+        // There is at least one: `Recording::scans`.
+        &self.parts[scan % self.parts.len()]
+    }
+
+    /// The configuration that the recording brings for its first scan.
     pub fn config(&self) -> &Config {
-        &self.config
+        &self.part(0).config
+    }
+
+    /// The configuration that the recording brings for scan `scan`, from 0.
+    pub fn config_of(&self, scan: usize) -> &Config {
+        &self.part(scan).config
+    }
+
+    /// The scanner's settings for the first scan. The mirror turns as it did in the recording.
+    pub fn settings(&self) -> Settings {
+        Settings {
+            config: *self.config(),
+            sweeping: match self.backward {
+                true => Sweeping::Backward,
+                false => Sweeping::Both,
+            },
+            ..Settings::default()
+        }
+    }
+
+    /// The commands that bring a scanner from the settings of scan `scan` (from 0) to those of the
+    /// next one. They hold from the next scan on, whenever they come while this one is under way.
+    pub fn commands_after(&self, scan: usize) -> Vec<(&'static str, String)> {
+        let settings = |k| Settings {
+            config: *self.config_of(k),
+            ..Settings::default()
+        };
+        let (this, next) = (settings(scan), settings(scan + 1));
+        let changed = (Settings::KEYS.iter()).filter(|key| this.get(key) != next.get(key));
+        let mut commands: Vec<(&str, String)> = changed
+            .filter_map(|key| Some((*key, next.get(key)?.as_str().to_owned())))
+            .collect();
+        if scan == 0 && self.backward {
+            // After one scan backward the next one goes forward, and so on by turns.
+            commands.push(("sweep", "both".into()));
+        }
+        commands
     }
 
     /// What the radar module is set to.
     pub fn radar(&self) -> RadarConfig {
-        self.config.radar
+        self.config().radar
     }
 
-    /// The chirp that was recorded with the shaft at `shaft_angle` (0.001°); `None` where the
-    /// recording holds none.
-    pub fn chirp(&self, shaft_angle: i32) -> Option<&'a [Iq]> {
-        let beam = match self.config.mount.plane {
+    /// The chirp that was recorded in scan `scan` (from 0) with the shaft at `shaft_angle`
+    /// (0.001°); `None` where the recording holds none.
+    pub fn chirp(&self, scan: usize, shaft_angle: i32) -> Option<&'a [Iq]> {
+        let Part { config, chirps } = self.part(scan);
+        let beam = match config.mount.plane {
             Plane::Depth => shaft_angle,
             Plane::Height => 90_000 - shaft_angle,
         };
-        let sweep = &self.config.sweep;
+        let sweep = &config.sweep;
         let row = (beam - sweep.first_angle + sweep.angle_step / 2).div_euclid(sweep.angle_step);
-        let chirp = (*self.chirps.get(usize::try_from(row).ok()?)?)?;
+        let chirp = (*chirps.get(usize::try_from(row).ok()?)?)?;
         self.recording.chirp(chirp)
     }
 }
 
-impl RadarLink for PlaybackLink<'_> {
-    fn configure(&mut self, _: Micros, _: u32) {}
+/// A [`Playback`] on its way through the scans.
+///
+/// Every scan begins with a question for the module's settings, so one that comes after a trigger
+/// begins the next scan.
+#[derive(Clone, Debug)]
+pub struct Player<'a> {
+    playback: &'a Playback<'a>,
+    scan: usize,
+    triggered: bool,
+}
 
-    fn poll_settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        Poll::Ready(Ok(self.playback.radar()))
+impl<'a> Player<'a> {
+    /// Before the first scan of `playback`.
+    pub fn new(playback: &'a Playback<'a>) -> Self {
+        Self {
+            playback,
+            scan: 0,
+            triggered: false,
+        }
     }
 
-    fn trigger(&mut self, _: Micros, shaft_angle: i32, _: u32) {
-        self.shaft_angle = shaft_angle;
+    /// The module was asked for its settings.
+    pub fn configure(&mut self) -> RadarConfig {
+        if std::mem::take(&mut self.triggered) {
+            self.scan += 1;
+        }
+        self.playback.radar()
     }
 
-    fn poll_chirp(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        Poll::Ready(match self.playback.chirp(self.shaft_angle) {
-            Some(chirp) if chirp.len() == samples.len() => {
-                samples.copy_from_slice(chirp);
-                Ok(())
-            }
-            Some(_) => Err(LinkError::Answer),
-            None => Err(LinkError::Timeout),
-        })
+    /// The chirp of the present scan with the shaft at `shaft_angle` (0.001°).
+    pub fn trigger(&mut self, shaft_angle: i32) -> Option<&'a [Iq]> {
+        self.triggered = true;
+        self.playback.chirp(self.scan, shaft_angle)
+    }
+
+    /// Scans of which at least one chirp was asked for.
+    pub fn begun(&self) -> usize {
+        self.scan + usize::from(self.triggered)
     }
 }
 
 /// The radar link of a [`Playback`]: no frames, no waiting.
 #[derive(Debug)]
 pub struct PlaybackLink<'a> {
-    playback: &'a Playback<'a>,
+    player: Player<'a>,
+    radar: RadarConfig,
     shaft_angle: i32,
 }
 
@@ -89,9 +177,35 @@ impl<'a> PlaybackLink<'a> {
     /// The link to `playback`.
     pub fn new(playback: &'a Playback<'a>) -> Self {
         Self {
-            playback,
+            player: Player::new(playback),
+            radar: playback.radar(),
             shaft_angle: 0,
         }
+    }
+}
+
+impl RadarLink for PlaybackLink<'_> {
+    fn configure(&mut self, _: Micros, _: u32) {
+        self.radar = self.player.configure();
+    }
+
+    fn poll_settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        Poll::Ready(Ok(self.radar))
+    }
+
+    fn trigger(&mut self, _: Micros, shaft_angle: i32, _: u32) {
+        self.shaft_angle = shaft_angle;
+    }
+
+    fn poll_chirp(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        Poll::Ready(match self.player.trigger(self.shaft_angle) {
+            Some(chirp) if chirp.len() == samples.len() => {
+                samples.copy_from_slice(chirp);
+                Ok(())
+            }
+            Some(_) => Err(LinkError::Answer),
+            None => Err(LinkError::Timeout),
+        })
     }
 }
 

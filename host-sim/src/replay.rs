@@ -1,13 +1,14 @@
 //! The scanner's own loop over a recording: [`Scanner`] with a simulated shaft, the recording as
 //! the radar module and a buffer as the report UART.
 
-use anyhow::{Result, bail};
+use std::collections::VecDeque;
+
+use anyhow::{Context, Result, bail, ensure};
 use stairscan::config::Config;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::Measure;
 use stairscan::report::{Sentence, StepLine};
-use stairscan::scan::settings::Sweeping;
-use stairscan::scan::{Board, BytePort, Identity, Micros, Scanner, Settings};
+use stairscan::scan::{Board, BytePort, Identity, Micros, Scanner};
 use stairscan::stairs::Reasons;
 
 use crate::answer::Answer;
@@ -15,61 +16,124 @@ use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
 
 /// How to scan.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
     /// What the recording does not bring: estimator, seed, CFAR, particles.
     pub config: Config,
-    /// Scans one after the other, each the other way round.
-    pub scans: u32,
-    /// Begin at the last angle.
+    /// Scans one after the other; `None`: as many as the recording holds. A recording of one scan
+    /// is scanned again and again, each time the other way round.
+    pub scans: Option<u32>,
+    /// Turn the mirror the other way than in the recording.
     pub backwards: bool,
+    /// Every scan of the recording by a scanner of its own, as if it were the first.
+    pub single: bool,
 }
 
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            config: Config::default(),
-            scans: 1,
-            backwards: false,
-        }
+impl Options {
+    /// How many scans to make of `recording`.
+    ///
+    /// # Errors
+    /// A recording of several scans cannot be made longer, and what moved in it cannot be turned
+    /// round.
+    pub fn scans_of(&self, recording: &Recording) -> Result<usize> {
+        let held = recording.scans();
+        let scans = self.scans.map_or(held, |scans| scans as usize);
+        ensure!(
+            held == 1 || scans <= held,
+            "{}: {scans} scans: the recording holds {held}",
+            recording.name
+        );
+        ensure!(
+            held == 1 || !self.backwards,
+            "{}: backwards: the recording holds {held} scans, each with its own way round",
+            recording.name
+        );
+        Ok(scans)
+    }
+}
+
+/// A scan that has just been answered.
+#[derive(Clone, Copy)]
+pub struct Scanned<'a> {
+    /// The whole recording.
+    recording: &'a Recording,
+    /// Which scan of it, from 0.
+    scan: usize,
+    /// What the scanner was set to.
+    pub config: &'a Config,
+    /// Map and estimator.
+    pub pipeline: &'a Pipeline,
+    /// What it reported.
+    pub answer: &'a Answer,
+}
+
+impl Scanned<'_> {
+    /// The scan as a recording of its own.
+    pub fn recording(&self) -> Recording {
+        self.recording.scan(self.scan)
     }
 }
 
 /// The first scan's answer.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
 pub fn answer(recording: &Recording, options: &Options) -> Result<Answer> {
-    let mut answers = answers(
-        recording,
-        &Options {
-            scans: 1,
-            ..*options
-        },
-        |_, _| (),
-    )?;
-    match answers.pop() {
+    let options = Options {
+        scans: Some(1),
+        ..*options
+    };
+    match answers(recording, &options, |_| ())?.pop() {
         Some(answer) => Ok(answer),
         None => bail!("{}: the scanner gave no answer", recording.name),
     }
 }
 
-/// The answers of `options.scans` scans. With each of them `look` sees map and estimator.
+/// The answers of all scans, in order. `look` sees each of them with map and estimator.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
 pub fn answers(
     recording: &Recording,
     options: &Options,
-    mut look: impl FnMut(&Pipeline, &Answer),
+    mut look: impl FnMut(&Scanned<'_>),
 ) -> Result<Vec<Answer>> {
-    let playback = Playback::new(recording, &options.config)?;
-    let settings = Settings {
-        config: *playback.config(),
-        sweeping: Sweeping::Both,
-        ..Settings::default()
-    };
-    let settings = match options.backwards {
-        true => Settings {
-            sweeping: Sweeping::Backward,
-            ..settings
-        },
-        false => settings,
-    };
+    let scans = options.scans_of(recording)?;
+    if !options.single || recording.scans() == 1 {
+        return follow(recording, options, scans, look);
+    }
+    let mut answers = Vec::new();
+    // All of them, so that what is wrong with the recording's last scan is told before the first.
+    Playback::new(recording, &options.config)?;
+    for scan in 0..scans {
+        let alone = recording.scan(scan);
+        let part = |answer: &Answer| Answer {
+            recording: recording.name.clone(),
+            part: Some(scan as u32 + 1),
+            ..answer.clone()
+        };
+        let answer = follow(&alone, options, 1, |scanned| {
+            let answer = &part(scanned.answer);
+            look(&Scanned { answer, ..*scanned });
+        })?;
+        answers.extend(answer.iter().map(part));
+    }
+    Ok(answers)
+}
+
+/// One scanner over `scans` scans.
+fn follow(
+    recording: &Recording,
+    options: &Options,
+    scans: usize,
+    mut look: impl FnMut(&Scanned<'_>),
+) -> Result<Vec<Answer>> {
+    let name = &recording.name;
+    let mut playback = Playback::new(recording, &options.config)?;
+    if options.backwards {
+        playback = playback.reversed();
+    }
+    let settings = playback.settings();
     let mut pipeline = Box::new(Pipeline::new());
     let hardware = (
         SimShaft::default(),
@@ -79,23 +143,43 @@ pub fn answers(
     );
     let mut scanner = Scanner::new(hardware, &mut *pipeline, settings, IDENTITY, Micros(0));
     let mut now = Micros(0);
-    let mut answers = Vec::new();
+    let (mut answers, mut commanded) = (Vec::new(), 0);
     // Some five steps a row; the bound only guards against a scanner that never answers.
-    let bound = 64 * (u32::from(settings.config.sweep.angle_count) + 64) * options.scans;
-    for _ in 0..bound {
+    let rows = usize::from(settings.config.sweep.angle_count) + 64;
+    for _ in 0..64 * rows * scans {
         scanner.step(now);
         now = now.plus(STEP_US);
-        let Some(sentences) = scanner.port_mut().take_scan()? else {
+        if scanner.scans() as usize > commanded {
+            // What comes while a scan is under way is for the next one.
+            let commands = playback.commands_after(commanded);
+            scanner.port_mut().type_in(&commands);
+            commanded += 1;
+        }
+        let sentences = scanner
+            .port_mut()
+            .take_scan()
+            .with_context(|| name.clone())?;
+        let Some(sentences) = sentences else {
             continue;
         };
-        let answer = Answer::parse(&recording.name, sentences)?;
-        look(scanner.data(), &answer);
+        let scan = answers.len();
+        let answer = Answer {
+            part: (recording.scans() > 1).then_some(scan as u32 + 1),
+            ..Answer::parse(name, sentences)?
+        };
+        look(&Scanned {
+            recording,
+            scan: scan % recording.scans(),
+            config: playback.config_of(scan),
+            pipeline: scanner.data(),
+            answer: &answer,
+        });
         answers.push(answer);
-        if answers.len() as u32 == options.scans {
+        if answers.len() == scans {
             return Ok(answers);
         }
     }
-    bail!("{}: the scanner gave no answer", recording.name)
+    bail!("{name}: the scanner gave no answer")
 }
 
 /// Time that passes from step to step: any mirror has come to rest.
@@ -127,13 +211,15 @@ impl Board for Desk {
 /// The report UART, read line by line.
 #[derive(Default)]
 struct Console {
+    /// Commands that the scanner has not read yet.
+    typed: VecDeque<u8>,
     line: Vec<u8>,
     scan: Vec<String>,
 }
 
 impl BytePort for Console {
     fn read(&mut self) -> Option<u8> {
-        None
+        self.typed.pop_front()
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
@@ -143,6 +229,13 @@ impl BytePort for Console {
 }
 
 impl Console {
+    /// Types commands that set values.
+    fn type_in(&mut self, settings: &[(&str, String)]) {
+        for (key, value) in settings {
+            self.typed.extend(format!("set,{key},{value}\n").bytes());
+        }
+    }
+
     /// The sentences of a scan once all of them have come.
     fn take_scan(&mut self) -> Result<Option<Vec<String>>> {
         while let Some(end) = self.line.iter().position(|&b| b == b'\n') {
@@ -151,6 +244,7 @@ impl Console {
             let complete = match Sentence::parse(&line)? {
                 Sentence::Scan(head) => head.steps == 0,
                 Sentence::Step(StepLine { index, count, .. }) => index == count,
+                Sentence::Fail { .. } => bail!("the scanner refuses a setting: {line}"),
                 _ => continue,
             };
             self.scan.push(line);

@@ -2,7 +2,7 @@
 //! commands carry, rounded by the same function.
 
 use anyhow::{Result, anyhow, ensure};
-use stairscan::config::{Config, MountConfig, RadarConfig, SweepConfig, to_fixed};
+use stairscan::config::{Config, MountConfig, Plane, RadarConfig, SweepConfig, to_fixed};
 
 use crate::recording::{META_SUFFIX, Recording};
 
@@ -29,19 +29,31 @@ pub fn radar(recording: &Recording) -> Result<RadarConfig> {
     })
 }
 
-/// How a recording's chirps lie on the schedule of angles.
+/// How a scan's chirps lie on the schedule of angles.
 #[derive(Clone, Debug)]
 pub struct Schedule {
     /// The equal steps that the scanner turns in.
     pub sweep: SweepConfig,
     /// For each scheduled angle the recording's chirp; `None` where it holds none.
     pub chirps: Vec<Option<usize>>,
+    /// Whether the scan was made from the last angle to the first.
+    pub backward: bool,
 }
 
-/// The equal angle steps that a recording was made with. Missing angles become lost chirps.
-pub fn schedule(recording: &Recording) -> Result<Schedule> {
-    let angles = &recording.meta.angles_deg;
+/// The equal angle steps that scan `scan` (from 0) was made with. Missing angles become lost chirps.
+///
+/// A recording that knows the chair's pitch gets its angles shifted by the scan's mean pitch, so
+/// that they count from the true horizontal. Within a scan the sensor's noise is some hundredths of
+/// a degree, and its mean is a better estimate than any single value; a chair that really tips over
+/// during a scan is not described by this.
+///
+/// # Errors
+/// Names the capture whose angle does not fit the others', or what the scanner cannot turn to.
+pub fn schedule(recording: &Recording, scan: usize) -> Result<Schedule> {
     let name = &recording.name;
+    let range = recording.chirps_of(scan);
+    let angles = recording.meta.angles_deg.get(range.clone());
+    let angles = angles.unwrap_or_default();
     let (Some(&first), Some(&last)) = (angles.first(), angles.last()) else {
         return Err(anyhow!("{name}.{META_SUFFIX}: captures: holds no angle"));
     };
@@ -58,7 +70,7 @@ pub fn schedule(recording: &Recording) -> Result<Schedule> {
     let steps = ((last - first).abs() / step).round();
     let step = (last - first).abs() / steps;
     let sweep = SweepConfig {
-        first_angle: angle_fixed(low)?,
+        first_angle: angle_fixed(low + lean(recording, scan))?,
         angle_step: angle_fixed(step)?,
         angle_count: u16::try_from(steps as i64 + 1).unwrap_or(u16::MAX),
     };
@@ -66,7 +78,7 @@ pub fn schedule(recording: &Recording) -> Result<Schedule> {
         .validate()
         .map_err(|e| anyhow!("{name}.{META_SUFFIX}: captures: {e}"))?;
     let mut chirps = vec![None; usize::from(sweep.angle_count)];
-    for (k, angle) in angles.iter().enumerate() {
+    for (k, angle) in range.zip(angles) {
         let place = (angle - low) / step;
         let slot = chirps
             .get_mut(place.round() as usize)
@@ -78,17 +90,40 @@ pub fn schedule(recording: &Recording) -> Result<Schedule> {
             )
         })? = Some(k);
     }
-    Ok(Schedule { sweep, chirps })
+    Ok(Schedule {
+        sweep,
+        chirps,
+        backward: last < first,
+    })
+}
+
+/// What the chair's pitch adds to the angles of a scan, degrees: nose up lifts the beam. Angles
+/// count downwards from the horizontal, or in the height plane from straight down to the front.
+fn lean(recording: &Recording, scan: usize) -> f64 {
+    let pitch = recording
+        .meta
+        .motion
+        .mean_pitch_deg(recording.chirps_of(scan));
+    let height = (recording.meta.mirror.as_ref()).is_some_and(|m| m.plane == Plane::Height);
+    match (pitch, height) {
+        (None, _) => 0.0,
+        (Some(pitch), false) => -pitch,
+        (Some(pitch), true) => pitch,
+    }
 }
 
 fn angle_fixed(degrees: f64) -> Result<i32> {
     to_fixed(degrees, 1e-3).ok_or_else(|| anyhow!("an angle of {degrees} degrees is out of range"))
 }
 
-/// The configuration that a recording brings, on top of `base` (seed, estimator, ...).
-pub fn config(recording: &Recording, base: &Config) -> Result<(Config, Schedule)> {
+/// The configuration that scan `scan` (from 0) of a recording brings, on top of `base` (seed,
+/// estimator, ...).
+///
+/// # Errors
+/// Names the key that is missing or whose value the scanner cannot work with.
+pub fn config(recording: &Recording, scan: usize, base: &Config) -> Result<(Config, Schedule)> {
     let mirror = recording.scan_setup()?;
-    let schedule = schedule(recording)?;
+    let schedule = schedule(recording, scan)?;
     let name = &recording.name;
     let fixed = |value, unit, key| {
         to_fixed(value, unit)

@@ -5,20 +5,15 @@ use std::path::{Path, PathBuf};
 
 mod common;
 
-use common::sim;
+use common::{Scratch, refused, sim};
 use serde_json::{Value, json};
 
-/// A directory of one test, removed when it ends.
-struct Scratch(PathBuf);
+/// A directory of one test, and what stands in it.
+trait Bad {
+    fn recording(&self, change: impl FnOnce(&mut Value)) -> PathBuf;
+}
 
-impl Scratch {
-    fn new(test: &str) -> Self {
-        let dir = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
-        let _ = fs::remove_dir_all(&dir);
-        fs::create_dir_all(&dir).unwrap();
-        Self(dir)
-    }
-
+impl Bad for Scratch {
     /// Writes a recording of 5 chirps of 16 samples after `change` has spoilt its metadata.
     fn recording(&self, change: impl FnOnce(&mut Value)) -> PathBuf {
         let captures: Vec<Value> = (0..5)
@@ -45,31 +40,9 @@ impl Scratch {
             "annotations": [],
         });
         change(&mut meta);
-        fs::write(self.0.join("bad.sigmf-meta"), meta.to_string()).unwrap();
-        fs::write(self.0.join("bad.sigmf-data"), vec![0u8; 5 * 16 * 4]).unwrap();
-        self.0.join("bad")
-    }
-}
-
-impl Drop for Scratch {
-    fn drop(&mut self) {
-        let _ = fs::remove_dir_all(&self.0);
-    }
-}
-
-/// `replay` refuses the recording with a message that holds all of `words`.
-fn refused(recording: &Path, words: &[&str]) {
-    let out = sim(&["replay", recording.to_str().unwrap()]);
-    let message = String::from_utf8(out.stderr).unwrap();
-    assert_eq!(out.status.code(), Some(1), "{message}");
-    assert!(
-        out.stdout.is_empty(),
-        "{}",
-        String::from_utf8_lossy(&out.stdout)
-    );
-    assert_eq!(message.lines().count(), 1, "{message}");
-    for word in words {
-        assert!(message.contains(word), "{word:?} is not in {message:?}");
+        fs::write(self.path().join("bad.sigmf-meta"), meta.to_string()).unwrap();
+        fs::write(self.path().join("bad.sigmf-data"), vec![0u8; 5 * 16 * 4]).unwrap();
+        self.path().join("bad")
     }
 }
 
@@ -159,7 +132,7 @@ fn wrong_values_name_file_and_key() {
 fn a_nan_is_no_json_and_still_has_a_name() {
     let scratch = Scratch::new("nan");
     let recording = scratch.recording(|_| ());
-    let meta = scratch.0.join("bad.sigmf-meta");
+    let meta = scratch.path().join("bad.sigmf-meta");
     let text = fs::read_to_string(&meta).unwrap();
     let angle = "\"stairscan:mirror_angle_deg\":";
     fs::write(
@@ -177,7 +150,7 @@ fn a_nan_is_no_json_and_still_has_a_name() {
 fn wrong_lengths_name_the_data_file() {
     let scratch = Scratch::new("lengths");
     let recording = scratch.recording(|_| ());
-    let data = scratch.0.join("bad.sigmf-data");
+    let data = scratch.path().join("bad.sigmf-data");
     for bytes in [0, 319, 316, 324, 640] {
         fs::write(&data, vec![0u8; bytes]).unwrap();
         refused(
@@ -187,7 +160,7 @@ fn wrong_lengths_name_the_data_file() {
     }
     fs::remove_file(&data).unwrap();
     refused(&recording, &["bad.sigmf-data"]);
-    fs::remove_file(scratch.0.join("bad.sigmf-meta")).unwrap();
+    fs::remove_file(scratch.path().join("bad.sigmf-meta")).unwrap();
     refused(&recording, &["bad.sigmf-meta"]);
 }
 
@@ -228,11 +201,11 @@ fn one_bad_recording_does_not_stop_the_batch() {
 #[test]
 fn a_directory_without_recordings() {
     let scratch = Scratch::new("empty");
-    let out = sim(&["score", scratch.0.to_str().unwrap()]);
+    let out = sim(&["score", scratch.path().to_str().unwrap()]);
     let message = String::from_utf8(out.stderr).unwrap();
     assert_eq!(out.status.code(), Some(1), "{message}");
     assert!(message.contains("holds no recording"), "{message}");
-    let out = sim(&["score", scratch.0.join("nowhere").to_str().unwrap()]);
+    let out = sim(&["score", scratch.path().join("nowhere").to_str().unwrap()]);
     assert_eq!(out.status.code(), Some(1));
     assert_eq!(sim(&["replay"]).status.code(), Some(2));
 }

@@ -57,17 +57,10 @@ fn thinned(full: &Recording) -> Recording {
     thin
 }
 
-fn settings(playback: &Playback<'_>) -> Settings {
-    Settings {
-        config: *playback.config(),
-        ..Settings::default()
-    }
-}
-
 /// Configured and connected.
 fn start<'a>(elf: &Path, playback: &'a Playback<'a>, waits: Waits) -> Session<'a> {
     let mut session = Session::boot(elf, playback).unwrap();
-    session.configure(&settings(playback), waits).unwrap();
+    session.configure(&playback.settings(), waits).unwrap();
     session.skip_lines();
     session.connect().unwrap();
     session
@@ -76,10 +69,10 @@ fn start<'a>(elf: &Path, playback: &'a Playback<'a>, waits: Waits) -> Session<'a
 /// What `replay` prints for the first `scans` scans.
 fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
     let options = replay::Options {
-        scans,
+        scans: Some(scans),
         ..replay::Options::default()
     };
-    let answers = replay::answers(recording, &options, |_, _| ()).unwrap();
+    let answers = replay::answers(recording, &options, |_| ()).unwrap();
     answers.into_iter().map(|answer| answer.sentences).collect()
 }
 
@@ -107,6 +100,38 @@ fn every_recording_gives_the_bytes_that_replay_gives() {
         let scanned = session.scan().unwrap();
         assert_eq!(scanned, replayed(&recording, 1)[0], "{}", recording.name);
     }
+}
+
+/// A recording of two scans, the chair leaning another way in each: the settings of the second come
+/// by command while the first is under way.
+#[test]
+fn a_sequence_gives_the_bytes_that_replay_gives() {
+    let Some(elf) = elf() else { return };
+    let mut recording = read("stair_a");
+    let meta = &mut recording.meta;
+    meta.motion.pitch_deg = [vec![0.25; 281], vec![-0.5; 281]].concat();
+    let back: Vec<f64> = meta.angles_deg.iter().rev().copied().collect();
+    meta.angles_deg.extend(back);
+    meta.sequence.scans = 2;
+    let back: Vec<_> = recording
+        .samples
+        .chunks(200)
+        .rev()
+        .flatten()
+        .copied()
+        .collect();
+    recording.samples.extend(back);
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let mut session = start(elf, &playback, Waits::default());
+    let mut scanned = Vec::new();
+    let scans = session.scans(2, |_, sentences| {
+        scanned.push(sentences);
+        Ok(())
+    });
+    scans.unwrap();
+    let expected = replayed(&recording, 2);
+    assert_eq!(scanned, expected);
+    assert_ne!(expected[0][1..], expected[1][1..]);
 }
 
 /// Two scans, one each way: every pulse accounted for, commands answered meanwhile, bad input
@@ -266,7 +291,7 @@ fn faults_are_told_and_pass() {
         ..Waits::default()
     };
     let mut session = Session::boot(elf, &playback).unwrap();
-    session.configure(&settings(&playback), waits).unwrap();
+    session.configure(&playback.settings(), waits).unwrap();
     session.set("fault-hold", "100000").unwrap();
     session.move_switch(-25_000).unwrap();
     session.skip_lines();
@@ -402,7 +427,7 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
     session.switch_works = true;
     session.shaft.turn_by_hand(300);
     session
-        .configure(&settings(&playback), Waits::default())
+        .configure(&playback.settings(), Waits::default())
         .unwrap();
     session.connect().unwrap();
     assert_eq!(next_scan(&mut session, 0).status, Status::Ok);

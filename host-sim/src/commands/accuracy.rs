@@ -116,9 +116,10 @@ pub fn table(rows: &[Row]) -> String {
             })
         };
         let percent = |share: f64| format!("{:.0} %", 100.0 * share);
-        let within = set.within.map_or("–".into(), |(d, h)| {
-            format!("{}, {}", percent(d), percent(h))
-        });
+        let within = match [set.distance_sigmas, set.height_sigmas].map(|s| s[0].value()) {
+            [Some(d), Some(h)] => format!("{}, {}", percent(d), percent(h)),
+            _ => "–".into(),
+        };
         let (harmless, dangerous) = heights(&row.scenes);
         let [ok, degraded, fault] = set.status;
         let _ = writeln!(
@@ -128,13 +129,13 @@ pub fn table(rows: &[Row]) -> String {
             row.estimator.as_str(),
             set.scenes,
             row.kind,
-            set.exact,
-            set.steps.1,
-            set.steps.0,
-            set.strong.1,
-            set.strong.0,
+            set.exact.hits,
+            set.missed.hits,
+            set.missed.of,
+            set.strong_missed.hits,
+            set.strong_missed.of,
             set.invented,
-            set.empty.1,
+            set.false_stairs.hits,
             spread(set.distance[0]),
             spread(set.height[0]),
             harmless.map_or("–".into(), percent),
@@ -153,7 +154,7 @@ fn heights(scenes: &[SceneScore]) -> (Option<f64>, usize) {
     };
     let all = matches().count();
     let harmless = matches()
-        .filter(|(_, m)| m.height_error.abs() <= HARMLESS_M || m.height_within)
+        .filter(|(_, m)| m.height_error.abs() <= HARMLESS_M || m.height_z.abs() <= 2.0)
         .count();
     let dangerous = matches()
         .filter(|(status, m)| *status == Status::Ok && m.height_error.abs() > DANGEROUS_M)

@@ -136,17 +136,19 @@ fn count(recordings: &[PathBuf]) -> Result<Counts> {
     let mut names = Vec::new();
     for path in recordings {
         let recording = Recording::read(path)?;
-        append(&mut scans, &recording)?;
-        names.push(recording.name);
+        for scan in 0..recording.scans() {
+            append(&mut scans, &recording, scan)?;
+            names.push(recording.scan(scan).name);
+        }
     }
     recording::write_whole(&directory.join("scans"), &scans)?;
     let output = images::run(&elf, &directory, Duration::from_secs(600))?;
     parse(&output, &names)
 }
 
-/// A scan as the image reads it.
-fn append(scans: &mut Vec<u8>, recording: &Recording) -> Result<()> {
-    let (config, schedule) = setup::config(recording, &Config::default())?;
+/// Scan `scan` of a recording as the image reads it.
+fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<()> {
+    let (config, schedule) = setup::config(recording, scan, &Config::default())?;
     ensure!(
         config.sweep.angle_step < 1 << 16,
         "{}: angles too far apart",

@@ -77,15 +77,15 @@ pub fn of_image(elf: &Path) -> Result<Vec<Figure>> {
 pub fn stack(elf: &Path, recording: &Recording, settings: &ScannerSettings) -> Result<u64> {
     let playback = Playback::new(recording, &settings.config)?;
     let settings = ScannerSettings {
-        config: *playback.config(),
-        ..*settings
+        timing: settings.timing,
+        motor: settings.motor,
+        ..playback.settings()
     };
     let mut session = Session::boot(elf, &playback)?;
     session.configure(&settings, Waits::default())?;
     session.skip_lines();
     session.connect()?;
-    session.scan()?;
-    session.scan()?;
+    session.scans(2, |_, _| Ok(()))?;
     let answer = session.command("get,stack-used")?;
     match Sentence::parse(&answer) {
         Ok(Sentence::Config { value, .. }) => Ok(value.parse()?),

@@ -105,8 +105,9 @@ fn scan(name: &str, scene: &Scene, k: u32, args: &Args) -> Result<[Vec<f64>; 3]>
         ..replay::Options::default()
     };
     let mut result = [const { Vec::new() }; 3];
-    replay::answers(&recording, &options, |pipeline, _| {
-        result = SPREADS.map(|(spread, ..)| shares(pipeline.map(), &config, spread, args.rounds));
+    replay::answers(&recording, &options, |scanned| {
+        let map = scanned.pipeline.map();
+        result = SPREADS.map(|(spread, ..)| shares(map, &config, spread, args.rounds));
     })?;
     Ok(result)
 }

@@ -4,8 +4,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use stairscan::config::Config;
-use stairscan::scan::Settings as ScannerSettings;
 
 use super::replay::show;
 use super::{Format, Settings};
@@ -15,6 +13,7 @@ use crate::emulate::session::Waits;
 use crate::emulate::{Fault, Session, image};
 use crate::playback::Playback;
 use crate::recording::Recording;
+use crate::replay;
 
 /// Arguments of `emulate`.
 #[derive(clap::Args, Debug)]
@@ -27,9 +26,12 @@ pub struct Args {
     elf: Option<PathBuf>,
     #[command(flatten)]
     settings: Settings,
-    /// Scans one after the other, each the other way round
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=100))]
-    scans: u32,
+    /// Scans one after the other, each the other way round; without it those of the recording
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100))]
+    scans: Option<u32>,
+    /// Treat every scan of a recording as if it were the first, after a boot of its own
+    #[arg(long)]
+    single: bool,
     /// What the radar module does wrong in the first scan: KIND[@ROW[-LAST]][xTIMES] with KIND one
     /// of lost, corrupt, repeat, late, error, silent, config
     #[arg(long = "fault")]
@@ -45,14 +47,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Some(elf) => elf.clone(),
         None => image::build(&[])?,
     };
-    let config = args.settings.config()?;
     let mut code = ExitCode::SUCCESS;
     for path in &args.recordings {
         let mut good = true;
         let result = Recording::read(path).and_then(|recording| {
-            emulate(&elf, &recording, &config, args, |answer| {
-                good &= show(Ok(answer), args.format);
-            })
+            emulate(&elf, &recording, args, |a| good &= show(Ok(a), args.format))
         });
         if let Err(error) = result {
             good = show(Err(error), args.format);
@@ -64,20 +63,46 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(code)
 }
 
-/// One boot: configured while the module keeps its handshake back, then scanning.
+/// All scans of a recording.
 fn emulate(
     elf: &Path,
     recording: &Recording,
-    config: &Config,
     args: &Args,
     mut answered: impl FnMut(Answer),
 ) -> Result<()> {
-    let name = &recording.name;
-    let playback = Playback::new(recording, config)?;
-    let settings = ScannerSettings {
-        config: *playback.config(),
-        ..ScannerSettings::default()
+    let options = replay::Options {
+        scans: args.scans,
+        single: args.single,
+        ..args.settings.options(args.settings.config()?)
     };
+    let scans = options.scans_of(recording)?;
+    let several = recording.scans() > 1;
+    let mut parse = |k: usize, sentences| -> Result<()> {
+        let part = several.then_some(k as u32 + 1);
+        let answer = Answer::parse(&recording.name, sentences)?;
+        answered(Answer { part, ..answer });
+        Ok(())
+    };
+    if args.single && several {
+        for k in 0..scans {
+            let alone = recording.scan(k);
+            boot(elf, &alone, 1, args, |_, sentences| parse(k, sentences))?;
+        }
+        return Ok(());
+    }
+    boot(elf, recording, scans, args, parse)
+}
+
+/// One boot: configured while the module keeps its handshake back, then scanning.
+fn boot(
+    elf: &Path,
+    recording: &Recording,
+    scans: usize,
+    args: &Args,
+    mut answered: impl FnMut(usize, Vec<String>) -> Result<()>,
+) -> Result<()> {
+    let name = &recording.name;
+    let playback = Playback::new(recording, &args.settings.config()?)?;
     let mut waits = Waits::default();
     if !args.faults.is_empty() {
         // What never comes is waited for: not longer than a busy host needs.
@@ -88,17 +113,18 @@ fn emulate(
     }
     let mut session = Session::boot(elf, &playback).with_context(|| name.clone())?;
     session
-        .configure(&settings, waits)
+        .configure(&playback.settings(), waits)
         .with_context(|| name.clone())?;
     session.module.set_faults(&args.faults);
     session.skip_lines();
     session.connect()?;
-    for scan in 0..args.scans {
-        let sentences = session.scan().with_context(|| name.clone())?;
-        answered(Answer::parse(name, sentences)?);
+    let mut scan = 0;
+    let done = session.scans(scans, |session, sentences| {
         if scan == 0 {
             session.module.set_faults(&[]);
         }
-    }
-    Ok(())
+        scan += 1;
+        answered(scan - 1, sentences)
+    });
+    done.with_context(|| name.clone())
 }

@@ -10,8 +10,7 @@ use super::{Format, Settings, emit};
 use crate::inspect::Inspection;
 use crate::plots::{self, PaperView, ScanView};
 use crate::recording::Recording;
-use crate::replay;
-use crate::setup;
+use crate::replay::{self, Scanned};
 
 /// Arguments of `inspect`.
 #[derive(clap::Args, Debug)]
@@ -21,7 +20,10 @@ pub struct Args {
     recordings: Vec<PathBuf>,
     #[command(flatten)]
     settings: Settings,
-    /// Draw scatterers, winner and rivals into this directory, one picture a recording
+    /// Treat every scan of a recording as if it were the first
+    #[arg(long)]
+    single: bool,
+    /// Draw scatterers, winner and rivals into this directory, one picture a scan
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     /// How to print
@@ -42,29 +44,39 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
-    let options = args.settings.options(args.settings.config()?);
+    let options = replay::Options {
+        single: args.single,
+        ..args.settings.options(args.settings.config()?)
+    };
     ensure!(
         options.config.estimator == EstimatorKind::Likelihood,
         "--estimator: inspect looks over the shoulder of {} only",
         EstimatorKind::Likelihood.as_str()
     );
     let recording = Recording::read(path)?;
-    let (config, _) = setup::config(&recording, &options.config)?;
     let mut drawn = Ok(());
-    replay::answers(&recording, &options, |pipeline, answer| {
+    replay::answers(&recording, &options, |scanned| {
+        let Scanned {
+            config,
+            pipeline,
+            answer,
+            ..
+        } = *scanned;
         let map = pipeline.map();
-        let inspection = Inspection::of(map, &config, answer.scan.scan);
+        let inspection = Inspection::of(map, config, answer.scan.scan);
         match args.format {
-            Format::Json => emit(&format!("{}\n", inspection.json(&recording.name))),
-            Format::Text => emit(&format!("{}\n{}\n", recording.name, inspection.text())),
+            Format::Json => emit(&format!("{}\n", inspection.json(answer))),
+            Format::Text => emit(&format!("{}\n{}\n", answer.name(), inspection.text())),
         }
-        if let Some(dir) = &args.plots {
+        if let (Some(dir), Ok(())) = (&args.plots, &drawn) {
+            let recording = &scanned.recording();
+            let paper = &PaperView::default();
             let scan = ScanView {
-                recording: &recording,
-                config: &config,
+                recording,
+                config,
                 map,
                 answer,
-                paper: &PaperView::default(),
+                paper,
             };
             let file = dir.join(format!("{}-inspect.png", recording.name));
             drawn = plots::write_inspect(&file, &scan, inspection.view());

@@ -4,15 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
-use stairscan::config::Config;
-use stairscan::pipeline::Pipeline;
 
 use super::{Format, Settings, emit};
 use crate::answer::Answer;
 use crate::plots::{self, PaperView, ScanView};
 use crate::recording::Recording;
-use crate::replay;
-use crate::setup;
+use crate::replay::{self, Scanned};
 
 /// Arguments of `replay`.
 #[derive(clap::Args, Debug)]
@@ -22,13 +19,16 @@ pub struct Args {
     recordings: Vec<PathBuf>,
     #[command(flatten)]
     settings: Settings,
-    /// Scans one after the other, each the other way round
-    #[arg(long, default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=1000))]
-    scans: u32,
-    /// Turn the mirror from the last angle to the first
+    /// Scans one after the other, each the other way round; without it those of the recording
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1000))]
+    scans: Option<u32>,
+    /// Turn the mirror the other way than in the recording
     #[arg(long)]
     backwards: bool,
-    /// Draw what the paper's figures show of each recording's first scan into this directory
+    /// Treat every scan of a recording as if it were the first
+    #[arg(long)]
+    single: bool,
+    /// Draw what the paper's figures show of each scan of the recordings into this directory
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
     /// How to print
@@ -41,15 +41,19 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let options = replay::Options {
         scans: args.scans,
         backwards: args.backwards,
+        single: args.single,
         ..args.settings.options(args.settings.config()?)
     };
     let mut code = ExitCode::SUCCESS;
     for path in &args.recordings {
-        let mut pictures = None;
+        let mut pictures = Vec::new();
         let answers = Recording::read(path).and_then(|recording| {
-            replay::answers(&recording, &options, |pipeline, answer| {
-                if let (Some(dir), None) = (&args.plots, &pictures) {
-                    pictures = Some(draw(dir, &recording, &options.config, pipeline, answer));
+            replay::answers(&recording, &options, |scanned| {
+                // A recording of one scan that is scanned again and again looks the same again.
+                if let Some(dir) = &args.plots
+                    && pictures.len() < recording.scans()
+                {
+                    pictures.push(draw(dir, scanned));
                 }
             })
         });
@@ -60,7 +64,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 .for_each(|a| shown &= show(Ok(a), args.format)),
             Err(error) => shown = show(Err(error), args.format),
         }
-        shown &= pictures.is_none_or(|pictures| list(pictures, args.format));
+        if !pictures.is_empty() {
+            shown &= list(pictures, args.format);
+        }
         if !shown {
             code = ExitCode::FAILURE;
         }
@@ -69,30 +75,32 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// Draws a scan's pictures.
-fn draw(
-    dir: &Path,
-    recording: &Recording,
-    base: &Config,
-    pipeline: &Pipeline,
-    answer: &Answer,
-) -> Result<Vec<PathBuf>> {
-    let (config, _) = setup::config(recording, base)?;
+fn draw(dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<PathBuf>> {
+    let Scanned {
+        config,
+        pipeline,
+        answer,
+        ..
+    } = *scanned;
     let scan = ScanView {
-        recording,
-        config: &config,
+        recording: &scanned.recording(),
+        config,
         map: pipeline.map(),
         answer,
-        paper: &PaperView::of(pipeline.map(), &config, answer.scan.scan),
+        paper: &PaperView::of(pipeline.map(), config, answer.scan.scan),
     };
     plots::write_scan(dir, &scan)
 }
 
 /// Lists the pictures for people, or prints why there are none; whether there are.
-fn list(pictures: Result<Vec<PathBuf>>, format: Format) -> bool {
-    match pictures {
+fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
+    match pictures.into_iter().collect::<Result<Vec<_>>>() {
         Ok(files) => {
             if format == Format::Text {
-                let lines = files.iter().map(|f| format!("  {}\n", f.display()));
+                let lines = files
+                    .iter()
+                    .flatten()
+                    .map(|f| format!("  {}\n", f.display()));
                 emit(&format!("pictures\n{}\n", lines.collect::<String>()));
             }
             true

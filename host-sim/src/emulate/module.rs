@@ -7,7 +7,7 @@ use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
 
-use crate::playback::Playback;
+use crate::playback::{Playback, Player};
 
 /// What the module does wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -95,7 +95,8 @@ pub struct Trigger {
 /// The module at the link's end.
 #[derive(Debug)]
 pub struct Module<'a> {
-    playback: &'a Playback<'a>,
+    player: Player<'a>,
+    radar: RadarConfig,
     decoder: Decoder,
     /// Until then the handshake is kept back.
     ready: bool,
@@ -128,7 +129,8 @@ impl<'a> Module<'a> {
     /// A module that plays `playback` once it is ready.
     pub fn new(playback: &'a Playback<'a>) -> Self {
         Self {
-            playback,
+            player: Player::new(playback),
+            radar: playback.radar(),
             decoder: Decoder::new(),
             ready: false,
             kept_back: None,
@@ -196,14 +198,20 @@ impl<'a> Module<'a> {
     }
 
     fn settings(&self, sequence: u16) -> Vec<u8> {
-        let mut radar: RadarConfig = self.playback.radar();
+        let mut radar = self.radar;
         if self.faults.iter().any(|f| f.misdeed == Misdeed::Config) {
             radar.samples = 257;
         }
         encode(Kind::Settings, sequence, &frame::settings_payload(&radar))
     }
 
+    /// Scans of which at least one chirp was asked for.
+    pub fn begun(&self) -> usize {
+        self.player.begun()
+    }
+
     fn configure(&mut self, sequence: u16) -> Vec<u8> {
+        self.radar = self.player.configure();
         if !self.ready {
             self.kept_back = Some(sequence);
             return Vec::new();
@@ -242,7 +250,7 @@ impl<'a> Module<'a> {
 
     fn chirp(&mut self, sequence: u16, trigger: Trigger) -> Vec<u8> {
         let mut out = std::mem::take(&mut self.late);
-        let Some(samples) = self.playback.chirp(trigger.shaft_angle) else {
+        let Some(samples) = self.player.trigger(trigger.shaft_angle) else {
             return out;
         };
         let mut chirp = encode(Kind::Chirp, sequence, &chirp_payload(samples));

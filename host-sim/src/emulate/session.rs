@@ -56,6 +56,7 @@ pub struct Shot {
 #[derive(Debug)]
 pub struct Session<'a> {
     qemu: Qemu,
+    playback: &'a Playback<'a>,
     /// The radar module.
     pub module: Module<'a>,
     /// The motor.
@@ -90,6 +91,7 @@ impl<'a> Session<'a> {
         let qemu = Qemu::start(elf)?;
         let mut session = Self {
             qemu,
+            playback,
             module: Module::new(playback),
             shaft: Shaft::new(POWER_UP),
             switch_works,
@@ -328,6 +330,45 @@ impl<'a> Session<'a> {
             sentences.push(self.wait_for("a step", is_step)?);
         }
         Ok(sentences)
+    }
+
+    /// `count` scans one after the other, each with the settings that the recording brings for it;
+    /// `answered` gets each scan's sentences and may set the module up for the next.
+    pub fn scans(
+        &mut self,
+        count: usize,
+        mut answered: impl FnMut(&mut Self, Vec<String>) -> Result<()>,
+    ) -> Result<()> {
+        for scan in 0..count {
+            let before = self.read;
+            let commands = match scan + 1 < count {
+                true => self.playback.commands_after(scan),
+                false => Vec::new(),
+            };
+            if !commands.is_empty() {
+                // What is set while a scan is under way is for the next one. A scan without a
+                // single trigger has failed, and says so.
+                self.run("a scan's first trigger", |session| {
+                    let begun = session.module.begun() > scan || session.has_scan(before);
+                    Ok(begun.then_some(()))
+                })?;
+            }
+            for (key, value) in commands {
+                self.set(key, &value)?;
+            }
+            self.read = before;
+            let sentences = self.scan()?;
+            answered(self, sentences)?;
+        }
+        Ok(())
+    }
+
+    /// Whether the head of a scan stands among the lines from `from` on.
+    fn has_scan(&self, from: usize) -> bool {
+        let lines = self.lines.iter().skip(from);
+        lines
+            .map(|line| Sentence::parse(line))
+            .any(|s| matches!(s, Ok(Sentence::Scan(_))))
     }
 
     /// Hands out again what has been printed since the boot sentence.

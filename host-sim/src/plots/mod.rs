@@ -62,7 +62,7 @@ pub struct PaperView {
 /// One scan as its pictures need it.
 #[derive(Clone, Copy)]
 pub struct ScanView<'a> {
-    /// What was scanned.
+    /// What was scanned: one scan.
     pub recording: &'a Recording,
     /// What the scanner was set to.
     pub config: &'a Config,
@@ -200,7 +200,7 @@ fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
         });
         peaks.map(|bin| u32::from(cells[bin])).sum()
     };
-    let schedule = setup::schedule(scan.recording)?;
+    let schedule = setup::schedule(scan.recording, 0)?;
     let chirp = |row: &usize| schedule.chirps.get(*row).copied().flatten();
     let best = (0..map.rows())
         .filter(|row| chirp(row).is_some())

@@ -39,7 +39,10 @@ fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording 
                 Some(_) => (0..chirps).map(|k| k as f64).collect(),
                 None => Vec::new(),
             },
+            motion: Default::default(),
+            sequence: Default::default(),
             truth: None,
+            disturbance: None,
             extra: Default::default(),
         },
         samples: chirp.repeat(chirps),
@@ -48,7 +51,7 @@ fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording 
 
 /// What the scanner sees of a recording.
 fn scan(recording: &Recording) -> (Config, Box<PolarMap>) {
-    let (config, schedule) = setup::config(recording, &Config::default()).unwrap();
+    let (config, schedule) = setup::config(recording, 0, &Config::default()).unwrap();
     let mut map = Box::new(PolarMap::new());
     map.begin(&config).unwrap();
     let mut range = RangeProcessor::new(&config.radar, &config.mount, &config.cfar).unwrap();
@@ -70,6 +73,8 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
         ..StepLine::default()
     };
     Answer {
+        part: None,
+        horizon_m: None,
         recording: "echo".into(),
         sentences: Vec::new(),
         scan: ScanLine {

@@ -222,14 +222,14 @@ fn a_chair_with_its_nose_up_sees_things_at_larger_mirror_angles() {
             "{pitch} {error}: {angle}"
         );
         let recording = s.simulate("pitched", 1);
-        assert_eq!(recording.meta.extra["stairscan:pitch_deg"], pitch);
+        assert_eq!(recording.meta.motion.pitch_deg, [pitch; 281]);
     }
     // In the height plane angles count from straight down to the front: the same nose up is less there.
     let s = plain("plane = \"height\"\npitch_deg = 3.0", &target(60.0));
     let (angle, _) = strongest(&s);
     assert!((angle - (30.0 - 3.0)).abs() < 0.13, "{angle}");
     let level = plain("", &target(10.0)).simulate("level", 1);
-    assert!(level.meta.extra.is_empty());
+    assert!(level.meta.motion.pitch_deg.is_empty());
 }
 
 #[test]

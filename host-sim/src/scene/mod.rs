@@ -42,7 +42,7 @@ use serde_json::Map;
 use stairscan::Iq;
 use stairscan::config::Plane;
 
-use crate::recording::{Metadata, MirrorSetup, Recording, Truth};
+use crate::recording::{Metadata, MirrorSetup, Motion, Recording, Sequence, Truth};
 use beam::Beam;
 use facets::Relief;
 use geometry::{BuiltStep, World};
@@ -152,10 +152,11 @@ impl Scene {
             snr.into_iter().map(Some).collect()
         });
         let (radar, mount) = (&self.spec.radar, &self.spec.mount);
-        let mut extra = Map::new();
-        if let Some(pitch) = mount.pitch_deg {
-            extra.insert("stairscan:pitch_deg".into(), pitch.into());
-        }
+        let pitch = mount.pitch_deg.map(|pitch| vec![pitch; self.angles.len()]);
+        let motion = Motion {
+            pitch_deg: pitch.unwrap_or_default(),
+            ..Motion::default()
+        };
         Recording {
             name: name.into(),
             meta: Metadata {
@@ -174,8 +175,11 @@ impl Scene {
                     },
                 }),
                 angles_deg: self.angles.clone(),
+                motion,
+                sequence: Sequence::default(),
                 truth: Some(truth),
-                extra,
+                disturbance: None,
+                extra: Map::new(),
             },
             samples,
         }

@@ -1,0 +1,167 @@
+//! One capture a chirp: where the mirror stood, and what the chair's odometry and gyroscope said.
+
+use anyhow::{Result, anyhow};
+use serde_json::Value;
+
+use super::keys::Keys;
+use super::metadata::Motion;
+
+/// Carrier of recordings that do not say theirs, Hz (paper II-A).
+const DEFAULT_CARRIER_HZ: f64 = 94e9;
+
+const ANGLE: &str = "stairscan:mirror_angle_deg";
+pub(super) const TRAVEL: &str = "stairscan:travel_m";
+pub(super) const TIME: &str = "stairscan:time_s";
+pub(super) const PITCH: &str = "stairscan:pitch_deg";
+
+/// A chair on which the mirror's beam leans more than this has fallen over, degrees.
+const STEEPEST_DEG: f64 = 45.0;
+/// No approach to a staircase is longer, metres.
+const FARTHEST_M: f64 = 1_000.0;
+
+/// What the captures say.
+pub(super) struct Captures {
+    pub(super) carrier_hz: f64,
+    pub(super) angles_deg: Vec<f64>,
+    pub(super) motion: Motion,
+}
+
+/// Checks a pitch, which may stand in `global` or in a capture.
+pub(super) fn pitch(keys: &Keys<'_>) -> Result<Option<f64>> {
+    keys.optional(PITCH, "a finite pitch within ±45 degrees", |v| {
+        v.abs() <= STEEPEST_DEG
+    })
+}
+
+/// Angles, motion and carrier of a recording of `scans` scans. Without any angle the captures say
+/// nothing about chirps (another radar's). `global_pitch` holds where a capture gives none.
+pub(super) fn parse(
+    document: &Value,
+    samples_per_chirp: usize,
+    scans: usize,
+    global_pitch: Option<f64>,
+) -> Result<Captures> {
+    let captures = list(document)?;
+    let carrier_hz = carrier(captures)?;
+    let with = |key: &str| captures.iter().any(|c| c.get(key).is_some());
+    let mut result = Captures {
+        carrier_hz,
+        angles_deg: Vec::new(),
+        motion: Motion::default(),
+    };
+    if !with(ANGLE) {
+        if scans > 1 {
+            return Err(anyhow!(
+                "global stairscan:scans: found {scans}, expected captures with {ANGLE} for as many"
+            ));
+        }
+        return Ok(result);
+    }
+    if !captures.len().is_multiple_of(scans) {
+        return Err(anyhow!(
+            "global stairscan:scans: found {scans}, expected a divisor of the {} captures: all \
+             scans hold as many",
+            captures.len()
+        ));
+    }
+    let order = Order::new(captures.len() / scans);
+    let (with_travel, with_time) = (with(TRAVEL), with(TIME));
+    let with_pitch = with(PITCH) || global_pitch.is_some();
+    for (k, capture) in captures.iter().enumerate() {
+        let capture = Keys::of(Some(capture), &format!("captures[{k}]"))?;
+        let start = k * samples_per_chirp;
+        if capture.get("core:sample_start").and_then(Value::as_u64) != Some(start as u64) {
+            let expected =
+                format!("{start} (one chirp of {samples_per_chirp} samples after another)");
+            return Err(capture.wrong("core:sample_start", &expected));
+        }
+        let angle = capture.number(ANGLE, "a finite angle within ±170 degrees", |v| {
+            v.abs() <= 170.0
+        })?;
+        order
+            .check(&result.angles_deg, angle)
+            .map_err(|expected| capture.wrong(ANGLE, &expected))?;
+        result.angles_deg.push(angle);
+        let motion = &mut result.motion;
+        if with_travel {
+            let expected = "metres of travel, within ±1000, in every capture";
+            let travel = capture.number(TRAVEL, expected, |v| v.abs() <= FARTHEST_M)?;
+            motion.travel_m.push(travel);
+        }
+        if with_time {
+            let since = motion.time_s.last().copied().unwrap_or(0.0);
+            let expected = format!("seconds, not before {since}, in every capture");
+            let time = capture.number(TIME, &expected, |v| v >= since)?;
+            motion.time_s.push(time);
+        }
+        if with_pitch {
+            let degrees = pitch(&capture)?.or(global_pitch);
+            let degrees =
+                degrees.ok_or_else(|| capture.wrong(PITCH, "a pitch in every capture"))?;
+            motion.pitch_deg.push(degrees);
+        }
+    }
+    Ok(result)
+}
+
+fn list(document: &Value) -> Result<&[Value]> {
+    match document.get("captures") {
+        None => Ok(&[]),
+        Some(value) => value
+            .as_array()
+            .map(Vec::as_slice)
+            .ok_or_else(|| anyhow!("captures: expected a JSON array")),
+    }
+}
+
+/// The first capture's carrier; the others' must make sense, too.
+fn carrier(captures: &[Value]) -> Result<f64> {
+    let mut carrier_hz = None;
+    for (k, capture) in captures.iter().enumerate() {
+        let capture = Keys::of(Some(capture), &format!("captures[{k}]"))?;
+        let found = capture.optional("core:frequency", "a frequency above 0 Hz", |v| v > 0.0)?;
+        carrier_hz = carrier_hz.or(Some(found.unwrap_or(DEFAULT_CARRIER_HZ)));
+    }
+    Ok(carrier_hz.unwrap_or(DEFAULT_CARRIER_HZ))
+}
+
+/// The order of the angles: strict within a scan, the other way round in the next.
+struct Order {
+    /// Captures of one scan.
+    per_scan: usize,
+}
+
+impl Order {
+    fn new(per_scan: usize) -> Self {
+        Self { per_scan }
+    }
+
+    /// What was expected in place of `angle`, which follows `before`; fine if nothing was.
+    fn check(&self, before: &[f64], angle: f64) -> Result<(), String> {
+        let (scan, place) = (before.len() / self.per_scan, before.len() % self.per_scan);
+        let this = &before[before.len() - place..];
+        match *this {
+            [] => Ok(()),
+            [.., a, b] if (angle - b) * (b - a) > 0.0 => Ok(()),
+            [last] if angle != last && self.turned(before, scan, angle - last) => Ok(()),
+            [last] if angle != last => Err(format!(
+                "angles that {} in scan {}: they {} in the scan before",
+                if angle > last { "fall" } else { "rise" },
+                scan + 1,
+                if angle > last { "rise" } else { "fall" },
+            )),
+            _ => Err(format!(
+                "angles strictly in order, without repetition, within scan {}",
+                scan + 1
+            )),
+        }
+    }
+
+    /// Whether scan number `scan` goes the other way than the one before it.
+    fn turned(&self, before: &[f64], scan: usize, way: f64) -> bool {
+        let Some(start) = scan.checked_sub(1).map(|s| s * self.per_scan) else {
+            return true;
+        };
+        (before[start + 1] - before[start]) * way < 0.0
+    }
+}

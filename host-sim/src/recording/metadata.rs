@@ -1,0 +1,356 @@
+//! What a recording says about its samples, read from and written to SigMF's JSON.
+
+use std::ops::Range;
+
+use anyhow::{Result, anyhow, ensure};
+use serde_json::{Map, Value, json};
+use stairscan::config::{self, Plane};
+
+use super::captures::{self, PITCH, TIME, TRAVEL};
+use super::keys::Keys;
+use super::truth::{Disturbance, Truth};
+
+/// Version of the `stairscan` extension that is written.
+const EXTENSION_VERSION: &str = "1.0.0";
+/// Most scans of one recording.
+const MAX_SCANS: f64 = 10_000.0;
+
+/// What a scan needs to know beyond the chirps.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MirrorSetup {
+    /// Radar lens to mirror centre, metres.
+    pub offset_m: f64,
+    /// Full two-sided 3 dB beam width, degrees.
+    pub beamwidth_deg: f64,
+    /// Mirror centre above the ground, metres.
+    pub mount_height_m: f64,
+    /// Plane of the scan.
+    pub plane: Plane,
+}
+
+/// What the chair's own sensors say, one value a chirp; empty where the recording does not say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Forward travel since the first chirp, at mid chirp, metres, with the odometry's errors.
+    pub travel_m: Vec<f64>,
+    /// Time since the first chirp, seconds.
+    pub time_s: Vec<f64>,
+    /// Pitch, nose up positive, degrees. What a recording says once holds for every chirp.
+    pub pitch_deg: Vec<f64>,
+}
+
+/// What a recording of several scans says of them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sequence {
+    /// Scans, one after the other, the mirror going back and forth. At least 1.
+    pub scans: usize,
+    /// What is really there, one truth a scan, from the mirror at the end of that scan; empty
+    /// where the recording does not say.
+    pub truth: Vec<Truth>,
+    /// The true travel at the end of each scan, metres; empty where the recording does not say.
+    pub truth_travel_m: Vec<f64>,
+}
+
+impl Default for Sequence {
+    fn default() -> Self {
+        Self {
+            scans: 1,
+            truth: Vec::new(),
+            truth_travel_m: Vec::new(),
+        }
+    }
+}
+
+/// Everything that a recording says about its samples.
+#[derive(Clone, Debug)]
+pub struct Metadata {
+    /// `core:description`.
+    pub description: String,
+    /// ADC sample rate, Hz.
+    pub sample_rate_hz: Option<f64>,
+    /// Carrier (centre) frequency, Hz.
+    pub carrier_hz: f64,
+    /// Swept bandwidth B, Hz.
+    pub bandwidth_hz: f64,
+    /// Complex samples per chirp Ns.
+    pub samples_per_chirp: usize,
+    /// The mirror; `None` for other radars.
+    pub mirror: Option<MirrorSetup>,
+    /// Beam angle of each chirp, degrees; empty without a mirror.
+    pub angles_deg: Vec<f64>,
+    /// What the chair's sensors say of each chirp.
+    pub motion: Motion,
+    /// The scans, if there are several.
+    pub sequence: Sequence,
+    /// What is really there, from the mirror at the first chirp, if the recording says so.
+    pub truth: Option<Truth>,
+    /// What is wrong with the recording, if it says so.
+    pub disturbance: Option<Disturbance>,
+    /// Keys of `global` that are not ours, kept as they are.
+    pub extra: Map<String, Value>,
+}
+
+const SCANS: &str = "stairscan:scans";
+const TRUTH_SCANS: &str = "stairscan:truth_scans";
+const TRUTH_TRAVEL: &str = "stairscan:truth_travel_m";
+
+/// The keys of `global` that [`Metadata`] holds in fields of its own.
+const KNOWN: &[&str] = &[
+    "core:datatype",
+    "core:version",
+    "core:sample_rate",
+    "core:num_channels",
+    "core:description",
+    "core:extensions",
+    "stairscan:bandwidth_hz",
+    "stairscan:samples_per_chirp",
+    "stairscan:mirror_offset_m",
+    "stairscan:beamwidth_deg",
+    "stairscan:mount_height_m",
+    "stairscan:scan_plane",
+    "stairscan:truth",
+    SCANS,
+    TRUTH_SCANS,
+    TRUTH_TRAVEL,
+    PITCH,
+    "stairscan:disturbance",
+];
+
+impl Metadata {
+    /// Reads a metadata file's document.
+    ///
+    /// # Errors
+    /// Names the key and what was expected of it.
+    pub(super) fn parse(document: &Value) -> Result<Self> {
+        let global = Keys::of(document.get("global"), "global")?;
+        let datatype = global.text("core:datatype", "\"ci16_le\"")?;
+        if datatype != "ci16_le" {
+            return Err(global.wrong("core:datatype", "\"ci16_le\""));
+        }
+        if let Some(channels) = global.get("core:num_channels")
+            && channels.as_u64() != Some(1)
+        {
+            return Err(global.wrong("core:num_channels", "1"));
+        }
+        let samples_per_chirp = samples_per_chirp(&global)?;
+        // 1 kHz and 4 THz bound what the fixed-point configuration holds.
+        let bandwidth_hz = global.number(
+            "stairscan:bandwidth_hz",
+            "a swept bandwidth from 1 kHz to 2 THz, in Hz",
+            |v| (1e3..=2e12).contains(&v),
+        )?;
+        let sequence = Sequence::parse(&global)?;
+        let pitch = captures::pitch(&global)?;
+        let captures = captures::parse(document, samples_per_chirp, sequence.scans, pitch)?;
+        let description = global.get("core:description").and_then(Value::as_str);
+        let truth = global.get("stairscan:truth");
+        let truth = truth.map(|value| Truth::parse(value, "global stairscan:truth"));
+        let disturbance = global.get("stairscan:disturbance");
+        Ok(Self {
+            description: description.unwrap_or("").to_owned(),
+            sample_rate_hz: global
+                .optional("core:sample_rate", "a rate above 0 Hz", |v| v > 0.0)?,
+            carrier_hz: captures.carrier_hz,
+            bandwidth_hz,
+            samples_per_chirp,
+            mirror: MirrorSetup::parse(&global)?,
+            angles_deg: captures.angles_deg,
+            motion: captures.motion,
+            sequence,
+            truth: truth.transpose()?,
+            disturbance: disturbance.map(Disturbance::parse).transpose()?,
+            extra: global
+                .object
+                .iter()
+                .filter(|(key, _)| !KNOWN.contains(&key.as_str()))
+                .map(|(key, value)| (key.clone(), value.clone()))
+                .collect(),
+        })
+    }
+
+    /// The document as SigMF writes it, of a recording with `chirps` chirps.
+    pub(super) fn document(&self, chirps: usize) -> Value {
+        let captures: Vec<Value> = (0..chirps).map(|k| self.capture(k)).collect();
+        json!({"global": self.global(), "captures": captures, "annotations": []})
+    }
+
+    fn global(&self) -> Map<String, Value> {
+        let mut global = Map::new();
+        let mut put = |key: &str, value: Value| global.insert(key.into(), value);
+        put("core:datatype", json!("ci16_le"));
+        put("core:version", json!("1.2.0"));
+        if let Some(rate) = self.sample_rate_hz {
+            put("core:sample_rate", json!(rate));
+        }
+        put("core:num_channels", json!(1));
+        put("core:description", json!(self.description));
+        let extension =
+            json!([{"name": "stairscan", "version": EXTENSION_VERSION, "optional": false}]);
+        put("core:extensions", extension);
+        put("stairscan:bandwidth_hz", json!(self.bandwidth_hz));
+        put("stairscan:samples_per_chirp", json!(self.samples_per_chirp));
+        if let Some(mirror) = &self.mirror {
+            put("stairscan:mirror_offset_m", json!(mirror.offset_m));
+            put("stairscan:beamwidth_deg", json!(mirror.beamwidth_deg));
+            put("stairscan:mount_height_m", json!(mirror.mount_height_m));
+            let plane = match mirror.plane {
+                Plane::Depth => "depth",
+                Plane::Height => "height",
+            };
+            put("stairscan:scan_plane", json!(plane));
+        }
+        if self.sequence.scans > 1 {
+            put(SCANS, json!(self.sequence.scans));
+        }
+        if let Some(pitch) = self.steady_pitch() {
+            put(PITCH, json!(pitch));
+        }
+        if let Some(truth) = &self.truth {
+            put("stairscan:truth", truth.json());
+        }
+        if !self.sequence.truth_travel_m.is_empty() {
+            put(TRUTH_TRAVEL, json!(self.sequence.truth_travel_m));
+        }
+        if !self.sequence.truth.is_empty() {
+            let truth: Vec<Value> = self.sequence.truth.iter().map(Truth::json).collect();
+            put(TRUTH_SCANS, json!(truth));
+        }
+        if let Some(disturbance) = &self.disturbance {
+            put("stairscan:disturbance", disturbance.json());
+        }
+        for (key, value) in &self.extra {
+            global.entry(key.clone()).or_insert_with(|| value.clone());
+        }
+        global
+    }
+
+    fn capture(&self, k: usize) -> Value {
+        let mut capture = json!({
+            "core:sample_start": k * self.samples_per_chirp,
+            "core:frequency": self.carrier_hz,
+        });
+        let motion = &self.motion;
+        let pitch: &[f64] = match self.steady_pitch() {
+            Some(_) => &[],
+            None => &motion.pitch_deg,
+        };
+        for (key, values) in [
+            ("stairscan:mirror_angle_deg", &self.angles_deg[..]),
+            (TIME, &motion.time_s),
+            (TRAVEL, &motion.travel_m),
+            (PITCH, pitch),
+        ] {
+            if let Some(value) = values.get(k) {
+                capture[key] = json!(value);
+            }
+        }
+        capture
+    }
+
+    /// The pitch, if it is the same at every chirp: then it is written once.
+    fn steady_pitch(&self) -> Option<f64> {
+        let pitch = &self.motion.pitch_deg;
+        let first = *pitch.first()?;
+        pitch.iter().all(|p| *p == first).then_some(first)
+    }
+}
+
+fn samples_per_chirp(global: &Keys<'_>) -> Result<usize> {
+    let range = f64::from(*config::SAMPLES.start())..=f64::from(*config::SAMPLES.end());
+    let samples = global.number(
+        "stairscan:samples_per_chirp",
+        "a whole number from 16 to 256",
+        |v| v.fract() == 0.0 && range.contains(&v),
+    )?;
+    Ok(samples as usize)
+}
+
+impl Sequence {
+    fn parse(global: &Keys<'_>) -> Result<Self> {
+        let expected = "a whole number of scans from 1 to 10000";
+        let scans = global.optional(SCANS, expected, |v| {
+            v.fract() == 0.0 && (1.0..=MAX_SCANS).contains(&v)
+        })?;
+        let scans = scans.unwrap_or(1.0) as usize;
+        let travel = global.list(TRUTH_TRAVEL, "one travel in metres a scan", scans)?;
+        let travel = travel.unwrap_or_default().iter().enumerate().map(|(k, v)| {
+            let metres = v.as_f64().filter(|v| v.is_finite());
+            metres.ok_or_else(|| {
+                anyhow!("global {TRUTH_TRAVEL}[{k}]: found {v}, expected a finite travel in metres")
+            })
+        });
+        let truth = global.list(TRUTH_SCANS, "one truth a scan", scans)?;
+        let truth = truth.unwrap_or_default().iter().enumerate();
+        let truth = truth.map(|(k, v)| Truth::parse(v, &format!("global {TRUTH_SCANS}[{k}]")));
+        Ok(Self {
+            scans,
+            truth: truth.collect::<Result<_>>()?,
+            truth_travel_m: travel.collect::<Result<_>>()?,
+        })
+    }
+}
+
+impl MirrorSetup {
+    /// The mirror's keys: all of them or none.
+    fn parse(global: &Keys<'_>) -> Result<Option<Self>> {
+        let keys = [
+            "mirror_offset_m",
+            "beamwidth_deg",
+            "mount_height_m",
+            "scan_plane",
+        ];
+        if !keys
+            .iter()
+            .any(|key| global.get(&format!("stairscan:{key}")).is_some())
+        {
+            return Ok(None);
+        }
+        let plane = match global.text("stairscan:scan_plane", "\"depth\" or \"height\"")? {
+            "depth" => Plane::Depth,
+            "height" => Plane::Height,
+            _ => return Err(global.wrong("stairscan:scan_plane", "\"depth\" or \"height\"")),
+        };
+        let within = |key, expected, low: f64, high: f64| {
+            global.number(key, expected, move |v| (low..=high).contains(&v))
+        };
+        Ok(Some(Self {
+            offset_m: within("stairscan:mirror_offset_m", "0 to 2 metres", 0.0, 2.0)?,
+            beamwidth_deg: within("stairscan:beamwidth_deg", "0.5 to 30 degrees", 0.5, 30.0)?,
+            mount_height_m: within("stairscan:mount_height_m", "0.01 to 5 metres", 0.01, 5.0)?,
+            plane,
+        }))
+    }
+}
+
+impl Motion {
+    /// What the sensors say of the chirps `range`.
+    pub(super) fn of(&self, range: Range<usize>) -> Self {
+        let part = |values: &[f64]| values.get(range.clone()).unwrap_or_default().to_vec();
+        Self {
+            travel_m: part(&self.travel_m),
+            time_s: part(&self.time_s),
+            pitch_deg: part(&self.pitch_deg),
+        }
+    }
+
+    /// Mean pitch over the chirps `range`, degrees, if the sensors say one.
+    pub fn mean_pitch_deg(&self, range: Range<usize>) -> Option<f64> {
+        let pitch = self.pitch_deg.get(range).filter(|p| !p.is_empty())?;
+        Some(pitch.iter().sum::<f64>() / pitch.len() as f64)
+    }
+}
+
+/// Refuses what only a recording with a mirror has.
+pub(super) fn mirror<'a>(meta: &'a Metadata, file: &str) -> Result<&'a MirrorSetup> {
+    let mirror = meta.mirror.as_ref().ok_or_else(|| {
+        anyhow!(
+            "{file}: global stairscan:mirror_offset_m, beamwidth_deg, mount_height_m and \
+             scan_plane: missing, a scan needs them"
+        )
+    })?;
+    ensure!(
+        !meta.angles_deg.is_empty(),
+        "{file}: captures stairscan:mirror_angle_deg: missing, a scan needs one a chirp"
+    );
+    Ok(mirror)
+}

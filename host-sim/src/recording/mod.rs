@@ -1,0 +1,235 @@
+//! Recorded scans: SigMF 1.2 pairs with the project's `stairscan:` keys.
+//!
+//! `NAME.sigmf-meta` is JSON, `NAME.sigmf-data` the interleaved little-endian 16-bit I and Q of one
+//! chirp after another. A range profile needs only datatype, Ns and bandwidth, so recordings of
+//! radars without a mirror are read too; what a scan needs beyond that is asked for by
+//! [`Recording::scan_setup`]. A recording may hold several scans, which [`Recording::scan`] takes
+//! apart. Every refusal names file, key and what was expected.
+
+mod captures;
+mod keys;
+mod metadata;
+mod truth;
+
+use std::fs;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use serde_json::Value;
+use stairscan::Iq;
+
+use keys::explain_syntax;
+pub use metadata::{Metadata, MirrorSetup, Motion, Sequence};
+pub use truth::{Disturbance, TrueStep, Truth};
+
+/// Suffix of the metadata file.
+pub const META_SUFFIX: &str = "sigmf-meta";
+/// Suffix of the sample file.
+pub const DATA_SUFFIX: &str = "sigmf-data";
+
+/// One recording in memory.
+#[derive(Clone, Debug)]
+pub struct Recording {
+    /// Base name without suffix.
+    pub name: String,
+    /// The metadata.
+    pub meta: Metadata,
+    /// The samples of all chirps, one after another.
+    pub samples: Vec<Iq>,
+}
+
+/// Path of the metadata file of `path`, given with or without a suffix.
+pub fn meta_path(path: &Path) -> PathBuf {
+    with_suffix(path, META_SUFFIX)
+}
+
+fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
+    match path.extension().and_then(|e| e.to_str()) {
+        Some(META_SUFFIX | DATA_SUFFIX) => path.with_extension(suffix),
+        // Not `with_extension`: a dot within the name is no suffix.
+        _ => PathBuf::from(format!("{}.{suffix}", path.display())),
+    }
+}
+
+/// The recordings of a directory, sorted by name; an error if there are none.
+pub fn list(dir: &Path) -> Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(dir).with_context(|| format!("{}", dir.display()))?;
+    let mut found = Vec::new();
+    for entry in entries {
+        let path = entry.with_context(|| format!("{}", dir.display()))?.path();
+        if path.extension().is_some_and(|e| e == META_SUFFIX) {
+            found.push(path);
+        }
+    }
+    ensure!(
+        !found.is_empty(),
+        "{}: holds no recording (*.{META_SUFFIX})",
+        dir.display()
+    );
+    found.sort();
+    Ok(found)
+}
+
+impl Recording {
+    /// Reads the pair that `path` names, with or without a suffix.
+    ///
+    /// # Errors
+    /// Names the file, the key and what was expected.
+    pub fn read(path: &Path) -> Result<Self> {
+        let meta_file = with_suffix(path, META_SUFFIX);
+        let text =
+            fs::read_to_string(&meta_file).with_context(|| format!("{}", meta_file.display()))?;
+        let document: Value = serde_json::from_str(&text)
+            .map_err(|e| anyhow!("{}: {}", meta_file.display(), explain_syntax(&text, &e)))?;
+        let meta =
+            Metadata::parse(&document).with_context(|| format!("{}", meta_file.display()))?;
+        let data_file = with_suffix(path, DATA_SUFFIX);
+        let samples = read_samples(&data_file, &meta)?;
+        let name = meta_file
+            .file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned();
+        Ok(Self {
+            name,
+            meta,
+            samples,
+        })
+    }
+
+    /// The samples of chirp `k`.
+    pub fn chirp(&self, k: usize) -> Option<&[Iq]> {
+        let ns = self.meta.samples_per_chirp;
+        self.samples.get(k.checked_mul(ns)?..)?.get(..ns)
+    }
+
+    /// Number of chirps.
+    pub fn chirps(&self) -> usize {
+        self.samples.len() / self.meta.samples_per_chirp.max(1)
+    }
+
+    /// Number of scans, at least 1.
+    pub fn scans(&self) -> usize {
+        self.meta.sequence.scans.max(1)
+    }
+
+    /// Number of chirps of each scan.
+    pub fn chirps_per_scan(&self) -> usize {
+        self.chirps() / self.scans()
+    }
+
+    /// The chirps of scan `k`, counted from 0.
+    pub fn chirps_of(&self, k: usize) -> Range<usize> {
+        let count = self.chirps_per_scan();
+        k * count..(k + 1) * count
+    }
+
+    /// Scan `k`, counted from 0, as a recording of its own, named `NAME-scanK` with K from 1 where
+    /// there are several. Its truth is the one at the end of that scan, if the recording holds it.
+    pub fn scan(&self, k: usize) -> Self {
+        let (meta, range) = (&self.meta, self.chirps_of(k));
+        let ns = meta.samples_per_chirp;
+        let samples = self.samples.get(range.start * ns..range.end * ns);
+        let angles = meta.angles_deg.get(range.clone());
+        let travel = meta.sequence.truth_travel_m.get(k);
+        Self {
+            name: match self.scans() {
+                1 => self.name.clone(),
+                _ => format!("{}-scan{}", self.name, k + 1),
+            },
+            meta: Metadata {
+                angles_deg: angles.unwrap_or_default().to_vec(),
+                motion: meta.motion.of(range),
+                truth: self.truth(k).cloned(),
+                sequence: Sequence {
+                    scans: 1,
+                    truth: Vec::new(),
+                    truth_travel_m: travel.copied().into_iter().collect(),
+                },
+                ..meta.clone()
+            },
+            samples: samples.unwrap_or_default().to_vec(),
+        }
+    }
+
+    /// The truth of scan `k`, counted from 0.
+    pub fn truth(&self, k: usize) -> Option<&Truth> {
+        let whole = self.meta.truth.as_ref().filter(|_| self.scans() == 1);
+        self.meta.sequence.truth.get(k).or(whole)
+    }
+
+    /// The mirror's set-up.
+    ///
+    /// # Errors
+    /// Says which key is missing for a scan.
+    pub fn scan_setup(&self) -> Result<&MirrorSetup> {
+        metadata::mirror(&self.meta, &format!("{}.{META_SUFFIX}", self.name))
+    }
+
+    /// Writes the pair that `path` names. Both files appear whole or not at all.
+    ///
+    /// # Errors
+    /// Names the file that cannot be written.
+    pub fn write(&self, path: &Path) -> Result<()> {
+        let bytes: Vec<u8> = self
+            .samples
+            .iter()
+            .flat_map(|s| {
+                let ([a, b], [c, d]) = (s.i.to_le_bytes(), s.q.to_le_bytes());
+                [a, b, c, d]
+            })
+            .collect();
+        let mut text = serde_json::to_string(&self.meta.document(self.chirps()))?;
+        text.push('\n');
+        write_whole(&with_suffix(path, DATA_SUFFIX), &bytes)?;
+        write_whole(&with_suffix(path, META_SUFFIX), text.as_bytes())
+    }
+}
+
+/// Writes a file under a temporary name and renames it, so that it is never seen half-written.
+pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    let mut name = path.file_name().unwrap_or_default().to_os_string();
+    name.push(".part");
+    let part = path.with_file_name(name);
+    let written = fs::write(&part, bytes).and_then(|()| fs::rename(&part, path));
+    written.map_err(|e| {
+        let _ = fs::remove_file(&part);
+        anyhow!("{}: {e}", path.display())
+    })
+}
+
+fn read_samples(path: &Path, meta: &Metadata) -> Result<Vec<Iq>> {
+    let context = || format!("{}", path.display());
+    let found = fs::metadata(path).with_context(context)?.len();
+    let chirp = 4 * meta.samples_per_chirp as u64;
+    let chirps = meta.angles_deg.len() as u64;
+    if chirps > 0 && found != chirps * chirp {
+        bail!(
+            "{}: {found} bytes, expected {} ({chirps} captures of {} samples of 4 bytes)",
+            path.display(),
+            chirps * chirp,
+            meta.samples_per_chirp
+        );
+    }
+    if found == 0 || !found.is_multiple_of(chirp) {
+        bail!(
+            "{}: {found} bytes, expected whole chirps of {} samples (stairscan:samples_per_chirp) of 4 bytes",
+            path.display(),
+            meta.samples_per_chirp
+        );
+    }
+    let bytes = fs::read(path).with_context(context)?;
+    ensure!(
+        bytes.len() as u64 == found,
+        "{}: changed while it was read",
+        path.display()
+    );
+    let sample = |b: &[u8]| {
+        Iq::new(
+            i16::from_le_bytes([b[0], b[1]]),
+            i16::from_le_bytes([b[2], b[3]]),
+        )
+    };
+    Ok(bytes.chunks_exact(4).map(sample).collect())
+}

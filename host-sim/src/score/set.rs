@@ -1,0 +1,190 @@
+//! Scores of sets of scenes.
+
+use serde_json::{Value, json};
+use stairscan::stairs::Status;
+
+use super::{Match, SceneScore, Share, is_strong};
+use crate::recording::TrueStep;
+
+/// Mean, median and 95th percentile of absolute errors, metres; `None` without any.
+#[derive(Clone, Copy, Debug)]
+pub struct Spread {
+    /// Mean.
+    pub mean: f64,
+    /// Median.
+    pub median: f64,
+    /// 95th percentile, interpolated between ranks.
+    pub p95: f64,
+}
+
+impl Spread {
+    fn of(errors: impl Iterator<Item = f64>) -> Option<Self> {
+        let mut sorted: Vec<f64> = errors.map(f64::abs).collect();
+        if sorted.is_empty() {
+            return None;
+        }
+        sorted.sort_by(f64::total_cmp);
+        let mean = sorted.iter().sum::<f64>() / sorted.len() as f64;
+        Some(Self {
+            mean,
+            median: quantile(&sorted, 0.5),
+            p95: quantile(&sorted, 0.95),
+        })
+    }
+
+    fn json(spread: Option<Self>) -> Value {
+        spread.map_or(
+            Value::Null,
+            |s| json!({"mean": s.mean, "median": s.median, "p95": s.p95}),
+        )
+    }
+}
+
+/// Quantile `q` of sorted values, linear between ranks.
+pub fn quantile(sorted: &[f64], q: f64) -> f64 {
+    let Some(last) = sorted.len().checked_sub(1) else {
+        return f64::NAN;
+    };
+    let place = q * last as f64;
+    let low = place.floor() as usize;
+    let high = (low + 1).min(last);
+    sorted[low] + (sorted[high] - sorted[low]) * (place - low as f64)
+}
+
+/// The score of a set of scenes.
+#[derive(Clone, Debug)]
+pub struct SetScore {
+    /// Name of the set.
+    pub name: String,
+    /// Scenes.
+    pub scenes: usize,
+    /// Scenes that are exact.
+    pub exact: Share,
+    /// True steps that were missed.
+    pub missed: Share,
+    /// Strong true steps that were missed.
+    pub strong_missed: Share,
+    /// Reported steps that match nothing.
+    pub invented: usize,
+    /// Scenes without steps that were given some.
+    pub false_stairs: Share,
+    /// Scenes reported `ok`, `degraded`, `fault`.
+    pub status: [usize; 3],
+    /// Scenes that are `ok`.
+    pub ok: Share,
+    /// Answers that are `ok` and wrong, of those that are `ok`.
+    pub ok_and_wrong: Share,
+    /// Answers that are `ok`, of those that are neither wrong nor a `fault`.
+    pub ok_of_right: Share,
+    /// True steps that lie within the horizon or are reported.
+    pub covered: Share,
+    /// Median horizon of the answers that are `ok`, metres; infinite where they do not say.
+    pub ok_horizon_m: Option<f64>,
+    /// Recordings that are harmfully disturbed and still `ok`.
+    pub harmful_ok: Share,
+    /// Absolute distance errors: all matched steps, then the strong ones.
+    pub distance: [Option<Spread>; 2],
+    /// Absolute height errors, likewise.
+    pub height: [Option<Spread>; 2],
+    /// Distances within two standard deviations, and beyond three.
+    pub distance_sigmas: [Share; 2],
+    /// Heights, likewise.
+    pub height_sigmas: [Share; 2],
+}
+
+impl SetScore {
+    /// Sums up `scenes`.
+    pub fn new<'a>(name: &str, scenes: impl Iterator<Item = &'a SceneScore> + Clone) -> Self {
+        let count = |f: &dyn Fn(&SceneScore) -> usize| scenes.clone().map(f).sum::<usize>();
+        let matches = || scenes.clone().flat_map(|s| s.matches.iter());
+        let spread = |f: fn(&Match) -> f64| {
+            [
+                Spread::of(matches().map(f)),
+                Spread::of(matches().filter(|m| m.strong).map(f)),
+            ]
+        };
+        let sigmas = |z: fn(&Match) -> f64| {
+            [
+                Share::count(matches(), |m| z(m).abs() <= 2.0),
+                Share::count(matches(), |m| z(m).abs() > 3.0),
+            ]
+        };
+        let strong = |steps: &[TrueStep]| steps.iter().filter(|s| is_strong(s)).count();
+        let of = |status: Status| scenes.clone().filter(move |s| s.status == status);
+        let empty = |s: &&SceneScore| s.truth.is_empty();
+        let right = |s: &&SceneScore| !s.wrong && s.status != Status::Fault;
+        let mut horizons: Vec<f64> = of(Status::Ok).map(|s| s.horizon_m).collect();
+        horizons.sort_by(f64::total_cmp);
+        let steps = count(&|s| s.truth.len());
+        Self {
+            name: name.to_owned(),
+            scenes: scenes.clone().count(),
+            exact: Share::count(scenes.clone(), |s| s.exact),
+            missed: Share::new(count(&|s| s.missed.len()), steps),
+            strong_missed: Share::new(count(&|s| strong(&s.missed)), count(&|s| strong(&s.truth))),
+            invented: count(&|s| s.invented.len()),
+            false_stairs: Share::count(scenes.clone().filter(empty), |s| s.false_stair),
+            status: [Status::Ok, Status::Degraded, Status::Fault].map(|s| of(s).count()),
+            ok: Share::count(scenes.clone(), |s| s.status == Status::Ok),
+            ok_and_wrong: Share::count(of(Status::Ok), SceneScore::ok_and_wrong),
+            ok_of_right: Share::count(scenes.clone().filter(right), |s| s.status == Status::Ok),
+            covered: Share::new(count(&|s| s.covered), steps),
+            ok_horizon_m: horizons.get(horizons.len() / 2).copied(),
+            harmful_ok: Share::count(scenes.clone().filter(|s| s.harmful), |s| {
+                s.status == Status::Ok
+            }),
+            distance: spread(|m| m.distance_error),
+            height: spread(|m| m.height_error),
+            distance_sigmas: sigmas(|m| m.distance_z),
+            height_sigmas: sigmas(|m| m.height_z),
+        }
+    }
+
+    /// The figures as JSON, lengths in metres.
+    pub fn json(&self) -> Value {
+        let finite = |v: Option<f64>| v.filter(|v| v.is_finite());
+        json!({
+            "set": self.name,
+            "scenes": self.scenes,
+            "exact": self.exact.hits,
+            "exact_rate": self.exact.value(),
+            "steps": self.missed.of,
+            "missed": self.missed.hits,
+            "strong_steps": self.strong_missed.of,
+            "strong_missed": self.strong_missed.hits,
+            "false_steps": self.invented,
+            "scenes_without_steps": self.false_stairs.of,
+            "false_stairs": self.false_stairs.hits,
+            "status": {"ok": self.status[0], "degraded": self.status[1], "fault": self.status[2]},
+            "ok": self.ok.json(),
+            "ok_and_wrong": self.ok_and_wrong.json(),
+            "ok_of_right": self.ok_of_right.json(),
+            "covered": self.covered.json(),
+            "ok_horizon_m": finite(self.ok_horizon_m),
+            "harmful_ok": self.harmful_ok.json(),
+            "distance_error_m": Spread::json(self.distance[0]),
+            "height_error_m": Spread::json(self.height[0]),
+            "strong_distance_error_m": Spread::json(self.distance[1]),
+            "strong_height_error_m": Spread::json(self.height[1]),
+            "distance_within_2_sigma": self.distance_sigmas[0].value(),
+            "height_within_2_sigma": self.height_sigmas[0].value(),
+            "distance_beyond_3_sigma": self.distance_sigmas[1].value(),
+            "height_beyond_3_sigma": self.height_sigmas[1].value(),
+        })
+    }
+}
+
+/// Scores by set, in the order of their names, and the whole last (when there are several).
+pub fn by_set(scenes: &[SceneScore]) -> Vec<SetScore> {
+    let mut names: Vec<&str> = scenes.iter().map(|s| s.set.as_str()).collect();
+    names.sort_unstable();
+    names.dedup();
+    let mut sets: Vec<SetScore> = names
+        .iter()
+        .map(|name| SetScore::new(name, scenes.iter().filter(|s| s.set == *name)))
+        .collect();
+    if sets.len() > 1 {
+        sets.push(SetScore::new("all", scenes.iter()));
+    }
+    sets
+}

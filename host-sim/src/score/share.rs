@@ -1,0 +1,102 @@
+//! Shares with their confidence intervals.
+
+use serde_json::{Value, json};
+
+/// Standard deviations of a two-sided 95 % interval of the normal distribution.
+const Z95: f64 = 1.959_964;
+
+/// So many of so many.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Share {
+    /// How many are so.
+    pub hits: usize,
+    /// Of how many.
+    pub of: usize,
+}
+
+impl Share {
+    /// `hits` of `of`.
+    pub fn new(hits: usize, of: usize) -> Self {
+        Self { hits, of }
+    }
+
+    /// How many of `items` are `so`.
+    pub fn count<T>(items: impl IntoIterator<Item = T>, so: impl Fn(T) -> bool) -> Self {
+        let mut share = Self::default();
+        for item in items {
+            share.of += 1;
+            share.hits += usize::from(so(item));
+        }
+        share
+    }
+
+    /// The share, 0…1; `None` of nothing.
+    pub fn value(self) -> Option<f64> {
+        (self.of > 0).then(|| self.hits as f64 / self.of as f64)
+    }
+
+    /// The 95 % interval of the share that the draw is from, by Wilson's score (E. B. Wilson,
+    /// Probable Inference, the Law of Succession, and Statistical Inference, JASA 22, 1927): it
+    /// stays within 0…1 and has a width also where nothing or everything is so. `None` of nothing.
+    pub fn interval(self) -> Option<(f64, f64)> {
+        let p = self.value()?;
+        let n = self.of as f64;
+        let z2 = Z95 * Z95;
+        let middle = (p + z2 / (2.0 * n)) / (1.0 + z2 / n);
+        let half = Z95 / (1.0 + z2 / n) * (p * (1.0 - p) / n + z2 / (4.0 * n * n)).sqrt();
+        Some(((middle - half).max(0.0), (middle + half).min(1.0)))
+    }
+
+    /// `12.5 % (10.1–15.4)`, or a dash of nothing.
+    pub fn percent(self) -> String {
+        match (self.value(), self.interval()) {
+            (Some(p), Some((low, high))) => {
+                let percent = |v: f64| format!("{:.1}", 100.0 * v);
+                format!("{} % ({}–{})", percent(p), percent(low), percent(high))
+            }
+            _ => "–".into(),
+        }
+    }
+
+    /// Count and interval as JSON.
+    pub fn json(self) -> Value {
+        json!({
+            "count": self.hits,
+            "of": self.of,
+            "interval_95": self.interval().map(|(low, high)| [low, high]),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Table I of R. G. Newcombe, Two-sided confidence intervals for the single proportion,
+    /// Statistics in Medicine 17 (1998), method 3.
+    #[test]
+    fn wilson_is_as_published() {
+        for (hits, of, low, high) in [
+            (81, 263, 0.2553, 0.3662),
+            (15, 148, 0.0624, 0.1605),
+            (0, 20, 0.0, 0.1611),
+            (1, 29, 0.0061, 0.1718),
+        ] {
+            let (a, b) = Share::new(hits, of).interval().unwrap();
+            assert!(
+                (a - low).abs() < 5e-5 && (b - high).abs() < 5e-5,
+                "{hits}/{of}: {a} {b}"
+            );
+        }
+        assert_eq!(Share::new(0, 0).interval(), None);
+        assert_eq!(Share::new(0, 0).percent(), "–");
+        let all = Share::new(40, 40).interval().unwrap();
+        assert!(all.1 == 1.0 && all.0 > 0.9 && all.0 < 1.0);
+    }
+
+    #[test]
+    fn counting() {
+        assert_eq!(Share::count([1, 2, 3, 4], |n| n > 2), Share::new(2, 4));
+        assert_eq!(Share::new(1, 8).percent(), "12.5 % (2.2–47.1)");
+    }
+}

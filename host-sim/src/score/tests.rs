@@ -1,0 +1,182 @@
+use super::*;
+use stairscan::report::{ScanLine, StepLine, Tenths};
+use stairscan::stairs::Reasons;
+
+fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
+    let tenths = |m: f64| Tenths((m * 10_000.0).round() as i32);
+    let steps: Vec<StepLine> = steps
+        .iter()
+        .map(|&(d, h)| StepLine {
+            distance: tenths(d),
+            height: tenths(h),
+            distance_sigma: Tenths(50),
+            height_sigma: Tenths(50),
+            ..StepLine::default()
+        })
+        .collect();
+    Answer {
+        recording: "set_1".into(),
+        part: None,
+        horizon_m: None,
+        sentences: Vec::new(),
+        scan: ScanLine {
+            scan: 1,
+            status,
+            direction: if steps.is_empty() {
+                Direction::None
+            } else {
+                Direction::Up
+            },
+            steps: steps.len() as u8,
+            lost_rows: 0,
+            reasons: Reasons::NONE,
+        },
+        steps,
+    }
+}
+
+fn truth(steps: &[(f64, f64)], uncounted: &[(f64, f64)]) -> Truth {
+    let list = |steps: &[(f64, f64)]| {
+        let step = |&(distance_m, height_m)| TrueStep {
+            distance_m,
+            height_m,
+            snr_db: Some(20.0),
+        };
+        steps.iter().map(step).collect()
+    };
+    Truth {
+        direction: "up".into(),
+        steps: list(steps),
+        uncounted: list(uncounted),
+    }
+}
+
+#[test]
+fn nearest_pairs_come_first() {
+    let score = scene(
+        &answer(Status::Ok, &[(0.56, 0.1), (0.61, 0.1)]),
+        &truth(&[(0.60, 0.1), (0.50, 0.1)], &[]),
+    );
+    assert!(score.exact);
+    assert!((score.matches[0].distance_error - 0.01).abs() < 1e-9);
+    assert!((score.matches[1].distance_error - 0.06).abs() < 1e-9);
+    // Of two reported steps the farther one matches nothing, however near it lies.
+    let score = scene(
+        &answer(Status::Ok, &[(0.55, 0.1), (0.62, 0.1)]),
+        &truth(&[(0.60, 0.1)], &[]),
+    );
+    assert_eq!(score.invented, [0.55]);
+}
+
+#[test]
+fn a_fault_reports_nothing() {
+    let score = scene(
+        &answer(Status::Fault, &[(0.6, 0.1)]),
+        &truth(&[(0.6, 0.1)], &[]),
+    );
+    assert_eq!(
+        (score.matches.len(), score.missed.len(), score.exact),
+        (0, 1, false)
+    );
+    assert!(scene(&answer(Status::Fault, &[(0.6, 0.1)]), &truth(&[], &[])).exact);
+}
+
+#[test]
+fn uncounted_steps_are_neither_right_nor_wrong() {
+    let score = scene(
+        &answer(Status::Ok, &[(0.6, 0.1), (0.9, 0.2)]),
+        &truth(&[(0.6, 0.1)], &[(0.9, 0.2)]),
+    );
+    assert!(score.exact);
+    assert_eq!(score.matches.len(), 1);
+}
+
+#[test]
+fn stairs_where_there_are_none() {
+    let score = scene(&answer(Status::Ok, &[(0.6, 0.1)]), &truth(&[], &[]));
+    assert!(score.false_stair && !score.exact);
+}
+
+#[test]
+fn two_sigma_and_quantiles() {
+    let score = scene(
+        &answer(Status::Ok, &[(0.6, 0.1)]),
+        &truth(&[(0.609, 0.111)], &[]),
+    );
+    assert!(score.matches[0].distance_z.abs() <= 2.0 && score.matches[0].height_z.abs() > 2.0);
+    assert_eq!(quantile(&[1.0, 2.0, 3.0, 4.0], 0.5), 2.5);
+    assert!(quantile(&[], 0.5).is_nan());
+}
+
+/// An answer that vouches for itself up to `horizon_m`.
+fn vouching(horizon_m: f64, steps: &[(f64, f64)]) -> Answer {
+    Answer {
+        horizon_m: Some(horizon_m),
+        ..answer(Status::Ok, steps)
+    }
+}
+
+#[test]
+fn wrong_is_what_is_missing_made_up_or_off_up_to_the_horizon() {
+    let real = truth(&[(0.6, 0.15), (0.9, 0.30), (1.4, 0.45)], &[(1.8, 0.6)]);
+    let wrong = |answer: &Answer| scene(answer, &real).wrong;
+    let all = [(0.6, 0.15), (0.9, 0.30), (1.4, 0.45)];
+    assert!(!wrong(&answer(Status::Ok, &all)));
+    // Without a horizon an answer vouches for everything; with one, for no more than it says.
+    assert!(wrong(&answer(Status::Ok, &all[..2])));
+    assert!(!wrong(&vouching(1.2, &all[..2])));
+    assert!(
+        wrong(&vouching(1.38, &all[..2])),
+        "within 3 cm of the horizon"
+    );
+    assert!(wrong(&vouching(1.2, &all[..1])));
+    // Made up, before the horizon and behind it.
+    let more = [all[0], all[1], (1.15, 0.4)];
+    assert!(wrong(&vouching(1.2, &more)));
+    assert!(!wrong(&vouching(1.0, &more)));
+    // Off in height or distance.
+    assert!(wrong(&vouching(1.2, &[(0.6, 0.181), (0.9, 0.30)])));
+    assert!(wrong(&vouching(1.2, &[(0.631, 0.15), (0.9, 0.30)])));
+    assert!(!wrong(&vouching(1.2, &[(0.629, 0.179), (0.9, 0.30)])));
+    assert!(!wrong(&vouching(0.7, &[(0.6, 0.15), (0.95, 0.30)])));
+    // A step told just before the end that is the true one just behind it is no invention.
+    assert!(!wrong(&vouching(1.35, &[all[0], all[1], (1.37, 0.45)])));
+    // Uncounted steps are neither right nor wrong.
+    assert!(!wrong(&answer(
+        Status::Ok,
+        &[all[0], all[1], all[2], (1.8, 0.6)]
+    )));
+    // No answer is wrong where there is something, and right where there is nothing.
+    assert!(wrong(&answer(Status::Fault, &[])));
+    assert!(!scene(&answer(Status::Fault, &[]), &truth(&[], &[])).wrong);
+    assert!(scene(&answer(Status::Ok, &[(0.6, 0.1)]), &truth(&[], &[])).wrong);
+}
+
+#[test]
+fn coverage_is_what_lies_within_the_horizon_or_is_reported() {
+    let real = truth(&[(0.6, 0.15), (0.9, 0.30), (1.4, 0.45)], &[]);
+    let covered = |answer: &Answer| scene(answer, &real).covered;
+    assert_eq!(covered(&answer(Status::Ok, &[])), 3);
+    assert_eq!(covered(&vouching(0.88, &[])), 2);
+    assert_eq!(covered(&vouching(0.5, &[(1.4, 0.45)])), 1);
+    assert_eq!(covered(&answer(Status::Fault, &[])), 0);
+}
+
+#[test]
+fn ok_and_wrong_is_counted_of_what_is_ok() {
+    let real = truth(&[(0.6, 0.15)], &[]);
+    let scenes = [
+        scene(&answer(Status::Ok, &[(0.6, 0.15)]), &real),
+        scene(&answer(Status::Ok, &[(0.6, 0.25)]), &real),
+        scene(&answer(Status::Degraded, &[(0.6, 0.25)]), &real),
+        scene(&answer(Status::Degraded, &[(0.6, 0.15)]), &real),
+        scene(&answer(Status::Fault, &[]), &real),
+    ];
+    let set = SetScore::new("set", scenes.iter());
+    assert_eq!((set.exact, set.ok), (Share::new(4, 5), Share::new(2, 5)));
+    assert_eq!(set.ok_and_wrong, Share::new(1, 2));
+    assert_eq!(set.ok_of_right, Share::new(1, 2));
+    assert_eq!(set.covered, Share::new(4, 5));
+    assert_eq!(set.json()["ok_horizon_m"], serde_json::Value::Null);
+    assert!(confusions(&scenes).contains("ok WRONG"));
+}

@@ -1,0 +1,166 @@
+//! Scores as tables for people and as JSON.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::{SceneScore, SetScore, Share, Spread, quantile};
+
+/// The table for people, errors in centimetres.
+pub fn table(sets: &[SetScore]) -> String {
+    let mut out = String::from(
+        "                     exact              ok and            missed   of 15 dB+   false   false     \
+         distance error cm     height error cm     within 2σ\n\
+         set                 scenes      ok      wrong  covered     steps    missed     steps  stairs   \
+         mean   med   95 %   mean   med   95 %   dist  height\n",
+    );
+    for set in sets {
+        let spread = |s: Option<Spread>| match s {
+            Some(s) => format!(
+                "{:5.2} {:5.2} {:6.2}",
+                100.0 * s.mean,
+                100.0 * s.median,
+                100.0 * s.p95
+            ),
+            None => format!("{:>5} {:>5} {:>6}", "-", "-", "-"),
+        };
+        let percent =
+            |share: Share| (share.value()).map_or("-".into(), |v| format!("{:.0} %", 100.0 * v));
+        let of = |share: Share| format!("{}/{}", share.hits, share.of);
+        let _ = writeln!(
+            out,
+            "{:<18} {:>7} {:>7} {:>10} {:>8} {:>9} {:>9} {:>9} {:>7}  {}   {}  {:>6} {:>6}",
+            set.name,
+            of(set.exact),
+            set.ok.hits,
+            set.ok_and_wrong.hits,
+            percent(set.covered),
+            of(set.missed),
+            of(set.strong_missed),
+            set.invented,
+            of(set.false_stairs),
+            spread(set.distance[0]),
+            spread(set.height[0]),
+            percent(set.distance_sigmas[0]),
+            percent(set.height_sigmas[0]),
+        );
+    }
+    for set in sets.iter().filter(|set| set.harmful_ok.of > 0) {
+        let Share { hits, of } = set.harmful_ok;
+        let _ = writeln!(
+            out,
+            "\n{}: {hits} of {of} harmful disturbances are ok",
+            set.name
+        );
+    }
+    if let Some(set) = sets.last() {
+        let _ = writeln!(out, "\n{}", promise(set));
+    }
+    out
+}
+
+/// How far `ok` is given, and how far it reaches.
+fn promise(set: &SetScore) -> String {
+    let horizon = match set.ok_horizon_m {
+        None => "no answer is ok".to_owned(),
+        Some(m) if m.is_finite() => format!("median horizon of an ok {m:.2} m"),
+        Some(_) => "an ok has no horizon: it vouches for everything".to_owned(),
+    };
+    format!(
+        "{}: ok and wrong {} of {} ok; ok of what is not wrong {}; {horizon}",
+        set.name,
+        set.ok_and_wrong.hits,
+        set.ok.hits,
+        set.ok_of_right.percent()
+    )
+}
+
+/// The median of each figure over several runs of the same sets, errors in centimetres.
+pub fn median_table(runs: &[Vec<SetScore>]) -> String {
+    let mut out = String::from(
+        "set                 exact    ok  ok and wrong  missed  of 15 dB+   false steps  false stairs   \
+         distance med cm   height med cm\n",
+    );
+    for (k, set) in runs.first().into_iter().flatten().enumerate() {
+        let sets = || runs.iter().filter_map(|run| run.get(k));
+        let median = |f: &dyn Fn(&SetScore) -> Option<f64>| {
+            let mut values: Vec<f64> = sets().filter_map(f).collect();
+            values.sort_by(f64::total_cmp);
+            quantile(&values, 0.5)
+        };
+        let middle = |f: fn(&SetScore) -> usize| median(&|s| Some(f(s) as f64));
+        let _ = writeln!(
+            out,
+            "{:<18} {:>4}/{:<4} {:>4} {:>6}    {:>4}/{:<4} {:>4}/{:<4}  {:>12} {:>8}/{:<4} {:>17.2} {:>15.2}",
+            set.name,
+            middle(|s| s.exact.hits),
+            set.scenes,
+            middle(|s| s.ok.hits),
+            middle(|s| s.ok_and_wrong.hits),
+            middle(|s| s.missed.hits),
+            set.missed.of,
+            middle(|s| s.strong_missed.hits),
+            set.strong_missed.of,
+            middle(|s| s.invented),
+            middle(|s| s.false_stairs.hits),
+            set.false_stairs.of,
+            100.0 * median(&|s| s.distance[0].map(|d| d.median)),
+            100.0 * median(&|s| s.height[0].map(|h| h.median)),
+        );
+    }
+    out
+}
+
+/// The scenes that are not exact or wrong, one line each.
+pub fn confusions(scenes: &[SceneScore]) -> String {
+    let mut out = String::new();
+    for scene in scenes.iter().filter(|s| !s.exact || s.wrong) {
+        let missed = scene.missed.iter().map(|s| {
+            let snr = s
+                .snr_db
+                .map_or(String::new(), |snr| format!(" ({snr:.0} dB)"));
+            format!("{:.2} m{snr}", s.distance_m)
+        });
+        let missed: Vec<String> = missed.collect();
+        let invented: Vec<String> = scene.invented.iter().map(|d| format!("{d:.2} m")).collect();
+        let list = |what: &str, items: &[String]| match items {
+            [] => String::new(),
+            items => format!("  {what} {}", items.join(", ")),
+        };
+        let reasons = match scene.reasons.as_str() {
+            "" => String::new(),
+            reasons => format!(" ({reasons})"),
+        };
+        let _ = writeln!(
+            out,
+            "  {:<24} {}{}{reasons}, {} of {} steps{}{}",
+            scene.recording,
+            scene.status.as_str(),
+            if scene.wrong { " WRONG" } else { "" },
+            scene.matches.len(),
+            scene.truth.len(),
+            list("missed", &missed),
+            list("false", &invented),
+        );
+    }
+    out
+}
+
+/// The scenes that are not exact or wrong, as JSON.
+pub fn confusions_json(scenes: &[SceneScore]) -> Value {
+    let list = scenes.iter().filter(|s| !s.exact || s.wrong).map(|s| {
+        json!({
+            "recording": s.recording,
+            "status": s.status.as_str(),
+            "reasons": s.reasons,
+            "exact": s.exact,
+            "wrong": s.wrong,
+            "steps": s.truth.len(),
+            "matched": s.matches.len(),
+            "missed_m": s.missed.iter().map(|t| t.distance_m).collect::<Vec<_>>(),
+            "false_m": s.invented,
+            "false_stair": s.false_stair,
+        })
+    });
+    list.collect()
+}
