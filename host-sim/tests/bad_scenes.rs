@@ -151,6 +151,34 @@ fn every_bad_scene_gets_one_message() {
             &["material.odd.roughness_m"],
         ),
         (
+            flight("tread_fall = 0.02\nopen = true"),
+            &["stairs[0].tread_fall: 0.02: expected 0 for floating treads"],
+        ),
+        (
+            flight("tread_fall = 0.1\nrises_m = [0.17, 0.17, 0.05]"),
+            &["stairs[0].tread_fall: 0.1: expected a fall over the going of 0.28"],
+        ),
+        (
+            flight("channel_m = 0.05"),
+            &["stairs[0].channel_m: 0.05: expected 0 but for floating treads"],
+        ),
+        (
+            flight("channel_m = 0.18\nopen = true"),
+            &["stairs[0].channel_m: 0.18: expected from 0.016 to less than the rise"],
+        ),
+        (
+            flight("channel_m = 0.05\nopen = true\nchannel_flange_m = 0.19\ntread_depth_m = 0.1"),
+            &["stairs[0].channel_flange_m: 0.19: expected from 0.016"],
+        ),
+        (
+            format!("[mount]\nyaw_deg = 40.0\n{FLOOR}"),
+            &["mount.yaw_deg: 40: expected a number from -15 to 15"],
+        ),
+        (
+            format!("[mount]\npitch_deg = nan\n{FLOOR}"),
+            &["mount.pitch_deg: NaN: expected"],
+        ),
+        (
             "[[polyline]]\npoints = [[1.0, 0.0], [1.0, 0.0]]\nmaterial = \"metal\"\n".into(),
             &["polyline[0].points[1]: the same as the corner before"],
         ),
@@ -167,6 +195,25 @@ fn every_bad_scene_gets_one_message() {
         }
         assert!(left.is_empty(), "half-written: {left:?}");
     }
+}
+
+#[test]
+fn a_scene_file_says_itself_how_it_varies() {
+    let file = "scenes/stair_a.toml";
+    let done = sim(&[
+        "simulate",
+        file,
+        "-o",
+        "/nonexistent/out",
+        "--effects",
+        "wide",
+    ]);
+    assert_eq!(done.status.code(), Some(1));
+    let message = String::from_utf8(done.stderr).unwrap();
+    assert!(
+        message.contains("--effects: expected random:KIND as scene, not scenes/stair_a.toml"),
+        "{message}"
+    );
 }
 
 #[test]

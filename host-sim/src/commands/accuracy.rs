@@ -86,7 +86,7 @@ pub fn measure(draw: Draw, scenes: Option<u64>) -> Result<Vec<Row>> {
 
 /// One scene with every estimator.
 fn one(kind: Kind, seed: u64) -> Result<Vec<SceneScore>> {
-    let recording = random_scan(kind, seed)?;
+    let recording = random_scan(kind, kind.variety(), seed)?;
     let truth = recording.meta.truth.clone().unwrap_or_default();
     let score = |&estimator: &EstimatorKind| {
         let config = Config {

@@ -6,7 +6,7 @@ use super::facets::{self, MAX_FACETS, MAX_PATCHES};
 use super::geometry::World;
 use super::material::{self, builtin};
 use super::maths::{LIGHT, Vec2};
-use super::spec::{MaterialSpec, PolylineSpec, SceneSpec, StairsSpec};
+use super::spec::{MaterialSpec, PolylineSpec, SceneSpec, StairsSpec, Way};
 
 /// Farther than this from the mirror nothing is built, metres.
 const WORLD: f64 = 50.0;
@@ -106,6 +106,10 @@ fn mount(s: &SceneSpec) -> Result<()> {
                 (0.5, 30.0),
             ),
             ("height_error_m", m.height_error_m, (-0.5, 0.5)),
+            ("pitch_deg", m.pitch_deg.unwrap_or(0.0), (-45.0, 45.0)),
+            ("pitch_error_deg", m.pitch_error_deg, (-10.0, 10.0)),
+            // Farther off, the beam's rays no longer meet the edges under small angles.
+            ("yaw_deg", m.yaw_deg, (-15.0, 15.0)),
         ],
     )?;
     numbers(
@@ -155,6 +159,7 @@ fn receiver(s: &SceneSpec) -> Result<()> {
             ("dc_i", r.dc_i, (-1.0, 1.0)),
             ("dc_q", r.dc_q, (-1.0, 1.0)),
             ("phase_noise_dbc_hz", r.phase_noise_dbc_hz, (-300.0, -30.0)),
+            ("sweep_slope", r.sweep_slope, (-0.01, 0.01)),
             ("sweep_bow", r.sweep_bow, (-0.01, 0.01)),
             ("sweep_ripple", r.sweep_ripple, (-0.01, 0.01)),
             ("sweep_ripple_cycles", r.sweep_ripple_cycles, (0.0, 1000.0)),
@@ -261,6 +266,9 @@ fn stairs(prefix: &str, s: &StairsSpec) -> Result<()> {
             s.tread_depth_m.unwrap_or(s.going_m),
             (0.02, 5.0),
         ),
+        ("tread_fall", s.tread_fall, (0.0, 0.1)),
+        ("channel_m", s.channel_m, (0.0, 0.3)),
+        ("channel_flange_m", s.channel_flange_m, (1e-3, 0.2)),
         ("landing_m", s.landing_m, LENGTH),
         ("width_m", s.width_m.unwrap_or(1.0), LENGTH),
     ];
@@ -284,6 +292,43 @@ fn stairs(prefix: &str, s: &StairsSpec) -> Result<()> {
         s.nosing_m + 2.0 * s.nosing_radius_m < shortest && s.landing_m > s.nosing_radius_m,
         "{prefix}nosing_m: {}: expected nosing and rounding to leave some of the going of {shortest}",
         s.nosing_m
+    );
+    let lowest = s.rises_m.iter().copied().fold(s.rise_m, f64::min);
+    let longest = s.goings_m.iter().copied().fold(s.going_m, f64::max);
+    ensure!(
+        s.tread_fall == 0.0 || (s.direction == Way::Up && !s.open),
+        "{prefix}tread_fall: {}: expected 0 for floating treads and flights going down",
+        s.tread_fall
+    );
+    ensure!(
+        s.tread_fall * longest < 0.5 * lowest,
+        "{prefix}tread_fall: {}: expected a fall over the going of {longest} below half the rise of {lowest}",
+        s.tread_fall
+    );
+    channel(prefix, s, (lowest, shortest))
+}
+
+/// A channel belongs to a floating tread going up, thinner than the rise and shorter than the tread.
+fn channel(prefix: &str, s: &StairsSpec, (lowest, shortest): (f64, f64)) -> Result<()> {
+    if s.channel_m == 0.0 {
+        return Ok(());
+    }
+    ensure!(
+        s.open && s.direction == Way::Up,
+        "{prefix}channel_m: {}: expected 0 but for floating treads going up",
+        s.channel_m
+    );
+    let least = 4.0 * super::shapes::CHANNEL_WALL;
+    ensure!(
+        (least..lowest).contains(&s.channel_m),
+        "{prefix}channel_m: {}: expected from {least} to less than the rise of {lowest}",
+        s.channel_m
+    );
+    let depth = s.tread_depth_m.unwrap_or(shortest).min(shortest);
+    ensure!(
+        (least..depth).contains(&s.channel_flange_m),
+        "{prefix}channel_flange_m: {}: expected from {least} to less than the tread's depth of {depth}",
+        s.channel_flange_m
     );
     Ok(())
 }
@@ -313,8 +358,8 @@ fn polyline(prefix: &str, p: &PolylineSpec) -> Result<()> {
     numbers(prefix, &values)
 }
 
-/// Refuses surfaces of a material that neither the scene nor the built-in table has.
-fn named_materials<'a>(s: &'a SceneSpec) -> Result<()> {
+/// Every material that a scene names, with the key that names it.
+pub fn used_materials<'a>(s: &'a SceneSpec) -> Vec<(String, &'a str)> {
     let mut used: Vec<(String, &'a str)> = Vec::new();
     let mut add = |kind: &str, names: Vec<&'a str>| {
         let keys = names.into_iter().enumerate();
@@ -342,7 +387,12 @@ fn named_materials<'a>(s: &'a SceneSpec) -> Result<()> {
             used.push((format!("stairs[{k}].riser_material"), riser));
         }
     }
-    for (key, name) in used {
+    used
+}
+
+/// Refuses surfaces of a material that neither the scene nor the built-in table has.
+fn named_materials(s: &SceneSpec) -> Result<()> {
+    for (key, name) in used_materials(s) {
         ensure!(
             s.materials.contains_key(name) || builtin(name).is_some(),
             "{key}: \"{name}\": expected one of {}, or a [material.{name}] in the scene",

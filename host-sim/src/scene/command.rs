@@ -12,15 +12,15 @@ use indicatif::ParallelProgressIterator;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::Scene;
-use super::random::{Kind, random};
+use super::random::{Kind, Spread, Variety, random_with};
 use crate::commands::progress;
 use crate::recording::Recording;
 
 /// Scans a scene file with the simulated radar and writes the recording.
 #[derive(Args, Debug)]
 pub struct SimulateArgs {
-    /// Scene file (TOML; scenes/ holds commented examples), or random:KIND with KIND one of ascending,
-    /// none, descending, irregular.
+    /// Scene file (TOML; scenes/ holds commented examples), or random:KIND, the kinds being those of
+    /// scenes/README.md.
     scene: PathBuf,
     /// Recording to write, with or without its suffix. With --count: a directory (made if need be)
     /// for SCENE_000, SCENE_001, …, or a name in which {} stands for the number.
@@ -34,6 +34,14 @@ pub struct SimulateArgs {
     /// Number of recordings, with the seeds SEED, SEED + 1, …
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     count: Option<u32>,
+    /// How widely a random scene's instrument is drawn (mount, beam, bandwidth, pitch); without it as its
+    /// kind has it.
+    #[arg(long, value_enum)]
+    instrument: Option<Spread>,
+    /// How widely what a recording does not state is drawn (surfaces, antenna pattern, sweep errors,
+    /// polarisation, yaw); without it as its kind has it.
+    #[arg(long, value_enum)]
+    effects: Option<Spread>,
 }
 
 /// Where scenes come from.
@@ -41,16 +49,28 @@ enum Source {
     /// One scene for all seeds.
     File(Box<Scene>),
     /// Another one for every seed.
-    Random(Kind),
+    Random(Kind, Variety),
 }
 
 impl Source {
-    fn new(name: &Path) -> Result<Self> {
-        let kind = name.to_str().and_then(|text| text.strip_prefix("random:"));
-        Ok(match kind {
-            Some(kind) => Self::Random(kind.parse().map_err(|e| anyhow!("random: {e}"))?),
-            None => Self::File(Box::new(Scene::read(name)?)),
-        })
+    fn new(args: &SimulateArgs) -> Result<Self> {
+        let name = &args.scene;
+        let Some(kind) = name.to_str().and_then(|text| text.strip_prefix("random:")) else {
+            ensure!(
+                args.instrument.is_none() && args.effects.is_none(),
+                "--instrument, --effects: expected random:KIND as scene, not {}: a scene file says it \
+                 itself",
+                name.display()
+            );
+            return Ok(Self::File(Box::new(Scene::read(name)?)));
+        };
+        let kind: Kind = kind.parse().map_err(|e| anyhow!("random: {e}"))?;
+        let own = kind.variety();
+        let variety = Variety {
+            instrument: args.instrument.unwrap_or(own.instrument),
+            effects: args.effects.unwrap_or(own.effects),
+        };
+        Ok(Self::Random(kind, variety))
     }
 
     /// Scans with `seed` and writes the recording.
@@ -58,20 +78,20 @@ impl Source {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         match self {
             Self::File(scene) => scene.simulate(&name, seed).write(path),
-            Self::Random(kind) => random_scan(*kind, seed)?.write(path),
+            Self::Random(kind, variety) => random_scan(*kind, *variety, seed)?.write(path),
         }
     }
 }
 
 /// Scan of the random scene `seed` of a kind, under the name `KIND_SEED`.
-pub fn random_scan(kind: Kind, seed: u64) -> Result<Recording> {
-    let scene = Scene::new(random(kind, seed))?;
+pub fn random_scan(kind: Kind, variety: Variety, seed: u64) -> Result<Recording> {
+    let scene = Scene::new(random_with(kind, variety, seed))?;
     Ok(scene.simulate(&format!("{kind}_{seed:03}"), seed))
 }
 
 /// Runs the command.
 pub fn simulate(args: &SimulateArgs) -> Result<()> {
-    let source = Source::new(&args.scene)?;
+    let source = Source::new(args)?;
     let Some(count) = args.count else {
         return source.write(&args.output, args.seed);
     };

@@ -14,6 +14,8 @@ pub mod check;
 pub mod command;
 pub mod edge;
 pub mod facets;
+#[cfg(test)]
+mod form_tests;
 pub mod geometry;
 pub mod material;
 pub mod maths;
@@ -32,6 +34,7 @@ pub mod truth;
 
 use std::fs;
 use std::path::Path;
+use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow};
 use num_complex::Complex64;
@@ -39,10 +42,10 @@ use serde_json::Map;
 use stairscan::Iq;
 use stairscan::config::Plane;
 
-use crate::recording::{Metadata, MirrorSetup, Motion, Recording, Sequence};
+use crate::recording::{Metadata, MirrorSetup, Motion, Recording, Sequence, Truth};
 use beam::Beam;
 use facets::Relief;
-use geometry::World;
+use geometry::{BuiltStep, World};
 use material::{Material, builtin};
 use maths::{LIGHT, Random, Vec2, amplitude, cis, decibel};
 use receiver::Receiver;
@@ -62,7 +65,8 @@ pub struct Scene {
     world: World,
     eye: Vec2,
     beam: Beam,
-    tones: Tones,
+    /// Worked out when a scan first asks for it: there are scenes that are only built.
+    tones: OnceLock<Tones>,
     angles: Vec<f64>,
 }
 
@@ -113,9 +117,8 @@ impl Scene {
             spec.mirror.sidelobe_db,
             spec.mirror.sidelobe_floor_db,
         );
-        check::patches(&spec, &world, (eye, reach(&spec)), beam.lateral_reach())?;
-        let receiver = Receiver::new(&spec.radar, &spec.receiver);
-        let tones = Tones::new(&receiver.times(), |f| receiver.filter(f));
+        let aside = beam.lateral_reach() + libm::tan(world.yaw).abs();
+        check::patches(&spec, &world, (eye, reach(&spec)), aside)?;
         let sweep = &spec.sweep;
         let count = libm::floor((sweep.last_deg - sweep.first_deg) / sweep.step_deg + 1e-6);
         let angles = (0..=count as usize)
@@ -126,7 +129,7 @@ impl Scene {
             world,
             eye,
             beam,
-            tones,
+            tones: OnceLock::new(),
             angles,
             spec,
         })
@@ -142,14 +145,18 @@ impl Scene {
             samples.extend(chirp);
             clean.push(echo);
         }
-        let scan = ScanGeometry {
-            spec: &self.spec,
-            angles: &self.angles,
-            resolution: LIGHT / (2.0 * self.spec.radar.bandwidth_hz),
-        };
+        let scan = self.geometry();
         let noise = receiver.noise_power() + receiver.quantisation_power();
-        let truth = scan.truth(&self.world, |steps| scan.snr(steps, &clean, noise));
+        let truth = scan.truth(&self.world, |steps| {
+            let snr = scan.snr(steps, &clean, noise);
+            snr.into_iter().map(Some).collect()
+        });
         let (radar, mount) = (&self.spec.radar, &self.spec.mount);
+        let pitch = mount.pitch_deg.map(|pitch| vec![pitch; self.angles.len()]);
+        let motion = Motion {
+            pitch_deg: pitch.unwrap_or_default(),
+            ..Motion::default()
+        };
         Recording {
             name: name.into(),
             meta: Metadata {
@@ -168,13 +175,27 @@ impl Scene {
                     },
                 }),
                 angles_deg: self.angles.clone(),
-                motion: Motion::default(),
+                motion,
                 sequence: Sequence::default(),
                 truth: Some(truth),
                 disturbance: None,
                 extra: Map::new(),
             },
             samples,
+        }
+    }
+
+    /// What a perfect scanner would report, without a scan and so without signal-to-noise ratios.
+    pub fn truth(&self) -> Truth {
+        let unknown = |steps: &[BuiltStep]| vec![None; steps.len()];
+        self.geometry().truth(&self.world, unknown)
+    }
+
+    fn geometry(&self) -> ScanGeometry<'_> {
+        ScanGeometry {
+            spec: &self.spec,
+            angles: &self.angles,
+            resolution: LIGHT / (2.0 * self.spec.radar.bandwidth_hz),
         }
     }
 
@@ -195,10 +216,17 @@ impl Scene {
             &self.world,
             &self.materials,
             (check::facet_limit(&self.spec), view.reach),
-            (self.eye, self.beam.lateral_reach()),
+            (self.eye, view.lateral_reach()),
             &mut random,
         );
         view.echoes(&relief, &mut random)
+    }
+
+    fn beats(&self) -> &Tones {
+        self.tones.get_or_init(|| {
+            let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
+            Tones::new(&receiver.times(), |f| receiver.filter(f))
+        })
     }
 
     fn tones(&self, receiver: &Receiver, seed: u64) -> Vec<Tone> {
@@ -207,7 +235,7 @@ impl Scene {
         self.echoes(seed)
             .iter()
             .filter_map(|e| {
-                let place = self.tones.place(receiver.beat(e.range + offset))?;
+                let place = self.beats().place(receiver.beat(e.range + offset))?;
                 Some(Tone {
                     amplitude: e.amplitude * gain * place.centre,
                     place,
@@ -239,9 +267,12 @@ impl Scene {
         let mut random = Random::new(seed, CHIRPS + row as u64);
         let mirror = &self.spec.mirror;
         let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
-        let angle = (self.angles[row] + off).to_radians();
+        let shaft = (self.angles[row] + off).to_radians();
+        let mount = &self.spec.mount;
+        let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
+        let angle = shaft + mount.tilt_deg(pitch).to_radians();
         let warp = receiver.phase_noise(&mut random);
-        let mut grid = self.tones.grid();
+        let mut grid = self.beats().grid();
         for t in tones {
             let back = self.beam.in_plane(angle - t.back);
             let out = if t.out == t.back {
@@ -253,11 +284,11 @@ impl Scene {
             Tones::add(&mut grid, &t.place, t.amplitude * gain);
         }
         let mut echo = vec![Complex64::ZERO; self.spec.radar.samples_per_chirp];
-        self.tones.sum(&grid, &warp, &mut echo);
+        self.beats().sum(&grid, &warp, &mut echo);
         let mut analog = echo.clone();
-        let mut grid = self.tones.grid();
-        self.inside(receiver, angle, &mut grid);
-        self.tones.sum(&grid, &warp, &mut analog);
+        let mut grid = self.beats().grid();
+        self.inside(receiver, shaft, &mut grid);
+        self.beats().sum(&grid, &warp, &mut analog);
         (receiver.digitise(&analog, &mut random), echo)
     }
 
@@ -272,7 +303,7 @@ impl Scene {
             (spec.leakage_range_m, spec.leakage_dbfs, 0.0),
             (offset, spec.mirror_echo_dbfs, runout),
         ] {
-            if let Some(place) = self.tones.place(receiver.beat(range)) {
+            if let Some(place) = self.beats().place(receiver.beat(range)) {
                 let phase = cis(2.0 * wave * range + turn);
                 Tones::add(grid, &place, phase * amplitude(level) * place.centre);
             }

@@ -43,16 +43,19 @@ impl<'a> Receiver<'a> {
 
     /// The samples' times, in samples, as the sweep's frequency has them: where the sweep runs ahead of
     /// its straight line, the beat tones are further on (Griffiths, IEE Proc. F 138, 1991). The bow is
-    /// a parabola that starts and ends on the line.
+    /// a parabola that starts and ends on the line; a sweep that is steeper than recorded turns about
+    /// the carrier, its middle.
     pub fn times(&self) -> Vec<f64> {
         let n = self.radar.samples_per_chirp as f64;
+        let middle = 0.5 * (n - 1.0);
         (0..self.radar.samples_per_chirp)
             .map(|k| {
                 let x = k as f64 / n;
+                let even = (k as f64 - middle) * (1.0 + self.spec.sweep_slope) + middle;
                 let bow = self.spec.sweep_bow * 4.0 * x * (1.0 - x);
                 let turn = TAU * self.spec.sweep_ripple_cycles * x;
                 let ripple = self.spec.sweep_ripple * libm::sin(turn);
-                k as f64 + (bow + ripple) * n
+                even + (bow + ripple) * n
             })
             .collect()
     }
@@ -197,6 +200,19 @@ mod tests {
         let samples = received(&perfect(), 1.498_962_29, 1);
         assert_close(line(&samples, 0.5), 0.5, 1e-3);
         assert!(line(&samples, 0.49) < 1e-4, "nothing in the bins beside");
+    }
+
+    #[test]
+    fn a_steeper_sweep_scales_all_ranges() {
+        // 0.1 % more bandwidth than recorded: 1.5 mm too far at 1.5 m.
+        let spec = ReceiverSpec {
+            sweep_slope: 1e-3,
+            ..perfect()
+        };
+        for bins in [50.0, 100.0, 150.0] {
+            let samples = received(&spec, range_of(bins), 1);
+            assert_close(line(&samples, 1.001 * bins / 200.0), 0.5, 1e-3);
+        }
     }
 
     #[test]

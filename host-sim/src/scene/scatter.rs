@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use super::beam::Beam;
 use super::edge;
 use super::facets::{Columns, Facet, Relief};
-use super::geometry::{Lateral, Segment, World};
+use super::geometry::{Lateral, Segment, Wedge, World};
 use super::material::Material;
 use super::maths::{Random, Vec2, cis, power, sinc};
 use super::sight::{Shade, shade};
@@ -52,8 +52,41 @@ pub struct View<'a> {
     pub reach: f64,
 }
 
+impl View<'_> {
+    /// Tangent of the angle beside the profile's plane up to which the beam lights anything.
+    pub fn lateral_reach(&self) -> f64 {
+        self.beam.lateral_reach() + libm::tan(self.world.yaw).abs()
+    }
+}
+
 /// Shorter surfaces make no mirror for the first of two bounces: half a Fresnel zone or less.
 const SHORTEST_MIRROR: f64 = 0.01;
+
+/// What several columns of a facet or edge send back together.
+#[derive(Clone, Copy, Default)]
+struct Strip {
+    /// Sum of their phases and gains: √σ of a line of unit strength per metre.
+    sum: Complex64,
+    /// The width that the two-way beam lights, in terms of power.
+    lit: f64,
+    /// How much farther they are than the column in the profile's plane, metres.
+    farther: f64,
+}
+
+/// Columns whose ranges differ by less are summed into one strip: a seventh of the finest range
+/// resolution. Only a beam that looks aslant needs more than one.
+const STRIP: f64 = 2e-3;
+
+/// Strips this much darker than the brightest one, in power, are left out.
+const DARK: f64 = 1e-6;
+
+/// The lateral half of a scatterer's geometry: its extent, the lengths of the way out and back, and the
+/// forward part of the directions in which they leave the scanner.
+struct Across<'a> {
+    lateral: &'a Lateral,
+    legs: [f64; 2],
+    forward: [f64; 2],
+}
 
 /// One leg of the way, as the receiving facet sees it.
 #[derive(Clone, Copy)]
@@ -88,13 +121,17 @@ struct Bounce<'a> {
     cos: f64,
     /// Share of the way from the image to the second facet at which it lies.
     share: f64,
+    /// Direction in which the wave leaves the scanner.
+    leaves: Vec2,
     shades: [&'a Shade; 2],
 }
 
 impl View<'_> {
     /// Mirror angle under which `p` is seen, radians.
     pub fn angle(&self, p: Vec2) -> f64 {
-        let way = p - self.eye;
+        let mut way = p - self.eye;
+        // Lengths along the beam are longer than across the edges; see World::turn.
+        way.x /= libm::cos(self.world.yaw);
         match self.plane {
             PlaneSpec::Depth => libm::atan2(-way.y, way.x),
             PlaneSpec::Height => libm::atan2(way.x, -way.y),
@@ -109,11 +146,11 @@ impl View<'_> {
             .collect();
         for (k, direct) in lit.iter().enumerate() {
             if let Some(direct) = direct {
-                echoes.extend(self.single(relief, k, direct, random));
+                self.single(relief, k, direct, random, &mut echoes);
             }
         }
         for wedge in &self.world.wedges {
-            echoes.extend(self.edge(wedge));
+            self.edge(wedge, &mut echoes);
         }
         for mirror in 0..self.world.segments.len() {
             if self.is_mirror(mirror) {
@@ -145,32 +182,38 @@ impl View<'_> {
     }
 
     /// One bounce off facet `k`: its coherent part and the diffuse one.
-    fn single(&self, relief: &Relief, k: usize, direct: &Shade, rng: &mut Random) -> Option<Echo> {
+    fn single(
+        &self,
+        relief: &Relief,
+        k: usize,
+        direct: &Shade,
+        rng: &mut Random,
+        to: &mut Vec<Echo>,
+    ) {
         let facet = &relief.facets[k];
         let (material, share) = self.material(facet);
         if share == 0.0 {
-            return None;
+            return;
         }
         let leg = Leg::new(facet, self.eye);
-        let mut lit = 0.0;
-        let coherent = self.facet_sum(relief, k, [leg, leg], None, direct, &mut lit)
-            * material.reflection(leg.cos)
-            * share;
-        // σ° = γ cos θ, evenly in azimuth and without memory from facet to facet (Barton, Radar
-        // Equations for Modern Radar, sec. 3.6: constant-γ model).
-        let gamma = power(material.spec.diffuse_db) * share * share;
-        let diffuse = rng.complex(gamma * leg.cos * facet.len * lit);
         let angle = self.angle(facet.at);
-        Some(Echo {
-            range: leg.r,
-            amplitude: (coherent + diffuse) * cis(2.0 * self.wavenumber * leg.r) / (leg.r * leg.r),
-            out: angle,
-            back: angle,
-        })
+        for strip in self.facet_sum(relief, k, [leg, leg], None, direct) {
+            let coherent = strip.sum * material.reflection(leg.cos) * share;
+            // σ° = γ cos θ, evenly in azimuth and without memory from facet to facet (Barton, Radar
+            // Equations for Modern Radar, sec. 3.6: constant-γ model).
+            let gamma = power(material.spec.diffuse_db) * share * share;
+            let diffuse = rng.complex(gamma * leg.cos * facet.len * strip.lit);
+            to.push(Echo {
+                range: leg.r + strip.farther,
+                amplitude: (coherent + diffuse) * cis(2.0 * self.wavenumber * leg.r)
+                    / (leg.r * leg.r),
+                out: angle,
+                back: angle,
+            });
+        }
     }
 
-    /// √σ of a facet of reflection 1 between two legs, relative to the phase of its middle. `lit` gets
-    /// the width that the two-way beam lights, in terms of power.
+    /// √σ of a facet of reflection 1 between two legs, relative to the phase of its middle.
     fn facet_sum(
         &self,
         relief: &Relief,
@@ -178,8 +221,7 @@ impl View<'_> {
         [one, two]: [Leg; 2],
         bounce: Option<&Bounce>,
         direct: &Shade,
-        lit: &mut f64,
-    ) -> Complex64 {
+    ) -> Vec<Strip> {
         let facet = &relief.facets[k];
         let wave = self.wavenumber;
         let (cos, sin) = (one.cos + two.cos, one.sin + two.sin);
@@ -200,39 +242,71 @@ impl View<'_> {
         let hidden = |z: f64| {
             direct.covers(z) || bounce.is_some_and(|b| b.shades.iter().any(|s| s.covers(z)))
         };
-        let sum = self.across(&lateral, [one.r, two.r], phase, hidden, lit);
-        Complex64::new(0.0, -strength) * sum
+        let across = Across {
+            lateral: &lateral,
+            legs: [one.r, two.r],
+            // The wave leaves the scanner towards the first bounce, if there is one.
+            forward: [
+                bounce.map_or(-one.towards.x, |b| b.leaves.x),
+                -two.towards.x,
+            ],
+        };
+        let mut strips = self.across(&across, phase, hidden);
+        for strip in &mut strips {
+            strip.sum = Complex64::new(0.0, -strength) * strip.sum;
+        }
+        strips
     }
 
-    /// Sum over the columns across the plane: √σ of a line of unit strength per metre at `r` metres
-    /// out and back.
+    /// Sum over the columns across the plane, strip by strip.
     fn across(
         &self,
-        lateral: &Lateral,
-        [out, back]: [f64; 2],
+        a: &Across,
         phase: impl Fn(f64) -> f64,
         hidden: impl Fn(f64) -> bool,
-        lit: &mut f64,
-    ) -> Complex64 {
-        let columns = Columns::new(lateral, out.min(back) * self.beam.lateral_reach());
+    ) -> Vec<Strip> {
+        let [out, back] = a.legs;
+        let columns = Columns::new(a.lateral, out.min(back) * self.lateral_reach());
         let bend = 0.5 * (1.0 / out + 1.0 / back);
-        let mut sum = Complex64::ZERO;
+        let (sin, cos) = libm::sincos(self.world.yaw);
+        // Angle between a column's ray and the plane that the mirror sweeps.
+        let aside = |z: f64, leg: usize| z * cos / a.legs[leg] - a.forward[leg] * sin;
+        let mut strips: Vec<Strip> = Vec::new();
         for z in columns.centres().filter(|&z| !hidden(z)) {
-            let gain = self.beam.lateral(z / out) * self.beam.lateral(z / back);
+            let gain = self.beam.lateral(aside(z, 0)) * self.beam.lateral(aside(z, 1));
             let turn = self.wavenumber * z * bend * columns.spacing;
             let weight = gain * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
-            sum += cis(self.wavenumber * z * z * bend + phase(z)) * weight;
-            *lit += gain * gain * columns.spacing;
+            // Looking straight at the edges, the beam is over before its ranges differ.
+            let farther = if sin == 0.0 { 0.0 } else { 0.5 * z * z * bend };
+            let strip = (farther / STRIP) as usize;
+            if strips.len() <= strip {
+                strips.resize(strip + 1, Strip::default());
+            }
+            let strip = &mut strips[strip];
+            strip.sum += cis(self.wavenumber * z * z * bend + phase(z)) * weight;
+            let lit = gain * gain * columns.spacing;
+            strip.lit += lit;
+            strip.farther += farther * lit;
         }
-        sum / PI.sqrt()
+        // What the beam leaves dark is no echo; a surface that lies in no column stays one without power.
+        let brightest = strips.iter().map(|s| s.lit).fold(0.0, f64::max);
+        strips.retain(|s| sin == 0.0 || s.lit > DARK * brightest);
+        if strips.is_empty() {
+            strips.push(Strip::default());
+        }
+        for s in &mut strips {
+            s.sum /= PI.sqrt();
+            s.farther /= s.lit.max(f64::MIN_POSITIVE);
+        }
+        strips
     }
 
     /// What physical optics leaves out at a sharp edge.
-    fn edge(&self, wedge: &super::geometry::Wedge) -> Option<Echo> {
+    fn edge(&self, wedge: &Wedge, to: &mut Vec<Echo>) {
         let way = self.eye - wedge.at;
         let r = way.len();
         if r > self.reach {
-            return None;
+            return;
         }
         let turned = libm::atan2(wedge.face.cross(way), wedge.face.dot(way));
         let phi = if turned < 0.0 {
@@ -241,12 +315,12 @@ impl View<'_> {
             turned
         };
         if phi >= wedge.exterior {
-            return None;
+            return;
         }
         let near = wedge.at.towards(self.eye, 1e-4);
         let seen = shade(self.world, self.eye, near, (0.0, 1.0), [usize::MAX; 2]);
         if seen.is_full() {
-            return None;
+            return;
         }
         let cos = libm::sin(phi).max(libm::sin(wedge.exterior - phi));
         let reflection = self.materials[wedge.material].reflection(cos.max(0.0));
@@ -254,20 +328,19 @@ impl View<'_> {
             Polarisation::Horizontal => edge::fringe(phi, wedge.exterior, true) * -reflection,
             Polarisation::Vertical => edge::fringe(phi, wedge.exterior, false) * reflection,
         };
-        let sum = self.across(
-            &wedge.lateral,
-            [r, r],
-            |_| 0.0,
-            |z| seen.covers(z),
-            &mut 0.0,
-        );
+        let across = Across {
+            lateral: &wedge.lateral,
+            legs: [r, r],
+            forward: [-way.x / r; 2],
+        };
         let angle = self.angle(wedge.at);
-        Some(Echo {
-            range: r,
-            amplitude: fringe * sum * cis(2.0 * self.wavenumber * r) / (r * r),
+        let strips = self.across(&across, |_| 0.0, |z| seen.covers(z));
+        to.extend(strips.iter().map(|strip| Echo {
+            range: r + strip.farther,
+            amplitude: fringe * strip.sum * cis(2.0 * self.wavenumber * r) / (r * r),
             out: angle,
             back: angle,
-        })
+        }));
     }
 
     /// Whether segment `index` is flat and large enough to mirror a wave, and faces the antenna.
@@ -302,7 +375,7 @@ impl View<'_> {
                 continue;
             };
             let point = image.towards(facet.at, at);
-            to.extend(self.corner(relief, (mirror, point, at), k, legs, direct));
+            self.corner(relief, (mirror, point, at), k, (legs, direct), to);
         }
     }
 
@@ -312,9 +385,9 @@ impl View<'_> {
         relief: &Relief,
         (mirror, point, share): (usize, Vec2, f64),
         k: usize,
-        legs: [Leg; 2],
-        direct: &Shade,
-    ) -> Option<Echo> {
+        (legs, direct): ([Leg; 2], &Shade),
+        to: &mut Vec<Echo>,
+    ) {
         let facet = &relief.facets[k];
         let s = &self.world.segments[mirror];
         let out = shade(
@@ -332,7 +405,7 @@ impl View<'_> {
             [mirror, facet.segment],
         );
         if out.is_full() || onward.is_full() {
-            return None;
+            return;
         }
         let first = relief.starts[mirror];
         let count = relief.starts[mirror + 1] - first;
@@ -343,6 +416,7 @@ impl View<'_> {
             facet: bounce_facet,
             cos,
             share,
+            leaves: (point - self.eye).unit(),
             shades: [&out, &onward],
         };
         let (one, one_share) = self.material(&relief.facets[bounce_facet]);
@@ -359,15 +433,15 @@ impl View<'_> {
         } else {
             2.0
         };
-        let sum = self.facet_sum(relief, k, legs, Some(&bounce), direct, &mut 0.0);
         let path = legs[0].r + legs[1].r;
-        Some(Echo {
-            range: 0.5 * path,
-            amplitude: sum * reflection * ways * cis(self.wavenumber * path)
+        let strips = self.facet_sum(relief, k, legs, Some(&bounce), direct);
+        to.extend(strips.iter().map(|strip| Echo {
+            range: 0.5 * path + strip.farther,
+            amplitude: strip.sum * reflection * ways * cis(self.wavenumber * path)
                 / (legs[0].r * legs[1].r),
             out: self.angle(point),
             back: self.angle(facet.at),
-        })
+        }));
     }
 }
 

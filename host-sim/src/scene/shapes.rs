@@ -15,6 +15,13 @@ const DOWN: Vec2 = Vec2::new(0.0, -1.0);
 /// Where a floor without an end ends when no flight goes up from it.
 const FLOOR_END: f64 = 4.0;
 
+/// Thickness of a channel's web and flanges: hot-rolled U sections of 30 to 80 mm have 4 to 7 mm
+/// (EN 10279), folded ones 3 to 5.
+pub const CHANNEL_WALL: f64 = 0.004;
+
+/// The gap of the weld between a channel and the tread behind it.
+const CHANNEL_GAP: f64 = 0.002;
+
 /// Builds all shapes of a checked scene.
 pub fn build(spec: &SceneSpec, material: Lookup) -> World {
     let mut world = World::default();
@@ -74,6 +81,7 @@ pub fn build(spec: &SceneSpec, material: Lookup) -> World {
             world.sheet(&points, skin);
         }
     }
+    world.turn(spec.mount.yaw_deg.to_radians());
     world
 }
 
@@ -225,18 +233,24 @@ impl Flight<'_> {
     fn closed_up(&self, world: &mut World, steps: &[Tread]) {
         let s = self.spec;
         let (mut points, mut skins) = (Vec::new(), Vec::new());
-        let mut before = s.base_m;
+        // The tread before rises towards the foot of the next riser by its fall.
+        let mut tread: Option<Tread> = None;
+        let surface = |tread: Option<Tread>, x: f64| {
+            tread.map_or(s.base_m, |t| t.height + s.tread_fall * (x - t.edge))
+        };
         for &step in steps {
-            points.push(Vec2::new(step.edge + s.nosing_m, before));
+            let foot = step.edge + s.nosing_m;
+            points.push(Vec2::new(foot, surface(tread, foot)));
             // The piece that ends here is the tread before; the first has none.
             if points.len() > 1 {
                 skins.push(self.tread);
             }
             self.front(step, &mut points, &mut skins);
-            before = step.height;
+            tread = Some(step);
         }
         if let Some(last) = steps.last() {
-            points.push(Vec2::new(last.edge + s.landing_m, before));
+            let end = last.edge + s.landing_m;
+            points.push(Vec2::new(end, surface(tread, end)));
             skins.push(self.tread);
         }
         self.emit(world, &points, false, &skins);
@@ -270,15 +284,51 @@ impl Flight<'_> {
     }
 
     fn open_up(&self, world: &mut World, steps: &[Tread]) {
-        let depth = self.spec.tread_depth_m.unwrap_or(self.spec.going_m + 0.02);
+        let s = self.spec;
+        let depth = s.tread_depth_m.unwrap_or(s.going_m + 0.02);
         for (k, &step) in steps.iter().enumerate() {
             let long = if k + 1 == steps.len() {
-                depth.max(self.spec.landing_m)
+                depth.max(s.landing_m)
             } else {
                 depth
             };
-            self.slab(world, (step.edge, step.edge + long), step.height, step.rise);
+            let back = step.edge + long;
+            if s.channel_m > 0.0 {
+                self.channel(world, step);
+                let behind = step.edge + s.channel_flange_m + CHANNEL_GAP;
+                self.slab(world, (behind, back), step.height, step.rise);
+            } else {
+                self.slab(world, (step.edge, back), step.height, step.rise);
+            }
         }
+    }
+
+    /// The channel before a floating tread: web and two flanges, sharp edges.
+    fn channel(&self, world: &mut World, step: Tread) {
+        let s = self.spec;
+        let (top, bottom) = (step.height, step.height - s.channel_m);
+        let wall = CHANNEL_WALL;
+        // From the web outwards: x counts along the flanges.
+        let profile = [
+            (0.0, top),
+            (s.channel_flange_m, top),
+            (s.channel_flange_m, top - wall),
+            (wall, top - wall),
+            (wall, bottom + wall),
+            (s.channel_flange_m, bottom + wall),
+            (s.channel_flange_m, bottom),
+            (0.0, bottom),
+        ];
+        let points = profile.map(|(x, y)| {
+            let along = if s.channel_open {
+                s.channel_flange_m - x
+            } else {
+                x
+            };
+            Vec2::new(step.edge + along, y)
+        });
+        let skins = vec![self.riser; points.len()];
+        self.emit(world, &points, true, &skins);
     }
 
     fn open_down(&self, world: &mut World, steps: &[Tread]) {
@@ -308,9 +358,14 @@ impl Flight<'_> {
         let radius = self.radius(rise);
         let mut points = vec![Vec2::new(front, under)];
         points.extend(rounded(Vec2::new(front, top), UP, FORWARD, radius));
+        let arc = points.len() - 1;
         points.extend(rounded(Vec2::new(back, top), FORWARD, DOWN, radius));
         points.push(Vec2::new(back, under));
-        let skins = vec![self.tread; points.len()];
+        let mut skins = vec![self.tread; points.len()];
+        // Front and its rounding: a floating tread has no riser that the riser's material could be of.
+        for skin in skins.iter_mut().take(arc) {
+            *skin = self.riser;
+        }
         self.emit(world, &points, true, &skins);
     }
 
@@ -328,7 +383,7 @@ impl Flight<'_> {
             if s.direction == Way::Up {
                 // Nothing belongs to a floating step but its tread.
                 let foot = if s.open {
-                    step.height - self.thickness(step.rise)
+                    step.height - self.thickness(step.rise).max(s.channel_m)
                 } else {
                     lower
                 };

@@ -56,11 +56,13 @@ pub fn shade(world: &World, from: Vec2, to: Vec2, scale: (f64, f64), skip: [usiz
     shade
 }
 
-/// Whether the point `to`, which lies on a surface, can be seen from `from` in the plane itself.
+/// Whether the point `to`, which lies on a surface in the plane that the mirror sweeps, can be seen from
+/// `from`, the mirror's centre.
 pub fn visible(world: &World, from: Vec2, to: Vec2) -> bool {
+    let (to, aside) = world.place(to);
     // A ray to a point just short of the surface does not hit the surface that the point lies on.
     let short = to.towards(from, 1e-4);
-    !shade(world, from, short, (0.0, 1.0), [usize::MAX; 2]).covers(0.0)
+    !shade(world, from, short, (0.0, 1.0), [usize::MAX; 2]).covers(aside)
 }
 
 #[cfg(test)]

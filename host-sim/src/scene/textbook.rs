@@ -9,11 +9,11 @@ use super::edge;
 use super::maths::LIGHT;
 use super::scatter::Echo;
 
-const WAVELENGTH: f64 = LIGHT / 94e9;
+pub(super) const WAVELENGTH: f64 = LIGHT / 94e9;
 
 /// A perfect conductor, quite smooth, before a scanner without errors whose beam is so wide that it
 /// weighs nothing.
-const PERFECT: &str = r#"
+pub(super) const PERFECT: &str = r#"
 [material.perfect]
 permittivity = 1.0
 conductivity = 1e9
@@ -28,12 +28,12 @@ jitter_deg = 0.0
 sidelobe_floor_db = 300.0
 "#;
 
-fn scene(text: &str) -> Scene {
+pub(super) fn scene(text: &str) -> Scene {
     Scene::parse(&format!("{PERFECT}{text}")).unwrap()
 }
 
 /// The sum of echoes with the beam pointing at `angle`.
-fn sum(scene: &Scene, echoes: &[Echo], angle: f64) -> Complex64 {
+pub(super) fn sum(scene: &Scene, echoes: &[Echo], angle: f64) -> Complex64 {
     let gain = |e: &Echo| scene.beam.in_plane(angle - e.out) * scene.beam.in_plane(angle - e.back);
     echoes
         .iter()
@@ -46,7 +46,7 @@ fn root_sigma(scene: &Scene, range: f64, angle: f64) -> f64 {
     sum(scene, &scene.echoes(1), angle).norm_sqr().sqrt() * range * range
 }
 
-fn assert_close(found: f64, book: f64, share: f64, what: &str) {
+pub(super) fn assert_close(found: f64, book: f64, share: f64, what: &str) {
     println!(
         "{what}: {found:.5} of {book:.5}: {:+.2} %",
         100.0 * (found / book - 1.0)
@@ -70,7 +70,7 @@ fn plate(a: f64, b: f64, tilt: f64, x: f64) -> String {
 }
 
 /// √σ of the echoes near `range`, without those of the surfaces' far ends: a Hann window of ±15 cm.
-fn windowed(echoes: &[Echo], range: f64) -> f64 {
+pub(super) fn windowed(echoes: &[Echo], range: f64) -> f64 {
     let window = |e: &Echo| {
         let d = (e.range - range) / 0.15;
         if d.abs() < 1.0 {
@@ -143,7 +143,7 @@ fn a_square_inner_corner() {
 
 /// A textbook √σ for a surface `b` wide across the plane, with the curvature of the wave front that a
 /// scanner this near sees and the textbook's plane wave does not.
-fn fresnel(book: f64, b: f64, r: f64) -> f64 {
+pub(super) fn fresnel(book: f64, b: f64, r: f64) -> f64 {
     let k = TAU / WAVELENGTH;
     let steps = 20_000;
     let sum: Complex64 = (0..steps)

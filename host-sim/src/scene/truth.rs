@@ -33,9 +33,15 @@ impl ScanGeometry<'_> {
         self.spec.radar.samples_per_chirp.next_power_of_two()
     }
 
+    /// The beam's angle in degrees when the mirror stands at `angle`, as far as the recording says.
+    fn beam(&self, angle: f64) -> f64 {
+        let mount = &self.spec.mount;
+        angle + mount.tilt_deg(mount.pitch_deg.unwrap_or(0.0))
+    }
+
     /// From mirror range and angle in degrees to the plane.
     fn point(&self, range: f64, angle: f64) -> Vec2 {
-        let (sin, cos) = libm::sincos(angle.to_radians());
+        let (sin, cos) = libm::sincos(self.beam(angle).to_radians());
         let height = self.spec.mount.height_m;
         match self.spec.mount.plane {
             PlaneSpec::Depth => Vec2::new(range * cos, height - range * sin),
@@ -54,7 +60,7 @@ impl ScanGeometry<'_> {
         .to_degrees();
         let half = 0.5 * mount.beamwidth_deg;
         let (first, last) = match (self.angles.first(), self.angles.last()) {
-            (Some(a), Some(b)) => (a + half, b - half),
+            (Some(a), Some(b)) => (self.beam(*a) + half, self.beam(*b) - half),
             _ => return false,
         };
         let farthest = self.resolution * (self.spec.radar.samples_per_chirp as f64 - EDGE_CELLS);
@@ -123,7 +129,13 @@ impl ScanGeometry<'_> {
     }
 
     /// The truth, with the steps' signal-to-noise ratios `snr`.
-    pub fn truth(&self, world: &World, snr: impl Fn(&[BuiltStep]) -> Vec<f64>) -> Truth {
+    ///
+    /// A step belongs to the plane that shows it: what goes up to the depth plane, what goes down to the
+    /// height plane. What goes down ahead of a scan of the depth plane (stairs down, a hole, the end of
+    /// the floor) is no step of that scan: its truth has no direction and lists the drops as `uncounted`,
+    /// with negative heights, for telling them is neither right nor wrong. Clear it is not: an `ok` whose
+    /// horizon lies beyond the first of them is wrong.
+    pub fn truth(&self, world: &World, snr: impl Fn(&[BuiltStep]) -> Vec<Option<f64>>) -> Truth {
         let (name, mine, others) = match self.spec.mount.plane {
             PlaneSpec::Depth => ("up", &world.up, &world.down),
             PlaneSpec::Height => ("down", &world.down, &world.up),
@@ -140,7 +152,7 @@ impl ScanGeometry<'_> {
         let steps: Vec<TrueStep> = counted
             .iter()
             .zip(snr(&counted))
-            .map(|(s, snr)| true_step(s, Some(rounded(snr, 10.0))))
+            .map(|(s, snr)| true_step(s, snr.map(|snr| rounded(snr, 10.0))))
             .collect();
         Truth {
             direction: if steps.is_empty() { "none" } else { name }.into(),

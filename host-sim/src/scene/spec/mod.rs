@@ -117,6 +117,25 @@ pub struct MountSpec {
     pub plane: PlaneSpec,
     /// Real height less the recorded one: soft tyres, a bent bracket.
     pub height_error_m: f64,
+    /// The chair's pitch as its IMU says, nose up positive: it turns the whole scan about the mirror's
+    /// centre, and the recording carries it. Without it the chair stands level and says nothing.
+    pub pitch_deg: Option<f64>,
+    /// Real pitch less the recorded one; MEMS inclinometers hold 0.1° over temperature.
+    pub pitch_error_deg: f64,
+    /// Heading of the chair against the perpendicular of the edges. All lengths of the scene are those
+    /// in the plane that the mirror sweeps, whatever the yaw.
+    pub yaw_deg: f64,
+}
+
+impl MountSpec {
+    /// Beam angle less mirror angle, degrees, at a pitch of `pitch_deg`: nose up, the beam rises, which
+    /// is less below the horizontal, and more to the front of straight down.
+    pub fn tilt_deg(&self, pitch_deg: f64) -> f64 {
+        match self.plane {
+            PlaneSpec::Depth => -pitch_deg,
+            PlaneSpec::Height => pitch_deg,
+        }
+    }
 }
 
 impl Default for MountSpec {
@@ -128,6 +147,9 @@ impl Default for MountSpec {
             lateral_beamwidth_deg: None,
             plane: PlaneSpec::Depth,
             height_error_m: 0.0,
+            pitch_deg: None,
+            pitch_error_deg: 0.0,
+            yaw_deg: 0.0,
         }
     }
 }
@@ -220,6 +242,9 @@ pub struct ReceiverSpec {
     /// Phase noise L(f) at 100 kHz from the carrier, dBc/Hz, falling with 20 dB a decade. What
     /// reaches the beat signal is cut by the range correlation 4 sin²(π f τ) (Budge and Burt, 1993).
     pub phase_noise_dbc_hz: f64,
+    /// How much steeper the sweep is than recorded, share of B: it scales all ranges. A voltage-controlled
+    /// oscillator's slope drifts by some 1e-4 a kelvin until it is calibrated again.
+    pub sweep_slope: f64,
     /// Bow of the sweep: largest deviation from the straight line, share of B.
     pub sweep_bow: f64,
     /// Ripple of the sweep: amplitude of a sine, share of B (Griffiths, 1991: paired echoes).
@@ -250,6 +275,7 @@ impl Default for ReceiverSpec {
             dc_i: 0.04,
             dc_q: -0.06,
             phase_noise_dbc_hz: -75.0,
+            sweep_slope: 0.0,
             sweep_bow: 1e-4,
             sweep_ripple: 3e-5,
             sweep_ripple_cycles: 7.0,

@@ -52,12 +52,26 @@ pub struct StairsSpec {
     /// Depth of a floating tread; without it the going and 2 cm.
     #[serde(default)]
     pub tread_depth_m: Option<f64>,
+    /// Slope of the treads down towards their foremost edges, metres a metre, so that rain runs off
+    /// (outdoor steps: 1 to 3 %). Closed flights going up only.
+    #[serde(default)]
+    pub tread_fall: f64,
+    /// Height of the C-channel that closes the front of a floating tread, 0 for none: the web stands
+    /// upright at the foremost edge (channels of EN 10279, front plates of EN ISO 14122-3 grating treads).
+    #[serde(default)]
+    pub channel_m: f64,
+    /// Depth of that channel's flanges.
+    #[serde(default = "default_flange")]
+    pub channel_flange_m: f64,
+    /// Its open side looks forward, at the scanner, and the web stands behind.
+    #[serde(default)]
+    pub channel_open: bool,
     /// Length of the surface after the last step.
     #[serde(default = "default_landing")]
     pub landing_m: f64,
     /// Treads and, unless given below, risers.
     pub material: String,
-    /// Risers.
+    /// Risers; the fronts of floating treads, and the channels before them.
     #[serde(default)]
     pub riser_material: Option<String>,
     /// Width across the plane, and where its middle lies; without it wider than the beam.
@@ -67,6 +81,10 @@ pub struct StairsSpec {
 
 fn default_radius() -> f64 {
     0.003
+}
+
+fn default_flange() -> f64 {
+    0.03
 }
 
 fn default_thickness() -> f64 {

@@ -1,0 +1,76 @@
+//! What a recording does not state of its scanner and of what it sees, drawn widely.
+
+use std::collections::BTreeSet;
+
+use super::super::check::used_materials;
+use super::super::material::builtin;
+use super::super::maths::Random;
+use super::super::spec::{MaterialSpec, Polarisation, SceneSpec};
+
+/// Draws surfaces, antenna pattern, sweep errors, polarisation and yaw.
+pub fn wide(scene: &mut SceneSpec, rng: &mut Random) {
+    surfaces(scene, rng);
+    pattern(scene, rng);
+    sweep(scene, rng);
+    scene.radar.polarisation = if rng.chance(0.5) {
+        Polarisation::Horizontal
+    } else {
+        Polarisation::Vertical
+    };
+    // Drivers head for stairs to some degrees; a scanner that looks more aslant than its beam is wide
+    // sees no flash of a riser at all.
+    scene.mount.yaw_deg = (1.8 * rng.normal()).clamp(-5.0, 5.0);
+}
+
+/// Every material that the scene uses, as another piece of it: W-band reviews of concrete, wood and
+/// asphalt scatter over 10 dB in γ and a factor of four in roughness (Ulaby and Dobson; Li and Sarabandi
+/// 1999), permittivities over a fifth (Rec. ITU-R P.2040, table 3).
+fn surfaces(scene: &mut SceneSpec, rng: &mut Random) {
+    let used: BTreeSet<String> = used_materials(scene)
+        .into_iter()
+        .map(|(_, name)| name.to_owned())
+        .collect();
+    for name in used {
+        let given = scene.materials.get(&name).cloned();
+        let Some(plain) = given.or_else(|| builtin(&name)) else {
+            continue;
+        };
+        let drawn = MaterialSpec {
+            permittivity: (plain.permittivity * rng.between(0.85, 1.2)).max(1.0),
+            conductivity: plain.conductivity * factor(rng, 1.5),
+            // A relief of a wavelength would no longer be one of facets.
+            roughness_m: (plain.roughness_m * factor(rng, 2.2)).min(1.2e-3),
+            correlation_m: plain.correlation_m * factor(rng, 1.8),
+            diffuse_db: (plain.diffuse_db + rng.between(-5.0, 5.0)).min(-8.0),
+            ..plain
+        };
+        scene.materials.insert(name, drawn);
+    }
+}
+
+/// A factor from 1 / `most` to `most`, evenly in its logarithm.
+fn factor(rng: &mut Random, most: f64) -> f64 {
+    libm::exp(libm::log(most) * rng.between(-1.0, 1.0))
+}
+
+/// Side lobes of feeds and lenses from uniform to well tapered (Hansen, Phased Array Antennas, sec. 3.2:
+/// 13 to 30 dB), and the pedestal that a mirror's errors of 20 to 100 µm leave (Ruze: 1 - e^{-(4πε/λ)²}
+/// of the power, spread by their correlation): 27 to 45 dB below the peak.
+fn pattern(scene: &mut SceneSpec, rng: &mut Random) {
+    scene.mirror.sidelobe_db = rng.between(16.0, 28.0);
+    scene.mirror.sidelobe_floor_db = rng.between(27.0, 45.0);
+}
+
+/// Sweeps from a phase-locked loop (straight to 1e-5) to a predistorted free-running oscillator (some
+/// 0.05 % of bow, 0.01 % of ripple, a slope that has drifted by 0.1 %); filters that let more or less of
+/// what lies beyond the maximum range fold back.
+fn sweep(scene: &mut SceneSpec, rng: &mut Random) {
+    let receiver = &mut scene.receiver;
+    receiver.sweep_slope = (3e-4 * rng.normal()).clamp(-1e-3, 1e-3);
+    receiver.sweep_bow = rng.between(-5e-4, 5e-4);
+    receiver.sweep_ripple = factor(rng, 3.0) * 3e-5;
+    receiver.sweep_ripple_cycles = rng.between(2.0, 20.0);
+    receiver.phase_noise_dbc_hz = rng.between(-85.0, -70.0);
+    receiver.antialias_cutoff = rng.between(0.95, 1.25);
+    receiver.antialias_order = 3 + rng.index(5) as u32;
+}
