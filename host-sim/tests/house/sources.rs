@@ -33,7 +33,8 @@ impl File {
             path: path.to_owned(),
             module,
             text: text.to_owned(),
-            syntax: syn::parse_file(text).unwrap_or_else(|e| panic!("{path}: {e}")),
+            syntax: syn::parse_file(text)
+                .unwrap_or_else(|e| panic!("{path}:{}: {e}", e.span().start().line)),
         }
     }
 
