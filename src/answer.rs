@@ -77,6 +77,8 @@ reasons! {
     WeakEchoes = "weak-echoes",
     /// Something stands in the line of sight.
     BlockedView = "blocked-view",
+    /// The answer does not vouch for the first metre of the way.
+    ShortHorizon = "short-horizon",
     /// A step departs from the others by more than a person would expect.
     IrregularStep = "irregular-step",
     /// Samples at the converter's full scale.
@@ -169,8 +171,30 @@ pub struct Outcome {
     pub direction: Direction,
     /// The steps, nearest first.
     pub steps: heapless::Vec<Step, MAX_STEPS>,
-    /// Why it is not `ok`.
+    /// Why it is not `ok`, and what is weak where it is.
     pub reasons: Reasons,
+    /// Up to where the answer vouches for itself, metres from the mirror; `None` if the estimator
+    /// does not say, and then it claims the whole range.
+    pub horizon_m: Option<f32>,
+    /// Probability that nothing is wrong up to the horizon, or over the first metre where that is
+    /// farther; `None` if the estimator does not say.
+    pub confidence: Option<f32>,
+    /// Where something may stand that the answer does not hold, the likeliest first.
+    pub maybe: heapless::Vec<Maybe, MAX_MAYBE>,
+}
+
+/// Most doubts of one report.
+pub const MAX_MAYBE: usize = 4;
+
+/// A step that may be there though the answer does not hold it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Maybe {
+    /// Horizontal distance from the mirror's centre, metres.
+    pub distance_m: f32,
+    /// Height above the surface that the wheelchair stands on, metres.
+    pub height_m: f32,
+    /// How likely it is.
+    pub probability: f32,
 }
 
 impl Outcome {
@@ -181,6 +205,9 @@ impl Outcome {
             direction: Direction::None,
             steps: heapless::Vec::new(),
             reasons: Reasons::NONE,
+            horizon_m: None,
+            confidence: None,
+            maybe: heapless::Vec::new(),
         }
     }
 

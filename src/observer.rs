@@ -2,7 +2,7 @@
 //!
 //! The scanner's own calls pass `()`, which listens to nothing.
 
-use crate::flight::trace::{Hypothesis, Scatterer, Stage};
+use crate::flight::trace::{Cell, Hypothesis, Scatterer, Stage};
 #[cfg(feature = "paper")]
 use crate::paper::{bright::Field, cluster::Extent, particles::Cloud};
 
@@ -24,6 +24,8 @@ pub enum Event<'a> {
     Scatterer(&'a Scatterer),
     /// `likelihood`: one explanation, the best of each number of steps.
     Hypothesis(&'a Hypothesis<'a>),
+    /// `likelihood`: a cell of the way ahead and what the verdict knows of it, the nearest first.
+    Cell(&'a Cell),
     /// `paper`: the particles after a stage, and the clusters where there are any.
     #[cfg(feature = "paper")]
     Particles {

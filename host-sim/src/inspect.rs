@@ -108,9 +108,19 @@ impl Observer for Witness {
                     edges,
                 });
             }
-            Event::Done(_) | Event::Particles { .. } => {}
+            Event::Cell(_) | Event::Done(_) | Event::Particles { .. } => {}
         }
     }
+}
+
+/// Lets the estimator work on a finished map once more while `observer` looks.
+pub fn repeat(map: &PolarMap, config: &Config, scan: u32, observer: &mut dyn Observer) -> Outcome {
+    let mut estimator = Box::new(Likelihood::new());
+    estimator.begin(map);
+    for k in 0..map.rows() {
+        estimator.row(map, k);
+    }
+    estimator.finish(map, config, scan, observer)
 }
 
 impl Inspection {
@@ -123,12 +133,7 @@ impl Inspection {
             scatterers: Vec::new(),
             view: InspectView::default(),
         };
-        let mut estimator = Box::new(Likelihood::new());
-        estimator.begin(map);
-        for k in 0..map.rows() {
-            estimator.row(map, k);
-        }
-        let outcome = estimator.finish(map, config, scan, &mut witness);
+        let outcome = repeat(map, config, scan, &mut witness);
         let mut view = witness.view;
         view.explanations
             .sort_by(|a, b| b.score.total_cmp(&a.score));

@@ -36,6 +36,8 @@ enum Command {
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
+    /// Count the verdict's hazards from simulated scans and write the firmware's table
+    Fit(commands::fit::Args),
     /// Count the instructions of every stage in the emulator, beside its peers and budgets
     Bench(commands::bench::Args),
     /// Measure the fixed-point transform's signal-to-error ratio over the input's level
@@ -59,6 +61,7 @@ fn main() -> ExitCode {
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
+        Command::Fit(args) => commands::fit::run(&args),
         Command::Score(args) => commands::score::run(&args),
         Command::Bench(args) => commands::bench::run(&args),
         Command::Snr(args) => commands::snr::run(&args),

@@ -10,8 +10,11 @@ use crate::math;
 use core::cell::RefCell;
 use core::ops::Range;
 
-/// Riser heights tried, metres: closer together than an echo's height is known.
-const RISES_M: [f32; 8] = [0.07, 0.09, 0.11, 0.13, 0.15, 0.17, 0.19, 0.21];
+/// Riser heights tried, metres: closer together than an echo's height is known, from a kerb to the
+/// highest riser that people build.
+const RISES_M: [f32; 11] = [
+    0.07, 0.09, 0.11, 0.13, 0.15, 0.17, 0.19, 0.21, 0.235, 0.26, 0.29,
+];
 /// Riser heights around the winner's at which its likelihood is looked at, metres: three times finer
 /// than [`RISES_M`], and one and a half of their steps to each side.
 const FINE_RISES_M: [f32; 11] = [
@@ -19,7 +22,7 @@ const FINE_RISES_M: [f32; 11] = [
 ];
 /// Heights of single things too tall to climb, metres: from above the tallest riser to a wall, each
 /// a fifth higher than the one before, as far as an echo's height at a metre tells them apart.
-const TALL_RISES_M: [f32; 6] = [0.25, 0.30, 0.36, 0.43, 0.60, 2.0];
+const TALL_RISES_M: [f32; 4] = [0.36, 0.43, 0.60, 2.0];
 
 /// What two flights of the same risers may differ in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -340,6 +343,10 @@ impl Stairs for Ascending<'_> {
     fn role(&self, mark: &Mark, chain: &[Link], shape: Shape) -> Role {
         let k = riser_of(mark, chain, self.scene.params.column_m);
         self.scene.role(mark, &riser(chain, shape, k))
+    }
+
+    fn open(shape: Shape) -> bool {
+        shape.open
     }
 
     fn explanation(shape: Shape) -> Explanation {

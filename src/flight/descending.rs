@@ -411,6 +411,10 @@ impl Stairs for Descending<'_> {
         }
     }
 
+    fn open(_shape: Shape) -> bool {
+        false
+    }
+
     fn explanation(shape: Shape) -> Explanation {
         Explanation::Down {
             edge_m: shape.edge_m,

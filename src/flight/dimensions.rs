@@ -7,7 +7,7 @@ use super::heights::{self, Fusion, Levels};
 use super::readings::{self, Readings, Roles};
 use super::roles::Role;
 use super::stairs::{Flight, MAX_FLIGHT, Stairs};
-use super::verdict::{Support, degrade, next_db};
+use super::verdict::{Support, next_db};
 use crate::answer::{Direction, Outcome, Reason, Step};
 use crate::estimate::Estimate;
 use crate::math;
@@ -19,7 +19,7 @@ use heapless::Vec;
 const ROUNDS: usize = 2;
 
 /// The steps of a flight, what each rests on, and what each echo was taken for.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Measured {
     /// The steps; none if the flight turns out to be something that is no stair.
     pub outcome: Outcome,
@@ -82,6 +82,7 @@ pub fn ascending(
         };
     }
     let overhang = overhang(&readings, flight.shape.open, p);
+    let overhang_known = readings.faces.iter().any(|f| f.overhang_m.is_some());
     let line = fit_line(readings.faces.iter().map(|f| f.x.map(|x| x.value)));
     let mut measured = Measured::new(Direction::Up, roles);
     let faces = readings.faces.iter().zip(&flight.chain).zip(&levels);
@@ -106,6 +107,8 @@ pub fn ascending(
             snr_db: face.snr_db,
             next_db: next_db(marks.map(|(m, role)| (m, *role == Role::Flash)), p),
             flashes: face.flashes,
+            overhang_seen: face.overhang_m.is_some(),
+            overhang_known,
             off: level.off,
             off_along_m: x.value - along,
         };
@@ -130,7 +133,7 @@ fn no_stair(readings: &Readings, rise: Estimate, levels: &Levels, p: &Params) ->
     let reach = 2.0 * p.height_sigma_scale * height.sigma();
     let may_be = height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m;
     if may_be {
-        degrade(&mut outcome, Reason::CloseRival);
+        outcome.reasons.add(Reason::CloseRival);
     }
     Some(outcome)
 }
@@ -162,6 +165,8 @@ pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::Shape>) -
             snr_db: marks.iter().map(|m| m.snr_db).reduce(math::max),
             next_db: next_db(marks.iter().map(|m| (m, descending::is_flash(m, p))), p),
             flashes: false,
+            overhang_seen: false,
+            overhang_known: false,
             off: level.off,
             off_along_m: 0.0,
         };

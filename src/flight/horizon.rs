@@ -9,11 +9,14 @@
 
 use super::roles::Role;
 use super::scene::{Mark, Scene};
+use super::trace::Cell;
 use super::verdict::Support;
 use crate::answer::Step;
-use crate::fitted;
+use crate::config::Plane;
 use crate::grid::Geometry;
 use crate::math;
+use crate::params::fitted;
+use crate::params::hazard::{FEATURES, Features};
 
 /// Cells ahead, for each plane.
 pub const CELLS: usize = 29;
@@ -25,19 +28,65 @@ const CELL_M: f32 = 0.1;
 pub const RIGHT_M: f32 = 0.03;
 /// An `ok` vouches for at least this much of the way, metres: design contract.
 pub const LEAST_HORIZON_M: f32 = 1.0;
-/// Number of features of a cell.
-pub const FEATURES: usize = 48;
 
-/// What the estimator knows of a cell.
-pub type Features = [f32; FEATURES];
+/// Features of a cell behind the last step, and of one that holds a step.
+const BEHIND_FEATURES: usize = 12;
+/// See [`BEHIND_FEATURES`].
+const STEP_FEATURES: usize = 22;
+/// See [`BEHIND_FEATURES`].
+const BEFORE_FEATURES: usize = 19;
+/// See [`BEHIND_FEATURES`].
+const CLEAR_FEATURES: usize = 15;
+/// See [`BEHIND_FEATURES`].
+const SCENE_FEATURES: usize = 6;
+/// Of the scene, of a cell without steps anywhere, of one before or between steps, and the others.
+const _: () = assert!(
+    FEATURES == SCENE_FEATURES + CLEAR_FEATURES + BEFORE_FEATURES + BEHIND_FEATURES + STEP_FEATURES
+);
 
-/// One cell of the way ahead.
-#[derive(Clone, Copy, Debug)]
-pub struct Cell {
-    /// Where it ends, metres from the mirror.
-    pub end_m: f32,
-    /// What is known of it.
-    pub features: Features,
+/// Levels count in tens of dB, so that all features are of the order of 1 …
+const TEN_DB: f32 = 10.0;
+/// … and up to here: a corner at half a metre.
+const MOST_DB: f32 = 50.0;
+/// Scores count up to here: e^10 is certain.
+const MOST_NATS: f32 = 10.0;
+/// Errors count up to so many standard deviations within what is right.
+const MOST_SIGMAS: f32 = 4.0;
+/// The paper's instrument, which other instruments are compared to: bins of the transform, beam,
+/// mount height.
+const PAPER_BIN_M: f32 = 0.0117;
+/// See [`PAPER_BIN_M`].
+const PAPER_BEAM_RAD: f32 = 0.0873;
+/// See [`PAPER_BIN_M`].
+const PAPER_MOUNT_M: f32 = 0.4;
+/// Going of stairs of which only one step is known: Blondel's with a rise of 17 cm.
+const TYPICAL_GOING_M: f32 = 0.29;
+/// Beyond this many goings behind the last step no next one belongs to the flight.
+const FAR_GOINGS: f32 = 1.5;
+/// Next faces count between 10 dB below and 30 dB above the noise.
+const MOST_NEXT: f32 = 3.0;
+
+/// What the floor shows up to a distance.
+struct Floor {
+    /// From its last echo to there, metres.
+    since_last_m: f32,
+    /// Largest distance between two of its echoes, metres.
+    largest_gap_m: f32,
+    /// Tenths of their number.
+    marks: f32,
+}
+
+/// What a cell holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    /// No steps anywhere.
+    Clear,
+    /// A step.
+    Step,
+    /// What lies before or between steps.
+    Between,
+    /// What lies behind the last one.
+    Behind,
 }
 
 /// Everything that an answer rests on.
@@ -56,18 +105,20 @@ pub struct Ground<'a> {
     pub lead: f32,
     /// Whether the treads float.
     pub open: bool,
-    /// Whether the mirror looks down over an edge.
-    pub down: bool,
     /// The instrument.
     pub geometry: &'a Geometry,
 }
 
 impl Ground<'_> {
     /// The cells of the way ahead, the nearest first.
-    pub fn cells(&self) -> impl Iterator<Item = Cell> {
+    pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
         (0..CELLS).map(|k| {
             let end_m = FIRST_END_M + CELL_M * k as f32;
-            let start_m = if k == 0 { f32::NEG_INFINITY } else { end_m - CELL_M };
+            let start_m = if k == 0 {
+                f32::NEG_INFINITY
+            } else {
+                end_m - CELL_M
+            };
             Cell {
                 end_m,
                 features: self.features(start_m, end_m),
@@ -95,7 +146,10 @@ impl Ground<'_> {
 
     /// What is known of the cell between two distances.
     fn features(&self, start_m: f32, end_m: f32) -> Features {
-        let mut out = Writer::default();
+        let mut out = Writer {
+            features: [0.0; FEATURES],
+            written: 0,
+        };
         let (from, to) = (start_m + RIGHT_M, end_m + RIGHT_M);
         let unexplained = |_: &Mark, role: Role| role == Role::Stray || role.contradicts();
         let shows_level = |_: &Mark, role: Role| matches!(role, Role::Tread | Role::Edge);
@@ -123,6 +177,12 @@ impl Ground<'_> {
             self.strongest(f32::NEG_INFINITY, f32::INFINITY, |_, _| true),
         ]);
         out.put_if(kind == Kind::Clear, || {
+            let floor = self.floor(to);
+            let column = self
+                .scene
+                .columns
+                .iter()
+                .find(|c| c.begins && c.along_m > from && c.along_m <= to);
             [
                 1.0,
                 level,
@@ -133,11 +193,16 @@ impl Ground<'_> {
                 lead,
                 math::max(lead, -2.0),
                 self.strongest(to, f32::INFINITY, shows_level),
+                floor.since_last_m,
+                floor.largest_gap_m,
+                floor.marks,
+                f32::from(column.is_some()),
+                column.map_or(0.0, |c| math::min(c.weight, 2.0)),
+                level - self.strongest(from - TYPICAL_GOING_M, from, shows_level),
             ]
         });
         out.put_if(kind == Kind::Between, || {
-            let first = self.steps.first().is_some_and(|s| s.distance_m > to);
-            [1.0, f32::from(first), level, stray, stray_so_far, lead]
+            self.before(from, to, level, stray, stray_so_far)
         });
         out.put_if(kind == Kind::Behind, || self.behind(from, to, level, stray));
         out.put_if(kind == Kind::Step, || match step {
@@ -147,29 +212,118 @@ impl Ground<'_> {
         out.features
     }
 
+    /// What the floor shows up to a distance.
+    fn floor(&self, to: f32) -> Floor {
+        let p = self.scene.params;
+        let mut floor = Floor {
+            since_last_m: 0.0,
+            largest_gap_m: 0.0,
+            marks: 0.0,
+        };
+        let mut last = p.nearest_riser_m;
+        for (m, role) in self.scene.marks.iter().zip(self.roles) {
+            let shows = *role == Role::Tread && m.x_m <= to && m.snr_db > p.floor_least_db;
+            if shows && m.x_m > last {
+                floor.largest_gap_m = math::max(floor.largest_gap_m, m.x_m - last);
+                floor.marks += 1.0 / TEN_DB;
+                last = m.x_m;
+            }
+        }
+        floor.since_last_m = math::max(to - last, 0.0);
+        floor
+    }
+
+    /// The strongest echo near step `k` in a role, tens of dB; 0 for none.
+    fn shown(&self, step: &Step, wanted: Role) -> f32 {
+        let reach = self.scene.params.column_m + RIGHT_M;
+        let near = (step.distance_m - reach, step.distance_m + reach);
+        self.strongest(near.0, near.1, |_, role| role == wanted)
+    }
+
+    /// What is known of a cell before or between steps.
+    fn before(
+        &self,
+        from: f32,
+        to: f32,
+        level: f32,
+        stray: f32,
+        so_far: f32,
+    ) -> [f32; BEFORE_FEATURES] {
+        let next = self
+            .steps
+            .iter()
+            .enumerate()
+            .find(|(_, s)| s.distance_m > to);
+        let Some((k, next)) = next else {
+            return [0.0; BEFORE_FEATURES];
+        };
+        let goings = (next.distance_m - 0.5 * (from + to)) / math::max(self.going(), CELL_M);
+        let place = math::max(1.0 - (goings - 1.0).abs(), 0.0);
+        let first = f32::from(k == 0);
+        // A step that stands nearer than told goes wrong in the cell before its own.
+        let near = f32::from(next.distance_m - to < CELL_M);
+        let (seen, known) = self
+            .supports
+            .get(k)
+            .map_or((false, false), |s| (s.overhang_seen, s.overhang_known));
+        let rise = next.riser_m.unwrap_or(0.0) / math::max(self.rise(), RIGHT_M);
+        [
+            1.0,
+            first,
+            level,
+            stray,
+            so_far,
+            self.lead.clamp(0.0, MOST_NATS),
+            first * place,
+            first * place * level,
+            first * self.shown(next, Role::Corner),
+            first * place * self.shown(next, Role::Corner),
+            first * math::min(rise, 2.0),
+            f32::from(from < self.scene.params.nearest_riser_m),
+            first * f32::from(self.steps.len() == 1),
+            near,
+            near * math::min(RIGHT_M / next.distance_sigma_m, MOST_SIGMAS),
+            near * f32::from(seen),
+            near * f32::from(known),
+            near * f32::from(self.open),
+            near * self.shown(next, Role::Nosing),
+        ]
+    }
+
+    /// From edge to edge on the mean, metres.
+    fn going(&self) -> f32 {
+        let spans = self.steps.len().saturating_sub(1);
+        match (self.steps.first(), self.steps.last()) {
+            (Some(first), Some(last)) if spans > 0 => {
+                (last.distance_m - first.distance_m) / spans as f32
+            }
+            _ => TYPICAL_GOING_M,
+        }
+    }
+
+    /// Rise on the mean, metres.
+    fn rise(&self) -> f32 {
+        let last = self.steps.last().map_or(0.0, |s| s.height_m.abs());
+        last / self.steps.len().max(1) as f32
+    }
+
     /// What is known of a cell behind the last step.
     fn behind(&self, from: f32, to: f32, level: f32, stray: f32) -> [f32; BEHIND_FEATURES] {
         let (Some(last), Some(support)) = (self.steps.last(), self.supports.last()) else {
             return [0.0; BEHIND_FEATURES];
         };
-        let first = self.steps.first().map_or(last.distance_m, |s| s.distance_m);
-        let spans = self.steps.len().saturating_sub(1);
-        let going = match spans {
-            0 => TYPICAL_GOING_M,
-            n => (last.distance_m - first) / n as f32,
-        };
         let goings = (0.5 * (math::max(from, last.distance_m) + to) - last.distance_m)
-            / math::max(going, CELL_M);
+            / math::max(self.going(), CELL_M);
         let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
         let hidden = f32::from(last.height_m > self.scene.mount_height_m);
-        let next_db = (support.next_db / TEN_DB).clamp(-1.0, 2.0 + 1.0);
+        let next_db = (support.next_db / TEN_DB).clamp(-1.0, MOST_NEXT);
         let shows_level = |_: &Mark, role: Role| matches!(role, Role::Tread | Role::Edge);
         let beyond = self.strongest(to, f32::INFINITY, shows_level);
         let lead = self.lead.clamp(0.0, MOST_NATS);
         [
             1.0,
             next,
-            f32::from(goings > 1.5),
+            f32::from(goings > FAR_GOINGS),
             next_db,
             next_db * next,
             level,
@@ -197,8 +351,8 @@ impl Ground<'_> {
         [
             1.0,
             math::min(height_z, 2.0),
-            math::min(height_z, 2.0 + 2.0),
-            math::min(distance_z, 2.0 + 2.0),
+            math::min(height_z, MOST_SIGMAS),
+            math::min(distance_z, MOST_SIGMAS),
             f32::from(support.snr_db.is_none()),
             support.snr_db.unwrap_or(0.0).clamp(0.0, MOST_DB) / TEN_DB,
             math::min((support.off.value / RIGHT_M).abs(), 2.0),
@@ -210,16 +364,72 @@ impl Ground<'_> {
             k as f32,
             stray,
             stray_so_far,
+            self.shown(step, Role::Corner),
+            self.shown(step, Role::Nosing),
+            self.shown(step, Role::Flash),
+            math::min(
+                (step.riser_m.unwrap_or(0.0) - self.rise()).abs() / RIGHT_M,
+                2.0,
+            ),
+            f32::from(support.off.sigma() > RIGHT_M),
+            f32::from(support.overhang_seen),
+            f32::from(support.overhang_known),
         ]
     }
 }
 
-/// How far up the probability of being right stays at what `ok` promises.
+/// Writes features one behind the other; those that do not apply to a cell stay 0.
+struct Writer {
+    features: Features,
+    written: usize,
+}
+
+impl Writer {
+    fn put<const N: usize>(&mut self, values: [f32; N]) {
+        let places = self.features.iter_mut().skip(self.written);
+        places.zip(values).for_each(|(place, value)| *place = value);
+        self.written += N;
+    }
+
+    fn put_if<const N: usize>(&mut self, applies: bool, values: impl FnOnce() -> [f32; N]) {
+        if applies {
+            self.put(values());
+        } else {
+            self.written += N;
+        }
+    }
+}
+
+/// What an answer vouches for.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Vouch {
-    /// Up to this distance from the mirror, metres; none if not even the nearest.
-    pub horizon_m: Option<f32>,
-    /// Probability that nothing is wrong up to there, or up to [`LEAST_HORIZON_M`] if that is
+    /// Up to where it is right with the probability that `ok` promises, metres from the mirror; 0 if
+    /// not even over the nearest cell.
+    pub horizon_m: f32,
+    /// Probability that nothing is wrong up to [`LEAST_HORIZON_M`], or up to the horizon if that is
     /// farther.
     pub confidence: f32,
+}
+
+impl Vouch {
+    /// Goes along the cells until the probability of being right falls below what `ok` promises.
+    pub fn of(ground: &Ground<'_>) -> Self {
+        let weights = match ground.geometry.plane {
+            Plane::Depth => &fitted::UP,
+            Plane::Height => &fitted::DOWN,
+        };
+        let mut log_right = 0.0;
+        let mut vouch = Self::default();
+        for cell in ground.cells() {
+            log_right += weights.log_survival(&cell.features);
+            let right = weights.probability(log_right);
+            if right >= weights.ok_from {
+                vouch.horizon_m = math::max(cell.end_m, 0.0);
+            }
+            if right >= weights.ok_from || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
+                vouch.confidence = right;
+            }
+        }
+        vouch
+    }
 }

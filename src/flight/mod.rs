@@ -11,13 +11,14 @@
 //! | `heights` | the levels of all treads, weighed against the flight's regularity |
 //! | `readings` | what each riser's own echoes say |
 //! | `dimensions` | steps with their standard deviations |
-//! | `verdict` | what the answer is worth |
+//! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
 //! | [`trace`] | what it thought on the way |
 
 mod ascending;
 mod descending;
 mod dimensions;
 mod heights;
+mod horizon;
 mod null;
 mod readings;
 mod roles;
@@ -30,7 +31,7 @@ mod verdict;
 #[cfg(test)]
 mod tests;
 
-use crate::answer::{Outcome, Reason};
+use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, Plane};
 use crate::echoes::{Collector, Echo, calibrate};
 use crate::estimator::Estimator;
@@ -41,6 +42,8 @@ pub use crate::params::Params;
 use ascending::Ascending;
 use descending::Descending;
 use dimensions::Measured;
+use horizon::{Ground, LEAST_HORIZON_M, Vouch};
+use readings::Roles;
 use roles::Role;
 use scene::Scene;
 use search::{Beginnings, Search};
@@ -162,9 +165,15 @@ fn ascend(
     let measured = accepted
         .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
     let best = best.as_ref().map(|b| &b.0);
-    let ended = Ended::new(&search, best, measured, p.accept_up_nats);
+    let ended = Ended {
+        search: &search,
+        best,
+        measured,
+        accept: p.accept_up_nats,
+        geometry,
+    };
     ended.tell(echoes, observer);
-    ended.conclude(p)
+    ended.conclude(observer)
 }
 
 /// The same for stairs going down.
@@ -182,9 +191,15 @@ fn descend(
     observer.event(Event::Done(Stage::Search));
     let accepted = best.as_ref().filter(|f| f.score >= p.accept_down_nats);
     let measured = accepted.map(|flight| dimensions::descending(&stairs, flight));
-    let ended = Ended::new(&search, best.as_ref(), measured, p.accept_down_nats);
+    let ended = Ended {
+        search: &search,
+        best: best.as_ref(),
+        measured,
+        accept: p.accept_down_nats,
+        geometry,
+    };
     ended.tell(echoes, observer);
-    ended.conclude(p)
+    ended.conclude(observer)
 }
 
 /// A search that has come to its end.
@@ -193,46 +208,81 @@ struct Ended<'s, S: Stairs> {
     best: Option<&'s Flight<S::Shape>>,
     /// The best flight's steps, if it was accepted.
     measured: Option<Measured>,
+    /// Score from which a flight counts, nats.
     accept: f32,
+    geometry: &'s Geometry,
 }
 
-impl<'s, S: Stairs> Ended<'s, S> {
-    fn new(
-        search: &'s Search<'s, S>,
-        best: Option<&'s Flight<S::Shape>>,
-        measured: Option<Measured>,
-        accept: f32,
-    ) -> Self {
-        Self {
-            search,
-            best,
-            measured,
-            accept,
-        }
-    }
-
+impl<S: Stairs> Ended<'_, S> {
     /// The outcome and what it is worth: of a flight that was accepted and measured, or of none.
-    fn conclude(self, p: &Params) -> Outcome {
-        let marks = &self.search.stairs.scene().marks;
-        match (self.best, self.measured) {
+    fn conclude(mut self, observer: &mut dyn Observer) -> Outcome {
+        let scene = self.search.stairs.scene();
+        let p = scene.params;
+        let measured = self.measured.take();
+        let accepted = measured.is_some();
+        let (outcome, supports, lead) = match (self.best, measured) {
             (Some(best), Some(mut measured)) if !measured.supports.is_empty() => {
-                let pairs = marks.iter().zip(&measured.roles);
+                let pairs = scene.marks.iter().zip(&measured.roles);
                 let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
                 let rival = self.search.rival(best.chain.len()).max(self.accept);
                 let lead = best.score - rival;
                 verdict::judge(&mut measured.outcome, lead, &measured.supports, against, p);
-                measured.outcome
+                self.measured = Some(measured.clone());
+                (measured.outcome, measured.supports, lead)
             }
             (best, measured) => {
                 // A flight that was accepted and then found to be a box or a threshold is no rival.
-                let score = best.filter(|_| measured.is_none());
-                let score = score.map_or(f32::NEG_INFINITY, |b| b.score - self.accept);
-                let strongest = marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
+                let rival = best.filter(|_| !accepted);
+                let rival = rival.map_or(f32::NEG_INFINITY, |b| b.score - self.accept);
+                let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
                 let mut outcome = measured.map_or(Outcome::clear(), |s| s.outcome);
-                verdict::judge_none(&mut outcome, score, strongest, p);
-                outcome
+                verdict::judge_none(&mut outcome, rival, strongest_db, p);
+                (outcome, heapless::Vec::new(), rival)
             }
+        };
+        let mut outcome = outcome;
+        outcome.link();
+        let roles = self.roles();
+        let ground = Ground {
+            scene,
+            roles: &roles,
+            steps: &outcome.steps,
+            supports: &supports,
+            lead,
+            open: self.best.is_some_and(|b| S::open(b.shape)),
+            geometry: self.geometry,
+        };
+        if observer.listens() {
+            ground
+                .cells()
+                .for_each(|cell| observer.event(Event::Cell(&cell)));
         }
+        let vouch = Vouch::of(&ground);
+        Ended::<S>::promise(outcome, vouch)
+    }
+
+    /// The outcome with what it vouches for: `ok` if that is the first metre at least.
+    fn promise(mut outcome: Outcome, vouch: Vouch) -> Outcome {
+        outcome.horizon_m = Some(vouch.horizon_m);
+        outcome.confidence = Some(vouch.confidence);
+        if vouch.horizon_m < LEAST_HORIZON_M {
+            outcome.status = Status::Degraded;
+            outcome.reasons.add(Reason::ShortHorizon);
+        }
+        outcome
+    }
+
+    /// What each mark is taken for: by the flight that was measured, or on the bare ground.
+    fn roles(&self) -> Roles {
+        if let Some(measured) = &self.measured {
+            return measured.roles.clone();
+        }
+        let mut roles = Roles::new();
+        for m in &self.search.stairs.scene().marks {
+            // As many as there are marks.
+            let _ = roles.push(self.search.stairs.role(m, &[], S::Shape::default()));
+        }
+        roles
     }
 
     /// Tells the observer each scatterer's role, and every explanation with its score.
@@ -241,9 +291,9 @@ impl<'s, S: Stairs> Ended<'s, S> {
             return;
         }
         let scene = self.search.stairs.scene();
-        let roles = self.measured.as_ref().map(|s| &s.roles[..]).unwrap_or(&[]);
+        let roles = self.roles();
         for (k, &echo) in (0..).zip(echoes) {
-            let pair = scene.marks.iter().zip(roles).find(|(m, _)| m.echo == k);
+            let pair = scene.marks.iter().zip(&roles).find(|(m, _)| m.echo == k);
             let role = pair.map_or(Role::Stray, |(_, role)| *role);
             observer.event(Event::Scatterer(&Scatterer { echo, role }));
         }

@@ -75,6 +75,8 @@ pub trait Stairs {
     fn null(&self) -> f32;
     /// What a mark is taken for if the flight is true.
     fn role(&self, mark: &Mark, chain: &[Link], shape: Self::Shape) -> Role;
+    /// Whether the treads float.
+    fn open(shape: Self::Shape) -> bool;
     /// The flight in words.
     fn explanation(shape: Self::Shape) -> Explanation;
 

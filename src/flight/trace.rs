@@ -3,6 +3,7 @@
 pub use super::roles::Role;
 pub use super::stairs::{Explanation, Link};
 use crate::echoes::Echo;
+use crate::params::hazard::Features;
 
 /// One scatterer.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +26,15 @@ pub struct Hypothesis<'a> {
     pub score: f32,
     /// Whether it is the answer.
     pub winner: bool,
+}
+
+/// One cell of the way ahead, as the verdict sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct Cell {
+    /// Where it ends, metres from the mirror.
+    pub end_m: f32,
+    /// What is known of it.
+    pub features: Features,
 }
 
 /// What is done one after the other after the last row.

@@ -1,8 +1,8 @@
-//! How far an answer can be trusted: `ok` only when the winner is clear and every step rests on its
-//! own echoes.
+//! What is weak about an answer: reasons for people and logs. Whether it is `ok` is not decided by
+//! them but by the horizon.
 
 use super::scene::Mark;
-use crate::answer::{Outcome, Reason, Status};
+use crate::answer::{Outcome, Reason};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
@@ -21,6 +21,10 @@ pub struct Support {
     pub next_db: f32,
     /// Whether it shows its face, and the flash of that hides its edge.
     pub flashes: bool,
+    /// Whether it shows how far its nosing stands before its riser.
+    pub overhang_seen: bool,
+    /// Whether any step of the flight does.
+    pub overhang_known: bool,
     /// How far its own echoes put it off the straight flight, metres.
     pub off: Estimate,
     /// The same along the line of sight, where echoes are sure to millimetres.
@@ -48,13 +52,7 @@ pub fn next_db<'m>(marks: impl Iterator<Item = (&'m Mark, bool)>, p: &Params) ->
     left.fold(f32::NEG_INFINITY, math::max)
 }
 
-/// Adds `reason` and makes an `ok` outcome `degraded`.
-pub fn degrade(outcome: &mut Outcome, reason: Reason) {
-    outcome.status = Status::Degraded;
-    outcome.reasons.add(reason);
-}
-
-/// Judges a flight: `lead` is the winner's score less that of the next best explanation, nats;
+/// Says what is weak about a flight: `lead` is the winner's score less that of the next best explanation, nats;
 /// `against` are the echoes that contradict it.
 pub fn judge<'m>(
     outcome: &mut Outcome,
@@ -95,18 +93,15 @@ pub fn judge<'m>(
         reasons.add(Reason::BlockedView);
     }
     outcome.reasons = reasons;
-    if !reasons.is_empty() {
-        outcome.status = Status::Degraded;
-    }
 }
 
-/// Judges the answer that there are no stairs: `rival` is the best flight's score less what it
+/// Says what is weak about the answer that there are no stairs: `rival` is the best flight's score less what it
 /// takes to count, nats; `strongest_db` the strongest echo.
 pub fn judge_none(outcome: &mut Outcome, rival: f32, strongest_db: f32, p: &Params) {
     if rival > -p.clear_lead_nats {
-        degrade(outcome, Reason::CloseRival);
+        outcome.reasons.add(Reason::CloseRival);
     }
     if strongest_db < p.view_db {
-        degrade(outcome, Reason::WeakEchoes);
+        outcome.reasons.add(Reason::WeakEchoes);
     }
 }

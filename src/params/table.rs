@@ -184,19 +184,19 @@ params! {
     }
     "search: stairs going up" {
         /// Least going.
-        least_going_m = 0.20, "m", Custom, "steepest stairs in use";
+        least_going_m = 0.18, "m", Custom, "steepest stairs in use";
         /// Largest going.
-        most_going_m = 0.44, "m", Custom, "shallowest stairs in use";
+        most_going_m = 0.60, "m", Custom, "steps of parks and forecourts";
         /// A riser may stand this far from where its predecessors lead.
         riser_tolerance_m = 0.045, "m", Custom, "half an overhang and what builders are off";
         /// Weight of a column, credibilities, that makes up for a metre off its place.
         off_place_per_m = 20.0, "", Hand;
         /// What stands farther behind the last riser is no part of the flight.
-        landing_m = 0.55, "m", Custom, "farther than any going";
+        landing_m = 0.70, "m", Custom, "farther than any going";
         /// A single riser lower than this is a threshold.
         lowest_step_m = 0.07, "m", Hand;
         /// A single riser higher than this is a box.
-        highest_step_m = 0.23, "m", Hand;
+        highest_step_m = 0.275, "m", Custom, "midway between the lowest boxes (25 cm) and the highest platforms (30 cm)";
     }
     "heights: levels of the steps" {
         /// A step's own departure from the straight flight.

@@ -39,6 +39,13 @@ pub struct Disturbance {
 }
 
 impl Truth {
+    /// Where the ground ends though there are no steps to count, metres.
+    pub fn drops(&self) -> impl Iterator<Item = f64> {
+        let drops = self.uncounted.iter().filter(|s| s.height_m < 0.0);
+        let none = self.steps.is_empty();
+        drops.filter(move |_| none).map(|s| s.distance_m)
+    }
+
     /// Reads a truth that stands at `place`.
     pub(super) fn parse(value: &Value, place: &str) -> Result<Self> {
         const DIRECTION: &str = "\"up\", \"down\" or \"none\"";

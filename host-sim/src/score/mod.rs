@@ -8,6 +8,7 @@
 //!
 //! An answer is wrong when, among what lies up to its horizon (plus 3 cm), a true step is missing,
 //! something else is reported, or a matched step is off by more than 3 cm in distance or height.
+//! A drop where there are no steps to count (a brink, a hole) must not lie before the horizon either.
 //! An answer without a horizon vouches for everything. Coverage is the share of true steps that lie
 //! within the horizon or are reported.
 
@@ -173,25 +174,29 @@ fn is_wrong(reported: &[Reported], truth: &Truth, end: f64) -> bool {
         let (distance, height) = errors(&told[r], &real[t]);
         distance.abs().max(height.abs()) > LIMIT_M
     });
-    off || !sorted.exact()
+    off || !sorted.exact() || truth.drops().any(|distance| distance <= end)
+}
+
+/// Whether something up to `horizon` (metres from the mirror) is wrong with an answer.
+pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
+    is_wrong(&reported(answer), truth, horizon + LIMIT_M)
+}
+
+/// The steps of an answer; none of a `fault`.
+fn reported(answer: &Answer) -> Vec<Reported> {
+    let told = answer.steps.iter().filter(|_| !answer.is_fault());
+    told.map(|s| Reported {
+        distance: metres(s.distance),
+        height: metres(s.height),
+        distance_sigma: metres(s.distance_sigma),
+        height_sigma: metres(s.height_sigma),
+    })
+    .collect()
 }
 
 /// Scores one answer.
 pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
-    let steps = if answer.is_fault() {
-        &[][..]
-    } else {
-        &answer.steps[..]
-    };
-    let reported: Vec<Reported> = steps
-        .iter()
-        .map(|s| Reported {
-            distance: metres(s.distance),
-            height: metres(s.height),
-            distance_sigma: metres(s.distance_sigma),
-            height_sigma: metres(s.height_sigma),
-        })
-        .collect();
+    let reported = reported(answer);
     let sorted = Sorted::new(&reported, &truth.steps, &truth.uncounted);
     let matches = sorted.pairs.iter().map(|&(r, t)| {
         let (told, real) = (&reported[r], &truth.steps[t]);

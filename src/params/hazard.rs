@@ -1,0 +1,43 @@
+//! Shape of the verdict's fitted numbers.
+
+use crate::math;
+
+/// Number of features of a cell; see [`crate::flight::horizon`] for what each is.
+pub const FEATURES: usize = 74;
+
+/// What the estimator knows of a cell.
+pub type Features = [f32; FEATURES];
+
+/// The verdict's numbers for one plane.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Weights {
+    /// Log-odds of an error in a cell per unit of each feature.
+    pub hazard: Features,
+    /// Log-odds of being right per unit of those that the hazards add up to …
+    pub slope: f32,
+    /// … and where these are 0.
+    pub offset: f32,
+    /// An answer is `ok` from this probability on: the least with which 99 in 100 of the `ok` answers
+    /// to the scenes of the calibration were right. Above 1 if none would be.
+    pub ok_from: f32,
+}
+
+impl Weights {
+    /// Logarithm of the probability that nothing goes wrong in a cell: -ln(1 + e^x) of the weighted
+    /// features.
+    pub fn log_survival(&self, features: &Features) -> f32 {
+        let pairs = features.iter().zip(&self.hazard);
+        let x: f32 = pairs.map(|(feature, weight)| feature * weight).sum();
+        let rest = math::log2(1.0 + math::exp(-x.abs()));
+        -(math::max(x, 0.0) + core::f32::consts::LN_2 * rest)
+    }
+
+    /// Probability of being right where the cells' log survivals add up to `log_right`.
+    pub fn probability(&self, log_right: f32) -> f32 {
+        let wrong = 1.0 - math::exp(log_right);
+        // ln p/(1 - p); no cell is without any hazard.
+        let log_wrong = core::f32::consts::LN_2 * math::log2(wrong.max(f32::EPSILON));
+        let log_odds = self.slope * (log_right - log_wrong) + self.offset;
+        1.0 / (1.0 + math::exp(-log_odds))
+    }
+}
