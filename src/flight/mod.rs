@@ -11,8 +11,8 @@
 //! | `heights` | the levels of all treads, weighed against the flight's regularity |
 //! | `readings` | what each riser's own echoes say |
 //! | `dimensions` | steps with their standard deviations |
-//! | `verdict` | what the answer is worth |
-//! | [`trace`] | what it thought on the way |
+//! | `verdict` | status and reasons of the answer |
+//! | [`trace`] | what an observer is told |
 
 mod ascending;
 mod descending;
@@ -58,7 +58,7 @@ pub struct Likelihood {
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "one after the other in the same memory is the point"
+    reason = "the phases follow each other in the same memory"
 )]
 enum Phase {
     Rows(Collector),
@@ -211,7 +211,7 @@ impl<'s, S: Stairs> Ended<'s, S> {
         }
     }
 
-    /// The outcome and what it is worth: of a flight that was accepted and measured, or of none.
+    /// The outcome with its status: of a flight that was accepted and measured, or of none.
     fn conclude(self, p: &Params) -> Outcome {
         let marks = &self.search.stairs.scene().marks;
         match (self.best, self.measured) {

@@ -82,6 +82,32 @@ impl fmt::Display for ChirpLength {
 impl core::error::Error for ChirpLength {}
 
 /// Turns chirps into rows of the map, with this target's arithmetic.
+///
+/// ```
+/// use stairscan::Iq;
+/// use stairscan::config::Config;
+/// use stairscan::range::{Profile, RangeProcessor};
+///
+/// let config = Config::default();
+/// let mut range = RangeProcessor::new(&config.radar, &config.mount, &config.cfar)?;
+/// // A quarter turn a sample: native bin 50 of 200 (0.75 m), bin 64 of the transform of 256 points.
+/// let chirp: Vec<Iq> = (0..200)
+///     .map(|n| [(3000, 0), (0, 3000), (-3000, 0), (0, -3000)][n % 4])
+///     .map(|(i, q)| Iq::new(i, q))
+///     .collect();
+/// let mut profile = Profile::default();
+/// range.profile(&chirp, &mut profile)?;
+/// let strongest = profile
+///     .detections()
+///     .max_by(|a, b| a.power_db.total_cmp(&b.power_db))
+///     .unwrap();
+/// assert!((strongest.bin - 64.0).abs() < 0.1);
+/// // 20 lg (3000 / 32768).
+/// assert!((strongest.power_db + 20.8).abs() < 0.2);
+/// // Chirps of another length are refused.
+/// assert!(range.profile(&chirp[..100], &mut profile).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub type RangeProcessor = Processor<Native>;
 
 /// Turns chirps into rows of the map. Some 6 KB: window, thresholds, transform buffers.
