@@ -39,7 +39,7 @@ use cfar::Cfar;
 use core::marker::PhantomData;
 use log::FINE;
 use packed::{Arithmetic, Bin, Native, Packed};
-use window::{Levels, Window};
+use window::{ChirpLevels, Window};
 
 /// Cell of a tone at the converter's full scale.
 pub const FULL_SCALE: u8 = 247;
@@ -254,7 +254,7 @@ impl<A: Arithmetic> Processor<A> {
     }
 
     /// Chirp to power of every bin; returns what to add to 256 · log2 of it as well.
-    fn measure(&mut self, chirp: &[Iq]) -> Result<(Levels, i32), ChirpLength> {
+    fn measure(&mut self, chirp: &[Iq]) -> Result<(ChirpLevels, i32), ChirpLength> {
         let (levels, exponent) = self.front_end.run::<A, u32>(chirp, &mut self.power)?;
         let gain = log::log2_fine(levels.gain() as u32);
         Ok((levels, self.offset + 512 * exponent - 2 * gain))
@@ -275,13 +275,13 @@ impl FrontEnd {
         &mut self,
         chirp: &[Iq],
         bins: &mut [B; MAX_SAMPLES],
-    ) -> Result<(Levels, i32), ChirpLength> {
+    ) -> Result<(ChirpLevels, i32), ChirpLength> {
         let expected = self.window.samples();
         if chirp.len() != expected || expected == 0 {
             let got = chirp.len();
             return Err(ChirpLength { got, expected });
         }
-        let levels = Levels::of::<A>(chirp);
+        let levels = ChirpLevels::of::<A>(chirp);
         let exponent = match self.points {
             16 => self.transform::<A, B, 16>(chirp, &levels, bins),
             32 => self.transform::<A, B, 32>(chirp, &levels, bins),
@@ -296,7 +296,7 @@ impl FrontEnd {
     fn transform<A: Arithmetic, B: Bin, const N: usize>(
         &mut self,
         chirp: &[Iq],
-        levels: &Levels,
+        levels: &ChirpLevels,
         bins: &mut [B; MAX_SAMPLES],
     ) -> i32 {
         let [data, spare] = &mut self.buffers;

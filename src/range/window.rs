@@ -79,7 +79,7 @@ impl Window {
 
 /// What the first pass over a chirp finds.
 #[derive(Clone, Copy, Debug)]
-pub struct Levels {
+pub struct ChirpLevels {
     /// Mean of I and Q, Q16.16.
     mean: [i32; 2],
     /// Largest distance of any I or Q from its mean, rounded up.
@@ -88,7 +88,7 @@ pub struct Levels {
     pub saturated: u16,
 }
 
-impl Levels {
+impl ChirpLevels {
     /// Measures a chirp of 1 to 256 samples.
     #[inline(never)]
     pub fn of<A: Arithmetic>(chirp: &[Iq]) -> Self {
@@ -196,7 +196,7 @@ impl Weigher {
 #[inline(never)]
 pub fn open<A: Arithmetic, const N: usize>(
     chirp: &[Iq],
-    levels: &Levels,
+    levels: &ChirpLevels,
     window: &Window,
     out: &mut [Packed; N],
 ) -> Headroom {
@@ -211,7 +211,7 @@ pub fn open<A: Arithmetic, const N: usize>(
 #[inline(never)]
 fn short<A: Arithmetic>(
     chirp: &[Iq],
-    levels: &Levels,
+    levels: &ChirpLevels,
     window: &Window,
     out: &mut [Packed],
     quarter: usize,
@@ -223,7 +223,7 @@ fn short<A: Arithmetic>(
 #[inline(always)]
 fn first_stage<A: Arithmetic>(
     chirp: &[Iq],
-    levels: &Levels,
+    levels: &ChirpLevels,
     window: &Window,
     out: &mut [Packed],
     quarter: usize,
