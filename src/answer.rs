@@ -1,4 +1,4 @@
-//! The answer of one scan: what every part of the scanner speaks of.
+//! The answer of one scan: status, reasons and steps, as all parts of the scanner exchange them.
 
 use core::fmt;
 
@@ -89,7 +89,7 @@ reasons! {
     MirrorMissing = "mirror-missing",
     /// The mirror's echo never changes: the same chirp again and again.
     MirrorFrozen = "mirror-frozen",
-    /// A map without noise is none that a radar made.
+    /// The map holds no noise, so that it cannot come from a radar.
     NoNoise = "no-noise",
     /// Nothing but noise: not even the floor was seen.
     NoEcho = "no-echo",
@@ -163,9 +163,26 @@ impl fmt::Display for Reasons {
 }
 
 /// The answer of one scan.
+///
+/// ```
+/// use stairscan::answer::{Direction, Outcome, Reason, Status, Step};
+///
+/// let at = |distance_m, height_m| Step { distance_m, height_m, ..Step::default() };
+/// let mut outcome = Outcome { direction: Direction::Up, ..Outcome::clear() };
+/// outcome.steps.push(at(0.50, 0.17)).unwrap();
+/// outcome.steps.push(at(0.78, 0.34)).unwrap();
+/// outcome.link();
+/// let tread_m = outcome.steps[0].tread_m.unwrap();
+/// assert!((tread_m - 0.28).abs() < 1e-6);
+/// assert_eq!(outcome.steps[1].tread_m, None);
+///
+/// let fault = Outcome::fault(Reason::MotorStall);
+/// assert_eq!(fault.status, Status::Fault);
+/// assert!(fault.steps.is_empty());
+/// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outcome {
-    /// What it is worth.
+    /// How far it can be trusted.
     pub status: Status,
     /// Where the stairs lead.
     pub direction: Direction,

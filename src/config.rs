@@ -388,6 +388,19 @@ impl EstimatorKind {
 }
 
 /// Everything that can be set.
+///
+/// ```
+/// use stairscan::config::{Config, Plane, to_fixed};
+///
+/// // The paper's scanner on a pole, looking down: lengths in 0.01 mm, angles in 0.001°.
+/// let mut config = Config::default();
+/// config.mount.plane = Plane::Height;
+/// config.mount.mount_height = to_fixed(1.2, 1e-5).unwrap();
+/// assert!(config.validate().is_ok());
+///
+/// config.sweep.angle_step = 0;
+/// assert_eq!(config.validate().unwrap_err().field, "angle-step");
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Config {
     /// The radar module.

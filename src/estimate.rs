@@ -3,6 +3,14 @@
 use crate::math;
 
 /// A value with its variance, in the value's unit and its square.
+///
+/// ```
+/// use stairscan::estimate::Estimate;
+///
+/// let height_m = Estimate::new(0.165, 0.004);
+/// assert!((height_m.variance - 1.6e-5).abs() < 1e-9);
+/// assert!((height_m.sigma() - 0.004).abs() < 1e-7);
+/// ```
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Estimate {
     /// The value.

@@ -1,4 +1,5 @@
-//! What the map is given to: rows during the scan, and after the last one the question for steps.
+//! What an estimator is to the scanner: it takes in the rows of the map during the scan and gives the
+//! answer after the last one.
 
 use crate::answer::Outcome;
 use crate::config::Config;

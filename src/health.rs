@@ -1,4 +1,4 @@
-//! Is this a scan at all? What radar, mirror and converter tell about themselves, row by row.
+//! Checks of the instrument: whether radar, mirror and converter worked, gathered row by row.
 //!
 //! A scanner that sees nothing because it is blind must not say that the way is clear. Every rule
 //! here is about the instrument, none about stairs, so it holds for every estimator.

@@ -12,16 +12,29 @@
 //! | [`scan`] | schedule of angles, mirror motor, radar link, the scanner's loop |
 //! | [`range`] | chirp → DC removal → window → FFT → power → CA-CFAR → one row of the map |
 //! | [`grid`] | rows → the polar map and where its cells lie |
-//! | [`health`] | is this a scan at all? |
+//! | [`health`] | whether radar, mirror and converter worked during the scan |
 //! | [`echoes`] | map → echoes: point scatterers, placed below the cell size |
-//! | [`flight`] | echoes → the staircase that explains them best, its steps and what they are worth |
-//! | [`paper`] | the paper's estimator: map → particles → clusters → steps |
+//! | [`flight`] | echoes → the staircase that explains them best, its steps with their σ, status |
+//! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
-//! | [`estimator`], [`observer`] | what both estimators are to the scanner, and to those who look on |
-//! | [`finder`], [`pipeline`] | map and estimator, and all of it, in one value |
-//! | [`answer`] | steps, status, reasons: what everybody speaks of |
+//! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
+//! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
+//! | [`answer`] | steps, status, reasons: the answer of a scan |
 //! | [`report`] | sentences out, commands in |
 //! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
+//!
+//! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
+//!
+//! Who depends on whom: [`config`], [`answer`], [`estimate`], [`params`], [`math`] and
+//! [`scan::schedule`] depend on no stage; on them stand [`grid`], then [`range`] and [`echoes`], then
+//! [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`]. [`scan`]'s loop drives any
+//! [`scan::DataPath`], and `pipeline` is one. [`observer`] names what [`flight::trace`] and `paper`
+//! have to tell.
+//!
+//! Where to begin: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
+//! [`range::RangeProcessor`] makes a range profile of one chirp; [`report::Sentence`] reads what the
+//! scanner reports. `examples/` has a program for each, and `docs/estimator.md` the words and the
+//! equations of the default estimator.
 #![cfg_attr(not(test), no_std)]
 
 pub mod answer;

@@ -1,4 +1,4 @@
-//! Who looks over an estimator's shoulder: pictures, `inspect`, the benchmark's laps.
+//! What an estimator tells on its way to the answer, for pictures, `inspect` and the benchmark.
 //!
 //! The scanner's own calls pass `()`, which listens to nothing.
 

@@ -1,4 +1,4 @@
-//! The whole way of the data in one value: chirp in, row of the map, health, estimator, outcome.
+//! All stages in one value: chirp, row of the map, health, estimator, outcome.
 
 use crate::Iq;
 use crate::answer::Outcome;
@@ -11,6 +11,31 @@ use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
+///
+/// A scan is [`DataPath::begin`], for each row its samples and [`DataPath::row`] (or
+/// [`DataPath::lost`]), and [`DataPath::finish`]. Samples without any signal give no all-clear:
+///
+/// ```
+/// use stairscan::Iq;
+/// use stairscan::answer::{Reason, Status};
+/// use stairscan::config::Config;
+/// use stairscan::pipeline::Pipeline;
+/// use stairscan::scan::DataPath;
+///
+/// let config = Config::default();
+/// let mut pipeline = Box::new(Pipeline::new());
+/// pipeline.begin(&config, 1)?;
+/// for row in 0..config.sweep.angle_count {
+///     pipeline.samples().fill(Iq::new(0, 0));
+///     pipeline.row(row);
+/// }
+/// let outcome = pipeline.finish();
+/// assert_eq!(outcome.status, Status::Fault);
+/// assert!(outcome.reasons.has(Reason::Silent));
+/// # Ok::<(), stairscan::config::ConfigError>(())
+/// ```
+///
+/// `examples/recording_to_steps.rs` does the same with a recording.
 #[derive(Debug)]
 pub struct Pipeline {
     samples: [Iq; MAX_SAMPLES],

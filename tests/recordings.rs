@@ -57,7 +57,8 @@ fn scan(name: &str, config: &Config, order: impl Iterator<Item = u16>) -> Outcom
     pipeline.finish()
 }
 
-/// Every true step is found, nothing else is, and no σ is a lie by more than a factor of three.
+/// Every true step is found within 10 cm and 4 cm, nothing else is, and no error exceeds six standard
+/// deviations.
 fn is_exact(outcome: &Outcome, direction: Direction, truth: &[(f32, f32)]) {
     assert_ne!(outcome.status, Status::Fault, "{outcome:?}");
     assert_eq!(outcome.direction, direction, "{outcome:?}");

@@ -191,8 +191,8 @@ impl AngleFilter {
     }
 }
 
-/// Rows of a [`Patch`], relative to its middle: a third of the beam to each side, the middle itself
-/// and what lies between, where the lobe is steep.
+/// Rows of a [`Patch`], relative to its middle. At steps of 0.25° they reach 0.75° to each side, half
+/// the standard deviation of the two-way beam.
 pub const PATCH_ROWS: [i8; 5] = [-3, -2, 0, 2, 3];
 /// Bins of a [`Patch`], relative to its middle.
 pub const PATCH_BINS: [i8; 3] = [-1, 0, 1];

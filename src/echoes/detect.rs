@@ -19,7 +19,7 @@ const HITS: usize = 3;
 /// row and 13 rows, noise does once in 2·10⁷ places.
 const HIT_ROWS: usize = 6;
 
-/// What the map shows where there is no echo.
+/// The levels of the map where there is no echo.
 #[derive(Debug)]
 pub struct Background<'a> {
     /// Noise and side lobes.

@@ -1,15 +1,15 @@
-//! What a strong echo shows where nothing is: one function per artefact, each the highest level
-//! relative to that echo, dB.
+//! The artefacts that a strong echo makes where there is no scatterer: one function each, which gives
+//! the highest level relative to that echo, dB.
 
 use super::Echo;
 use super::lobe::GAUSSIAN_DB;
 use crate::math;
 use crate::params::Params;
 
-/// No artefact: below everything that a receiver can show.
+/// Level of an artefact that cannot occur there: below the dynamic range of any receiver.
 const NEVER_DB: f32 = -99.0;
 
-/// Where something is that may be a ghost.
+/// A maximum that may be a ghost.
 #[derive(Clone, Copy, Debug)]
 pub struct Suspect {
     /// Native range bin (c/2B) from the radar.

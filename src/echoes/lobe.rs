@@ -19,9 +19,9 @@ pub const GAUSSIAN_DB: f32 = 2.171_472_4;
 const ROUNDS: usize = 2;
 /// Farthest that a peak may lie from the middle of its patch, rows: what the patch reaches and one.
 const MOST_ROWS: f32 = 4.0;
-/// A lobe that is not even a fiftieth as curved as a point scatterer's is none.
+/// With less than this share of a point scatterer's curvature the levels have no peak.
 const LEAST_CURVED: f32 = 0.02;
-/// Width of what is no lobe, in units of a point scatterer's.
+/// Width where there is no peak, in units of a point scatterer's.
 const NO_LOBE: f32 = 9.0;
 
 /// Mean of the squared offsets of [`PATCH_ROWS`].

@@ -1,5 +1,5 @@
-//! What the map holds where there is nothing: the noise, and per range bin what the antenna's side
-//! lobes add.
+//! The noise of the filtered map, and per range bin the level to which the antenna's side lobes raise
+//! it.
 
 use crate::grid::MAX_BINS;
 
@@ -7,7 +7,7 @@ use super::angle_filter::UNITS_PER_CELL_BITS;
 
 /// Most sampled rows: enough that a third of them is known to a decibel, few enough to keep.
 pub const MAX_SAMPLES: usize = 12;
-/// Of so many samples of a bin one is below its floor: a third, since echoes fill up to two thirds
+/// One in so many samples of a bin is below its floor: a third, since echoes fill up to two thirds
 /// of the angles at the range of a wall or a bright riser.
 const SHARE: usize = 3;
 /// Least samples of a bin that are kept: its floor is among them.
@@ -63,7 +63,7 @@ impl NoiseSamples {
         self.count += 1;
     }
 
-    /// What a third of the angles leave below in range bin `bin`, map units.
+    /// The level that a third of the sampled angles stay below in range bin `bin`, map units.
     pub fn floor(&self, bin: usize) -> u8 {
         let least = self.least.get(bin / 2).filter(|_| self.count > 0);
         let floor = least.and_then(|least| least.get(self.count / SHARE));

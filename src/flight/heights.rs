@@ -6,7 +6,7 @@ use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
 
-/// Likelihood ratios beyond e to this are certainty: e⁴⁰ is 10¹⁷, far more than any prior outweighs,
+/// Likelihood ratios count e to this at most: e⁴⁰ is 10¹⁷, far more than any prior outweighs,
 /// and its sums stay within an f32.
 const CERTAIN: f32 = 40.0;
 
@@ -177,7 +177,7 @@ impl<'p> Fit<'p> {
 /// Steps depart a little as a rule. Besides, any one riser may be odd, so that it shifts all that
 /// follows, or any one tread: as likely as not, each as likely as any other. The answer is the mean
 /// over these possibilities, weighed by how well they explain the readings, and its variance their
-/// spread: a step that nothing measures is known no better than builders can be trusted.
+/// spread: a step that nothing measures is as uncertain as irregular steps in built stairs make it.
 pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> Levels {
     let fit = Fit::new(steps, slopes, p);
     let steps = &fit.steps;

@@ -61,7 +61,7 @@ pub struct Likelihood {
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
-    reason = "one after the other in the same memory is the point"
+    reason = "the phases follow each other in the same memory"
 )]
 enum Phase {
     Rows(Collector),

@@ -66,7 +66,7 @@ pub fn roles(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels) -> Role
 }
 
 /// One riser with its echoes.
-struct Place<'e> {
+struct RiserMarks<'e> {
     scene: &'e Scene<'e>,
     p: &'e Params,
     riser: Riser,
@@ -80,7 +80,7 @@ fn strongest<'m>(marks: impl Iterator<Item = &'m Mark>) -> Option<&'m Mark> {
     marks.max_by(|a, b| a.snr_db.total_cmp(&b.snr_db))
 }
 
-impl<'e> Place<'e> {
+impl<'e> RiserMarks<'e> {
     fn with(&self, is: impl Fn(&Mark, Role) -> bool) -> impl Iterator<Item = &'e Mark> {
         let pairs = self.marks.iter().zip(self.roles);
         pairs.filter(move |(m, role)| is(m, **role)).map(|(m, _)| m)
@@ -218,7 +218,7 @@ pub fn read(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels, roles: &
             Some(_) => scene.near_range(link.along_m),
             None => (0, 0),
         };
-        let place = Place {
+        let place = RiserMarks {
             scene,
             p: scene.params,
             riser: riser(&flight.chain, flight.shape.open, levels, k),

@@ -81,7 +81,7 @@ impl Mark {
     }
 }
 
-/// How far an echo is believed: hardly at the noise, wholly well above it.
+/// Credibility of an echo, 0…1: little near the noise, 1 well above it.
 fn credibility(snr_db: f32, p: &Params) -> f32 {
     ((snr_db - p.credible_from_db) / p.credible_span_db).clamp(p.least_credibility, 1.0)
 }

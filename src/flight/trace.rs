@@ -1,4 +1,5 @@
-//! What the estimator thought: every scatterer with its role, the winner, its rivals, their scores.
+//! What the default estimator tells an observer: every scatterer with its role, the winner, its
+//! rivals, their scores.
 
 pub use super::roles::Role;
 pub use super::stairs::{Explanation, Link};

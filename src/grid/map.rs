@@ -99,6 +99,24 @@ impl PolarMap {
     }
 
     /// Lets `fill` write row `k`; `None` beyond the last row, and then `fill` is not called.
+    ///
+    /// ```
+    /// use stairscan::config::Config;
+    /// use stairscan::grid::PolarMap;
+    ///
+    /// let mut map = Box::new(PolarMap::new());
+    /// map.begin(&Config::default())?;
+    /// // Row 100 with one cell that CA-CFAR let through: bin 40.
+    /// map.fill(100, |row| {
+    ///     row.cells[40] = 200;
+    ///     row.mask[40 / 32] |= 1 << (40 % 32);
+    /// });
+    /// assert!(map.present(100) && !map.present(101));
+    /// assert_eq!(map.hits(100).collect::<Vec<_>>(), [(40, 200)]);
+    /// // There are 281 rows.
+    /// assert_eq!(map.fill(281, |_| ()), None);
+    /// # Ok::<(), stairscan::config::ConfigError>(())
+    /// ```
     pub fn fill<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         if k >= self.rows {
             return None;

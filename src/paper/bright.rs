@@ -30,7 +30,7 @@ const fn units(db: f32) -> u8 {
 /// The map's levels, gathered row by row while the scan goes on; the order of the rows does not
 /// matter.
 #[derive(Clone, Debug)]
-pub struct Levels {
+pub struct MapLevels {
     /// Least cell of all: the minimum received power.
     floor: u8,
     /// Strongest cell of all.
@@ -43,7 +43,7 @@ pub struct Levels {
     hits: u32,
 }
 
-impl Levels {
+impl MapLevels {
     /// Levels of a map without rows.
     pub const fn new() -> Self {
         Self {
@@ -96,7 +96,7 @@ impl Levels {
     }
 }
 
-impl Default for Levels {
+impl Default for MapLevels {
     fn default() -> Self {
         Self::new()
     }
@@ -107,13 +107,13 @@ impl Default for Levels {
 #[derive(Clone, Copy, Debug)]
 pub struct Field<'a> {
     map: &'a PolarMap,
-    levels: &'a Levels,
+    levels: &'a MapLevels,
     cfar: bool,
 }
 
 impl<'a> Field<'a> {
     /// The field that `spread` starts from; `levels` are those of `map`.
-    pub fn new(map: &'a PolarMap, levels: &'a Levels, spread: Spread) -> Self {
+    pub fn new(map: &'a PolarMap, levels: &'a MapLevels, spread: Spread) -> Self {
         Self {
             map,
             levels,
@@ -236,10 +236,10 @@ mod tests {
     use rand_xoshiro::Xoshiro128PlusPlus;
 
     /// The default scan with cells of level 40 and hits as given: row, bin, level.
-    fn scan(hits: &[(usize, usize, u8)]) -> (PolarMap, Levels) {
+    fn scan(hits: &[(usize, usize, u8)]) -> (PolarMap, MapLevels) {
         let mut map = PolarMap::new();
         map.begin(&Config::default()).unwrap();
-        let mut levels = Levels::new();
+        let mut levels = MapLevels::new();
         for row in 0..map.rows() {
             map.fill(row, |cells| {
                 cells.cells.fill(40);
@@ -358,7 +358,7 @@ mod tests {
     #[test]
     fn the_order_of_rows_does_not_matter() {
         let (map, levels) = scan(&[(10, 20, 200), (99, 21, 100)]);
-        let mut reverse = Levels::new();
+        let mut reverse = MapLevels::new();
         (0..map.rows()).rev().for_each(|k| reverse.add_row(&map, k));
         assert_eq!(format!("{levels:?}"), format!("{reverse:?}"));
     }

@@ -1,4 +1,4 @@
-//! From a cluster to a step: distance, height and what they are worth (paper IV).
+//! From a cluster to a step: distance and height with their standard deviations (paper IV).
 
 use super::cluster::{Extent, Fate};
 use super::particles::{Moments, Particle};

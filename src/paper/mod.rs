@@ -25,7 +25,7 @@ use crate::estimator::Estimator;
 use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
 use crate::observer::{CloudStage, Event, Observer};
-use bright::{Field, HIGH_INTENSITY_DB, Levels};
+use bright::{Field, HIGH_INTENSITY_DB, MapLevels};
 use cluster::{Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use dimension::ClusterShape;
 use particles::{Cloud, Moments, Particle, UNITS_PER_CELL};
@@ -77,7 +77,7 @@ impl Places {
 /// What the estimator keeps: the map's levels during the scan, the particles after it.
 #[derive(Debug)]
 pub struct Paper {
-    levels: Levels,
+    levels: MapLevels,
     cloud: Cloud,
 }
 
@@ -85,7 +85,7 @@ impl Paper {
     /// Before the first scan.
     pub const fn new() -> Self {
         Self {
-            levels: Levels::new(),
+            levels: MapLevels::new(),
             cloud: Cloud::new(),
         }
     }

@@ -140,7 +140,7 @@ impl<const N: usize> SizedCloud<N> {
         self.ends.push(end).is_ok() && complete
     }
 
-    /// The particles of one mode after the other; modes that died are not among them.
+    /// The particles of one mode after the other; modes without any weight have been removed.
     pub fn modes(&self) -> impl Iterator<Item = &[Particle]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| {
@@ -158,7 +158,7 @@ impl<const N: usize> SizedCloud<N> {
     }
 
     /// Normalises the weights of each mode and resamples it with replacement; a mode whose
-    /// weights are all zero stands on nothing and dies. Weights stay with their particles.
+    /// weights are all zero is removed. Weights stay with their particles.
     pub fn resample(&mut self, rng: &mut impl Rng) {
         let mut start = 0;
         let mut kept = 0;

@@ -1,6 +1,6 @@
 //! Every tuned number of the default estimator, in one table of one type.
 //!
-//! The table ([`table`]) gives each its unit, its meaning and where it comes from;
+//! The table (`src/params/table.rs`) gives each its unit, its meaning and where it comes from;
 //! `cargo sim params` prints it, and with `--sensitivity` what a fifth more or less of each does to
 //! the accuracy on tuning seeds ([docs/parameters.md](../../docs/parameters.md)). What is not in it
 //! is derived, and stands beside its derivation.

@@ -1,4 +1,4 @@
-//! The table itself.
+//! The numbers of the default estimator, in the order of the stages that use them.
 
 use super::{Entry, Origin, params};
 use crate::math::RAD_PER_DEG;
@@ -21,7 +21,7 @@ params! {
         echo_margin_db = 2.8, "dB", Derived, "noise exceeds it once in some hundred independent places";
         /// Power above the noise that noise alone does not make in a whole scan.
         sure_echo_db = 4.5, "dB", Derived, "a map holds some thousand independent places";
-        /// By how much the median over the angles must exceed the noise to be taken for side lobes.
+        /// By how much the lower third over a bin's angles must exceed the noise to be taken for side lobes.
         side_lobes_seen_db = 0.9, "dB", Hand;
         /// Where side lobes are seen, an echo that CA-CFAR does not tell must stand this high above.
         side_lobe_margin_db = 9.0, "dB", Hand;
@@ -66,7 +66,7 @@ params! {
         /// … and height.
         floor_speckle_m = 0.004, "m", Hand;
         /// Angle error of a floor echo from noise at 0 dB.
-        floor_noise_rad = 0.5 * RAD_PER_DEG, "rad", Derived, "beam's sigma over the root of the power";
+        floor_noise_rad = 0.5 * RAD_PER_DEG, "rad", Derived, "bound for the beam in steps of 0.25 degrees: 0.55 over the root of the power ratio";
         /// Echoes so many standard deviations off the floor count half.
         floor_cauchy_sigmas = 3.0, "", Hand;
     }
@@ -75,21 +75,21 @@ params! {
         height_sigma_m = 0.010, "m", Hand, "edge and face melt into one lobe";
         /// Height error of an echo per metre of range.
         height_sigma_rad = 0.5 * RAD_PER_DEG, "rad", Hand;
-        /// Echoes below this are hardly believed …
+        /// Echoes below this have the least credibility …
         credible_from_db = 1.0, "dB", Hand;
-        /// … and wholly this much above it.
+        /// … and full credibility this much above it.
         credible_span_db = 9.0, "dB", Hand;
         /// Least credibility of an echo.
         least_credibility = 0.15, "", Hand;
         /// Nearer than this the floor below the mirror is seen by side lobes, and folded walls lie.
         nearest_riser_m = 0.36, "m", Hand;
         /// Range within which the floor below the last angle shows by side lobes.
-        unscanned_floor_m = 0.54, "m", Derived, "mount height over the sine of the last angle";
+        unscanned_floor_m = 0.54, "m", Derived, "mount height over the sine of the last angle: 0.52 m, and a range cell";
         /// It seems to lie this high at least.
         unscanned_floor_height_m = 0.05, "m", Hand;
         /// It is weaker than this.
         unscanned_floor_db = 15.0, "dB", Hand;
-        /// How far such an echo is believed.
+        /// Factor on the credibility of such an echo.
         unscanned_floor_weight = 0.4, "", Hand;
         /// Echoes this close in x belong to one riser.
         column_m = 0.045, "m", Custom, "nosings overhang by up to 4 cm";
@@ -99,7 +99,7 @@ params! {
         corner_before_m = 0.35, "m", Custom, "one going";
         /// By how much it does.
         corner_outshines_db = 5.0, "dB", Hand;
-        /// A weaker echo on the ground is no corner.
+        /// An echo on the ground that is weaker is not taken for a corner.
         corner_least_db = 14.0, "dB", Hand;
         /// Weight of a column for each decibel of its strongest echo, credibilities.
         column_weight_per_db = 0.01, "", Hand;
@@ -202,10 +202,10 @@ params! {
         /// A step's own departure from the straight flight.
         rise_sigma_m = 0.005, "m", Custom, "building codes allow 5 mm between neighbours";
         /// Standard deviation by which an irregular riser or tread departs.
-        odd_rise_sigma_m = 0.03, "m", Custom, "what people stumble over and yet gets built";
+        odd_rise_sigma_m = 0.03, "m", Custom, "irregular steps of built stairs that people stumble over";
         /// Error of a flight's riser height by the likelihood of all echoes.
         flight_rise_sigma_m = 0.01, "m", Hand;
-        /// The model is not the whole truth: reported heights are this much wider.
+        /// Factor on the standard deviation of reported heights, for what the model leaves out.
         height_sigma_scale = 1.2, "", Hand;
         /// No height is known better.
         least_height_sigma_m = 0.003, "m", Hand;
@@ -227,12 +227,12 @@ params! {
         inferred_x_sigma_m = 0.015, "m", Hand;
         /// Overhang of nosings where it is not seen.
         overhang_sigma_m = 0.008, "m", Custom, "nosings overhang by up to 4 cm, most by none";
-        /// A smaller overhang is none.
+        /// A smaller overhang counts as no overhang.
         least_overhang_m = 0.005, "m", Hand;
         /// An edge's angle error whatever its strength …
         edge_angle_rad = 0.15 * RAD_PER_DEG, "rad", Hand;
         /// … and from noise at 0 dB.
-        edge_noise_rad = 0.5 * RAD_PER_DEG, "rad", Derived, "beam's sigma over the root of the power";
+        edge_noise_rad = 0.5 * RAD_PER_DEG, "rad", Derived, "bound for the beam in steps of 0.25 degrees: 0.55 over the root of the power ratio";
         /// A corner's angle error whatever its strength …
         corner_angle_rad = 0.1 * RAD_PER_DEG, "rad", Hand;
         /// … and from noise at 0 dB.
@@ -297,7 +297,7 @@ params! {
         tread_x_sigma_m = 0.012, "m", Derived, "a range cell";
         /// Height error of a tread's echo whatever the angle.
         tread_y_sigma_m = 0.004, "m", Hand;
-        /// Treads' echoes are believed like echoes this much stronger.
+        /// A tread's echo has the credibility of one this much stronger.
         tread_credit_db = 1.5, "dB", Hand;
         /// Echoes this close in height belong to one tread.
         row_m = 0.025, "m", Hand;
@@ -371,9 +371,9 @@ params! {
         fades_db = 6.0, "dB", Hand;
         /// … and by as much from one that looks straight at the mirror.
         flash_fades_db = 25.0, "dB", Hand;
-        /// Without stairs the strongest echo must be at least this for the view to be worth anything.
+        /// Without stairs the strongest echo must be at least this, or too little was seen to say so.
         view_db = 10.0, "dB", Hand;
-        /// A height that is known no better than this is none to rely on.
+        /// A height with a larger standard deviation does not suffice for `ok`.
         sure_height_m = 0.015, "m", Derived, "two standard deviations are the 3 cm of `ok`";
         /// The same for a last riser whose flash hides its edge.
         sure_last_height_m = 0.025, "m", Hand;

@@ -39,7 +39,7 @@ use cfar::Cfar;
 use core::marker::PhantomData;
 use log::FINE;
 use packed::{Arithmetic, Bin, Native, Packed};
-use window::{Levels, Window};
+use window::{ChirpLevels, Window};
 
 /// Cell of a tone at the converter's full scale.
 pub const FULL_SCALE: u8 = 247;
@@ -82,6 +82,32 @@ impl fmt::Display for ChirpLength {
 impl core::error::Error for ChirpLength {}
 
 /// Turns chirps into rows of the map, with this target's arithmetic.
+///
+/// ```
+/// use stairscan::Iq;
+/// use stairscan::config::Config;
+/// use stairscan::range::{Profile, RangeProcessor};
+///
+/// let config = Config::default();
+/// let mut range = RangeProcessor::new(&config.radar, &config.mount, &config.cfar)?;
+/// // A quarter turn a sample: native bin 50 of 200 (0.75 m), bin 64 of the transform of 256 points.
+/// let chirp: Vec<Iq> = (0..200)
+///     .map(|n| [(3000, 0), (0, 3000), (-3000, 0), (0, -3000)][n % 4])
+///     .map(|(i, q)| Iq::new(i, q))
+///     .collect();
+/// let mut profile = Profile::default();
+/// range.profile(&chirp, &mut profile)?;
+/// let strongest = profile
+///     .detections()
+///     .max_by(|a, b| a.power_db.total_cmp(&b.power_db))
+///     .unwrap();
+/// assert!((strongest.bin - 64.0).abs() < 0.1);
+/// // 20 lg (3000 / 32768).
+/// assert!((strongest.power_db + 20.8).abs() < 0.2);
+/// // Chirps of another length are refused.
+/// assert!(range.profile(&chirp[..100], &mut profile).is_err());
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
 pub type RangeProcessor = Processor<Native>;
 
 /// Turns chirps into rows of the map. Some 6 KB: window, thresholds, transform buffers.
@@ -228,7 +254,7 @@ impl<A: Arithmetic> Processor<A> {
     }
 
     /// Chirp to power of every bin; returns what to add to 256 · log2 of it as well.
-    fn measure(&mut self, chirp: &[Iq]) -> Result<(Levels, i32), ChirpLength> {
+    fn measure(&mut self, chirp: &[Iq]) -> Result<(ChirpLevels, i32), ChirpLength> {
         let (levels, exponent) = self.front_end.run::<A, u32>(chirp, &mut self.power)?;
         let gain = log::log2_fine(levels.gain() as u32);
         Ok((levels, self.offset + 512 * exponent - 2 * gain))
@@ -249,13 +275,13 @@ impl FrontEnd {
         &mut self,
         chirp: &[Iq],
         bins: &mut [B; MAX_SAMPLES],
-    ) -> Result<(Levels, i32), ChirpLength> {
+    ) -> Result<(ChirpLevels, i32), ChirpLength> {
         let expected = self.window.samples();
         if chirp.len() != expected || expected == 0 {
             let got = chirp.len();
             return Err(ChirpLength { got, expected });
         }
-        let levels = Levels::of::<A>(chirp);
+        let levels = ChirpLevels::of::<A>(chirp);
         let exponent = match self.points {
             16 => self.transform::<A, B, 16>(chirp, &levels, bins),
             32 => self.transform::<A, B, 32>(chirp, &levels, bins),
@@ -270,7 +296,7 @@ impl FrontEnd {
     fn transform<A: Arithmetic, B: Bin, const N: usize>(
         &mut self,
         chirp: &[Iq],
-        levels: &Levels,
+        levels: &ChirpLevels,
         bins: &mut [B; MAX_SAMPLES],
     ) -> i32 {
         let [data, spare] = &mut self.buffers;

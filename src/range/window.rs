@@ -79,7 +79,7 @@ impl Window {
 
 /// What the first pass over a chirp finds.
 #[derive(Clone, Copy, Debug)]
-pub struct Levels {
+pub struct ChirpLevels {
     /// Mean of I and Q, Q16.16.
     mean: [i32; 2],
     /// Largest distance of any I or Q from its mean, rounded up.
@@ -88,7 +88,7 @@ pub struct Levels {
     pub saturated: u16,
 }
 
-impl Levels {
+impl ChirpLevels {
     /// Measures a chirp of 1 to 256 samples.
     pub fn of<A: Arithmetic>(chirp: &[Iq]) -> Self {
         let (mut sum_i, mut sum_q) = (0, 0);
@@ -193,7 +193,7 @@ impl Weigher {
 /// a quarter of the transform apart. The zero padding takes part in none of them.
 pub fn open<A: Arithmetic, const N: usize>(
     chirp: &[Iq],
-    levels: &Levels,
+    levels: &ChirpLevels,
     window: &Window,
     out: &mut [Packed; N],
 ) -> Headroom {

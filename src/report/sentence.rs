@@ -352,6 +352,25 @@ impl Sentence<'_> {
     }
 
     /// Parses a line, with or without its line end.
+    ///
+    /// ```
+    /// use stairscan::report::{ParseError, Sentence, Tenths};
+    ///
+    /// let line = "$PSTR,STEP,1,1,3,500.5,165.3,279.6,165.3,3.0,3.7,100*24063914\r\n";
+    /// let Sentence::Step(step) = Sentence::parse(line)? else {
+    ///     panic!("not a STEP");
+    /// };
+    /// assert_eq!((step.index, step.count), (1, 3));
+    /// assert_eq!(step.distance, Tenths(5005));
+    /// assert_eq!(Sentence::Step(step).write(), line);
+    ///
+    /// let damaged = line.replace("500.5", "600.5");
+    /// assert_eq!(Sentence::parse(&damaged), Err(ParseError::Crc));
+    /// # Ok::<(), ParseError>(())
+    /// ```
+    ///
+    /// # Errors
+    /// Says whether the frame, the CRC or which field is wrong.
     pub fn parse(line: &str) -> Result<Sentence<'_>, ParseError> {
         let line = line.trim_end_matches(['\r', '\n']);
         let body = line.strip_prefix('$').ok_or(ParseError::Frame)?;

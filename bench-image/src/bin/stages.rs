@@ -26,7 +26,7 @@ mod image {
     use stairscan::pipeline::Pipeline;
     use stairscan::range::cfar::Cfar;
     use stairscan::range::packed::{Native, Packed};
-    use stairscan::range::window::{self, Levels, Window};
+    use stairscan::range::window::{self, ChirpLevels, Window};
     use stairscan::range::{RangeProcessor, fft, log};
     use stairscan::report::sentence::write_scan;
     use stairscan::scan::DataPath;
@@ -105,9 +105,9 @@ mod image {
         let config = Config::default();
         let mut window = Window::empty();
         window.shape(200, 256);
-        let count = counter.count(ROUNDS, || Levels::of::<Native>(black_box(&samples)));
+        let count = counter.count(ROUNDS, || ChirpLevels::of::<Native>(black_box(&samples)));
         hprintln!("levels {}", count);
-        let levels = Levels::of::<Native>(&samples);
+        let levels = ChirpLevels::of::<Native>(&samples);
         let mut data = [Packed::ZERO; 256];
         let count = counter.count(ROUNDS, || {
             let (levels, window) = (black_box(&levels), black_box(&window));

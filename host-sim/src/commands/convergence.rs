@@ -12,7 +12,7 @@ use stairscan::estimator::Estimator;
 use stairscan::grid::PolarMap;
 use stairscan::observer::{CloudStage, Event, Observer};
 use stairscan::paper::Paper;
-use stairscan::paper::bright::{Field, Levels};
+use stairscan::paper::bright::{Field, MapLevels};
 
 use super::{Format, emit, progress};
 use crate::replay;
@@ -81,7 +81,7 @@ fn shares(map: &PolarMap, config: &Config, spread: Spread, rounds: u8) -> Vec<f6
     let mut config = *config;
     config.particles.spread = spread;
     config.particles.rounds = rounds;
-    let mut levels = Levels::new();
+    let mut levels = MapLevels::new();
     let mut paper = Box::new(Paper::new());
     paper.begin(map);
     for row in (0..map.rows()).filter(|&row| map.present(row)) {
