@@ -219,8 +219,8 @@ fn a_wide_instrument_keeps_its_ranges_and_fits_the_scanner() {
         assert!(mount.pitch_error_deg.abs() <= 0.1);
         level += usize::from(mount.pitch_deg.is_none());
         let recording = blank(&spec);
-        let (config, schedule) =
-            setup::config(&recording, &Config::default()).unwrap_or_else(|e| panic!("{seed}: {e}"));
+        let (config, schedule) = setup::config(&recording, 0, &Config::default())
+            .unwrap_or_else(|e| panic!("{seed}: {e}"));
         rows.push(schedule.sweep.angle_count);
         assert_eq!(config.radar.samples as usize, radar.samples_per_chirp);
         // The scanner's map must hold rows times range bins: it answers.
