@@ -13,6 +13,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::Scene;
 use super::random::{Kind, Spread, Variety, random_with};
+use super::sequence::{Approach, pushed};
 use crate::commands::progress;
 use crate::recording::Recording;
 
@@ -34,6 +35,13 @@ pub struct SimulateArgs {
     /// Number of recordings, with the seeds SEED, SEED + 1, …
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..=100_000))]
     count: Option<u32>,
+    /// This many scans in one recording, of a chair that comes nearer and stands during each. Random
+    /// scenes stand as far away as drawn at the last of them, scene files at the first.
+    #[arg(long, value_parser = clap::value_parser!(u32).range(2..=64))]
+    approach: Option<u32>,
+    /// Way between two scans of an approach, metres, up to 40 % less or more.
+    #[arg(long, requires = "approach", default_value_t = 0.1)]
+    step: f64,
     /// How widely a random scene's instrument is drawn (mount, beam, bandwidth, pitch); without it as its
     /// kind has it.
     #[arg(long, value_enum)]
@@ -74,12 +82,16 @@ impl Source {
     }
 
     /// Scans with `seed` and writes the recording.
-    fn write(&self, path: &Path, seed: u64) -> Result<()> {
+    fn write(&self, path: &Path, seed: u64, approach: Option<(usize, f64)>) -> Result<()> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        match self {
-            Self::File(scene) => scene.simulate(&name, seed).write(path),
-            Self::Random(kind, variety) => random_scan(*kind, *variety, seed)?.write(path),
-        }
+        let approach = approach.map(|(scans, step)| Approach::new(seed, scans, step));
+        let recording = match (self, approach) {
+            (Self::File(scene), None) => scene.simulate(&name, seed),
+            (Self::File(scene), Some(a)) => scene.simulate_approach(&name, seed, &a)?,
+            (Self::Random(kind, variety), None) => random_scan(*kind, *variety, seed)?,
+            (Self::Random(kind, variety), Some(a)) => random_approach(*kind, *variety, seed, &a)?,
+        };
+        recording.write(path)
     }
 }
 
@@ -89,11 +101,28 @@ pub fn random_scan(kind: Kind, variety: Variety, seed: u64) -> Result<Recording>
     Ok(scene.simulate(&format!("{kind}_{seed:03}"), seed))
 }
 
+/// An approach to the random scene `seed` of a kind, which is as far away as drawn at its last stop.
+pub fn random_approach(
+    kind: Kind,
+    variety: Variety,
+    seed: u64,
+    approach: &Approach,
+) -> Result<Recording> {
+    let spec = pushed(random_with(kind, variety, seed), approach.length_m());
+    Scene::new(spec)?.simulate_approach(&format!("{kind}_{seed:03}"), seed, approach)
+}
+
 /// Runs the command.
 pub fn simulate(args: &SimulateArgs) -> Result<()> {
     let source = Source::new(args)?;
+    ensure!(
+        (0.0..=1.0).contains(&args.step),
+        "--step: {}: expected 0 to 1 metre",
+        args.step
+    );
+    let approach = args.approach.map(|scans| (scans as usize, args.step));
     let Some(count) = args.count else {
-        return source.write(&args.output, args.seed);
+        return source.write(&args.output, args.seed, approach);
     };
     let name = pattern(&args.scene, &args.output)?;
     (0..count)
@@ -101,7 +130,7 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         .progress_with(progress(count.into()))
         .map(|k| {
             let path = name.replacen("{}", &format!("{k:03}"), 1);
-            source.write(Path::new(&path), args.seed.wrapping_add(k.into()))
+            source.write(Path::new(&path), args.seed.wrapping_add(k.into()), approach)
         })
         .collect()
 }

@@ -33,6 +33,7 @@ pub struct Facet {
 }
 
 /// Facets with the random relief of their surfaces.
+#[derive(Clone)]
 pub struct Relief {
     /// All facets, segment after segment.
     pub facets: Vec<Facet>,
@@ -116,12 +117,12 @@ impl Relief {
     /// The relief is a Gaussian field with the separable exponential autocorrelation
     /// σ² e^{-|Δs|/l} e^{-|Δz|/l}, the usual description of worked surfaces at wavelengths near their
     /// correlation length (Ulaby, Moore, Fung, Microwave Remote Sensing II, sec. 12-5), drawn by two
-    /// first-order recursions. Only facets within `reach` of `eye` need one.
+    /// first-order recursions. Only facets within `reach` of one of the `eyes` need one.
     pub fn new(
         world: &World,
         materials: &[Material],
         (limit, reach): (f64, f64),
-        (eye, lateral_reach): (Vec2, f64),
+        (eyes, lateral_reach): (&[Vec2], f64),
         random: &mut Random,
     ) -> Self {
         let mut relief = Self {
@@ -133,11 +134,12 @@ impl Relief {
         for (index, segment) in world.segments.iter().enumerate() {
             relief.starts.push(relief.facets.len());
             let material = &materials[segment.material];
-            relief.cut(index, segment, material, limit, eye);
+            let first = eyes.first().copied().unwrap_or(segment.a);
+            relief.cut(index, segment, material, limit, first);
             let own = relief.starts[index];
             let far = relief.facets[own..]
                 .iter()
-                .map(|f| (f.at - eye).len())
+                .flat_map(|f| eyes.iter().map(|eye| (f.at - *eye).len()))
                 .filter(|r| *r < reach)
                 .fold(0.0, f64::max);
             let columns = Columns::new(&segment.lateral, far * lateral_reach);
@@ -201,6 +203,14 @@ impl Relief {
         }
     }
 
+    /// The same surfaces from a chair that has come `travel` metres nearer (see [`World::moved`]).
+    pub fn move_by(&mut self, world: &World, travel: f64) {
+        let step = Vec2::new(travel * libm::cos(world.yaw), 0.0);
+        for facet in &mut self.facets {
+            facet.at = facet.at - step;
+        }
+    }
+
     /// Height of facet `k` above its mean surface in the column at `z`; 0 for smooth ones.
     pub fn height(&self, k: usize, z: f64) -> f64 {
         let facet = &self.facets[k];
@@ -232,7 +242,7 @@ mod tests {
         let material = Material::new(&spec, 94e9, Polarisation::Horizontal);
         let eye = Vec2::new(0.0, 0.0);
         let mut random = Random::new(1, 1);
-        Relief::new(&world, &[material], (8e-4, 6.0), (eye, 0.1), &mut random)
+        Relief::new(&world, &[material], (8e-4, 6.0), (&[eye], 0.1), &mut random)
     }
 
     #[test]

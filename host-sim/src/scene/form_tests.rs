@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::beam::Beam;
 use super::edge;
-use super::maths::Vec2;
+use super::maths::{Random, Vec2};
 use super::random::{Kind, random};
 use super::scatter::Echo;
 use super::spec::SceneSpec;
@@ -194,10 +194,10 @@ fn target(below: f64) -> String {
 /// The recorded mirror angle at which most comes back, and the half-power width about it, degrees.
 fn strongest(s: &Scene) -> (f64, f64) {
     let receiver = super::Receiver::new(&s.spec.radar, &s.spec.receiver);
-    let tones = s.tones(&receiver, 1);
+    let tones = s.place(&receiver, &s.echoes(1));
     let power: Vec<f64> = (0..s.angles.len())
         .map(|row| {
-            let (_, echo) = s.chirp(&receiver, &tones, row, 1);
+            let (_, echo) = s.chirp(&receiver, &tones, row, &mut Random::new(1, row as u64));
             echo.iter().map(Complex64::norm_sqr).sum()
         })
         .collect();

@@ -207,6 +207,27 @@ impl World {
         }
     }
 
+    /// The same world from a chair that has come `travel` metres nearer.
+    pub fn moved(&self, travel: f64) -> Self {
+        let mut world = self.clone();
+        let (ahead, across) = (
+            Vec2::new(travel, 0.0),
+            Vec2::new(travel * libm::cos(self.yaw), 0.0),
+        );
+        for s in &mut world.segments {
+            (s.a, s.b) = (s.a - across, s.b - across);
+        }
+        for w in &mut world.wedges {
+            w.at = w.at - across;
+        }
+        for step in world.up.iter_mut().chain(&mut world.down) {
+            step.distance -= travel;
+            step.edge = step.edge - ahead;
+            step.below = step.below.map(|(from, to)| (from - ahead, to - ahead));
+        }
+        world
+    }
+
     /// The point that lies at `p` in the plane that the mirror sweeps: its place in the profile, and how
     /// far aside.
     pub fn place(&self, p: Vec2) -> (Vec2, f64) {

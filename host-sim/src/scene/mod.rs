@@ -17,6 +17,7 @@ pub mod facets;
 #[cfg(test)]
 mod form_tests;
 pub mod geometry;
+pub mod lateral;
 pub mod material;
 pub mod maths;
 pub mod random;
@@ -24,6 +25,7 @@ pub mod receiver;
 #[cfg(test)]
 mod scan_tests;
 pub mod scatter;
+pub mod sequence;
 pub mod shapes;
 pub mod sight;
 pub mod spec;
@@ -49,7 +51,7 @@ use geometry::{BuiltStep, World};
 use material::{Material, builtin};
 use maths::{LIGHT, Random, Vec2, amplitude, cis, decibel};
 use receiver::Receiver;
-use scatter::{Echo, View};
+use scatter::{Diffuse, Echo, View};
 use spec::{PlaneSpec, SceneSpec};
 use tones::{HIGHEST, Place, Tones};
 use truth::ScanGeometry;
@@ -76,6 +78,12 @@ struct Tone {
     amplitude: Complex64,
     out: f64,
     back: f64,
+}
+
+/// One scan: the samples of every row in the order of the angles, and what is true of it.
+struct Scan {
+    chirps: Vec<Vec<Iq>>,
+    truth: Truth,
 }
 
 impl Scene {
@@ -138,25 +146,39 @@ impl Scene {
     /// Scans the scene. The same seed gives the same bytes on every host.
     pub fn simulate(&self, name: &str, seed: u64) -> Recording {
         let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
-        let tones = self.tones(&receiver, seed);
-        let (mut samples, mut clean) = (Vec::new(), Vec::new());
-        for row in 0..self.angles.len() {
-            let (chirp, echo) = self.chirp(&receiver, &tones, row, seed);
-            samples.extend(chirp);
-            clean.push(echo);
-        }
+        let tones = self.place(&receiver, &self.echoes(seed));
+        let scan = self.scan(&receiver, &tones, (seed, CHIRPS));
+        let mut recording = self.empty_recording(name);
+        recording.samples = scan.chirps.concat();
+        let meta = &mut recording.meta;
+        meta.angles_deg.clone_from(&self.angles);
+        meta.truth = Some(scan.truth);
+        let pitch = self.spec.mount.pitch_deg;
+        meta.motion.pitch_deg = pitch.map_or(Vec::new(), |pitch| vec![pitch; self.angles.len()]);
+        recording
+    }
+
+    /// The chirps of all rows and the truth. `stream` is that of the first row's random numbers.
+    fn scan(&self, receiver: &Receiver, tones: &[Tone], (seed, stream): (u64, u64)) -> Scan {
+        let rows = 0..self.angles.len();
+        let (chirps, clean): (Vec<_>, Vec<_>) = rows
+            .map(|row| {
+                let mut random = Random::new(seed, stream + row as u64);
+                self.chirp(receiver, tones, row, &mut random)
+            })
+            .unzip();
         let scan = self.geometry();
         let noise = receiver.noise_power() + receiver.quantisation_power();
         let truth = scan.truth(&self.world, |steps| {
             let snr = scan.snr(steps, &clean, noise);
             snr.into_iter().map(Some).collect()
         });
+        Scan { chirps, truth }
+    }
+
+    /// A recording by this scanner without any chirp.
+    fn empty_recording(&self, name: &str) -> Recording {
         let (radar, mount) = (&self.spec.radar, &self.spec.mount);
-        let pitch = mount.pitch_deg.map(|pitch| vec![pitch; self.angles.len()]);
-        let motion = Motion {
-            pitch_deg: pitch.unwrap_or_default(),
-            ..Motion::default()
-        };
         Recording {
             name: name.into(),
             meta: Metadata {
@@ -174,14 +196,14 @@ impl Scene {
                         PlaneSpec::Height => Plane::Height,
                     },
                 }),
-                angles_deg: self.angles.clone(),
-                motion,
+                angles_deg: Vec::new(),
+                motion: Motion::default(),
                 sequence: Sequence::default(),
-                truth: Some(truth),
+                truth: None,
                 disturbance: None,
                 extra: Map::new(),
             },
-            samples,
+            samples: Vec::new(),
         }
     }
 
@@ -202,7 +224,34 @@ impl Scene {
     /// All echoes of the scene for one draw of its surfaces.
     pub fn echoes(&self, seed: u64) -> Vec<Echo> {
         let mut random = Random::new(seed, SURFACES);
-        let view = View {
+        let relief = self.relief_from(&mut random, &[0.0]);
+        self.view()
+            .echoes(&relief, &mut Diffuse::Fresh(&mut random))
+    }
+
+    /// The surfaces of one draw, as far as they are seen after any of the `travels`.
+    fn relief(&self, seed: u64, travels: &[f64]) -> Relief {
+        self.relief_from(&mut Random::new(seed, SURFACES), travels)
+    }
+
+    fn relief_from(&self, random: &mut Random, travels: &[f64]) -> Relief {
+        let view = self.view();
+        let across = libm::cos(self.world.yaw);
+        let eyes: Vec<Vec2> = travels
+            .iter()
+            .map(|t| self.eye + Vec2::new(t * across, 0.0))
+            .collect();
+        Relief::new(
+            &self.world,
+            &self.materials,
+            (check::facet_limit(&self.spec), view.reach),
+            (&eyes, view.lateral_reach()),
+            random,
+        )
+    }
+
+    fn view(&self) -> View<'_> {
+        View {
             world: &self.world,
             materials: &self.materials,
             eye: self.eye,
@@ -211,15 +260,7 @@ impl Scene {
             wavenumber: core::f64::consts::TAU * self.spec.radar.carrier_hz / LIGHT,
             polarisation: self.spec.radar.polarisation,
             reach: reach(&self.spec),
-        };
-        let relief = Relief::new(
-            &self.world,
-            &self.materials,
-            (check::facet_limit(&self.spec), view.reach),
-            (self.eye, view.lateral_reach()),
-            &mut random,
-        );
-        view.echoes(&relief, &mut random)
+        }
     }
 
     fn beats(&self) -> &Tones {
@@ -229,10 +270,11 @@ impl Scene {
         })
     }
 
-    fn tones(&self, receiver: &Receiver, seed: u64) -> Vec<Tone> {
+    /// The echoes' places on the grid of beat tones.
+    fn place(&self, receiver: &Receiver, echoes: &[Echo]) -> Vec<Tone> {
         let gain = receiver.gain(self.antenna_gain_dbi());
         let offset = self.spec.mount.mirror_offset_m;
-        self.echoes(seed)
+        echoes
             .iter()
             .filter_map(|e| {
                 let place = self.beats().place(receiver.beat(e.range + offset))?;
@@ -262,16 +304,15 @@ impl Scene {
         receiver: &Receiver,
         tones: &[Tone],
         row: usize,
-        seed: u64,
+        random: &mut Random,
     ) -> (Vec<Iq>, Vec<Complex64>) {
-        let mut random = Random::new(seed, CHIRPS + row as u64);
         let mirror = &self.spec.mirror;
         let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
         let shaft = (self.angles[row] + off).to_radians();
         let mount = &self.spec.mount;
         let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
         let angle = shaft + mount.tilt_deg(pitch).to_radians();
-        let warp = receiver.phase_noise(&mut random);
+        let warp = receiver.phase_noise(random);
         let mut grid = self.beats().grid();
         for t in tones {
             let back = self.beam.in_plane(angle - t.back);
@@ -289,7 +330,7 @@ impl Scene {
         let mut grid = self.beats().grid();
         self.inside(receiver, shaft, &mut grid);
         self.beats().sum(&grid, &warp, &mut analog);
-        (receiver.digitise(&analog, &mut random), echo)
+        (receiver.digitise(&analog, random), echo)
     }
 
     /// What comes back from inside the scanner: the leakage, and the mirror, whose run-out turns its

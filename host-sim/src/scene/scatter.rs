@@ -12,8 +12,9 @@ use num_complex::Complex64;
 
 use super::beam::Beam;
 use super::edge;
-use super::facets::{Columns, Facet, Relief};
-use super::geometry::{Lateral, Segment, Wedge, World};
+use super::facets::{Facet, Relief};
+use super::geometry::{Segment, Wedge, World};
+use super::lateral::{Across, Strip};
 use super::material::Material;
 use super::maths::{Random, Vec2, cis, power, sinc};
 use super::sight::{Shade, shade};
@@ -31,6 +32,17 @@ pub struct Echo {
     /// Direction from which it comes back.
     pub back: f64,
 }
+
+/// How the part that scatters evenly is drawn.
+pub enum Diffuse<'a> {
+    /// A new sum of scatterers for every facet.
+    Fresh(&'a mut Random),
+    /// The scatterers of this seed, whose sum changes as the chair moves.
+    Steady(u64),
+}
+
+/// Streams of random numbers of the facets' scatterers.
+const SCATTERERS: u64 = 0x4449_4646_0000_0000;
 
 /// What the echoes depend on besides the surfaces.
 pub struct View<'a> {
@@ -52,41 +64,8 @@ pub struct View<'a> {
     pub reach: f64,
 }
 
-impl View<'_> {
-    /// Tangent of the angle beside the profile's plane up to which the beam lights anything.
-    pub fn lateral_reach(&self) -> f64 {
-        self.beam.lateral_reach() + libm::tan(self.world.yaw).abs()
-    }
-}
-
 /// Shorter surfaces make no mirror for the first of two bounces: half a Fresnel zone or less.
 const SHORTEST_MIRROR: f64 = 0.01;
-
-/// What several columns of a facet or edge send back together.
-#[derive(Clone, Copy, Default)]
-struct Strip {
-    /// Sum of their phases and gains: √σ of a line of unit strength per metre.
-    sum: Complex64,
-    /// The width that the two-way beam lights, in terms of power.
-    lit: f64,
-    /// How much farther they are than the column in the profile's plane, metres.
-    farther: f64,
-}
-
-/// Columns whose ranges differ by less are summed into one strip: a seventh of the finest range
-/// resolution. Only a beam that looks aslant needs more than one.
-const STRIP: f64 = 2e-3;
-
-/// Strips this much darker than the brightest one, in power, are left out.
-const DARK: f64 = 1e-6;
-
-/// The lateral half of a scatterer's geometry: its extent, the lengths of the way out and back, and the
-/// forward part of the directions in which they leave the scanner.
-struct Across<'a> {
-    lateral: &'a Lateral,
-    legs: [f64; 2],
-    forward: [f64; 2],
-}
 
 /// One leg of the way, as the receiving facet sees it.
 #[derive(Clone, Copy)]
@@ -139,14 +118,14 @@ impl View<'_> {
     }
 
     /// All echoes: single bounces, edges, and inner corners.
-    pub fn echoes(&self, relief: &Relief, random: &mut Random) -> Vec<Echo> {
+    pub fn echoes(&self, relief: &Relief, diffuse: &mut Diffuse) -> Vec<Echo> {
         let mut echoes = Vec::new();
         let lit: Vec<Option<Shade>> = (relief.facets.iter())
             .map(|f| self.line_of_sight(f))
             .collect();
         for (k, direct) in lit.iter().enumerate() {
             if let Some(direct) = direct {
-                self.single(relief, k, direct, random, &mut echoes);
+                self.single(relief, k, direct, diffuse, &mut echoes);
             }
         }
         for wedge in &self.world.wedges {
@@ -187,7 +166,7 @@ impl View<'_> {
         relief: &Relief,
         k: usize,
         direct: &Shade,
-        rng: &mut Random,
+        diffuse: &mut Diffuse,
         to: &mut Vec<Echo>,
     ) {
         let facet = &relief.facets[k];
@@ -197,19 +176,32 @@ impl View<'_> {
         }
         let leg = Leg::new(facet, self.eye);
         let angle = self.angle(facet.at);
-        for strip in self.facet_sum(relief, k, [leg, leg], None, direct) {
-            let coherent = strip.sum * material.reflection(leg.cos) * share;
-            // σ° = γ cos θ, evenly in azimuth and without memory from facet to facet (Barton, Radar
-            // Equations for Modern Radar, sec. 3.6: constant-γ model).
-            let gamma = power(material.spec.diffuse_db) * share * share;
-            let diffuse = rng.complex(gamma * leg.cos * facet.len * strip.lit);
+        let mut echo = |root: Complex64, farther: f64| {
             to.push(Echo {
-                range: leg.r + strip.farther,
-                amplitude: (coherent + diffuse) * cis(2.0 * self.wavenumber * leg.r)
-                    / (leg.r * leg.r),
+                range: leg.r + farther,
+                amplitude: root * cis(2.0 * self.wavenumber * leg.r) / (leg.r * leg.r),
                 out: angle,
                 back: angle,
             });
+        };
+        // σ° = γ cos θ, evenly in azimuth and without memory from facet to facet (Barton, Radar
+        // Equations for Modern Radar, sec. 3.6: constant-γ model).
+        let gamma = power(material.spec.diffuse_db) * share * share;
+        let per_metre = gamma * leg.cos * facet.len;
+        for strip in self.facet_sum(relief, k, [leg, leg], None, direct) {
+            let coherent = strip.sum * material.reflection(leg.cos) * share;
+            let spread = match diffuse {
+                Diffuse::Fresh(rng) => rng.complex(per_metre * strip.lit),
+                Diffuse::Steady(_) => Complex64::ZERO,
+            };
+            echo(coherent + spread, strip.farther);
+        }
+        if let Diffuse::Steady(seed) = diffuse {
+            let mut rng = Random::new(*seed, SCATTERERS + k as u64);
+            let lateral = &self.world.segments[facet.segment].lateral;
+            for strip in self.patches(lateral, (leg.r, -leg.towards.x), direct, &mut rng) {
+                echo(strip.sum * per_metre.sqrt(), strip.farther);
+            }
         }
     }
 
@@ -254,49 +246,6 @@ impl View<'_> {
         let mut strips = self.across(&across, phase, hidden);
         for strip in &mut strips {
             strip.sum = Complex64::new(0.0, -strength) * strip.sum;
-        }
-        strips
-    }
-
-    /// Sum over the columns across the plane, strip by strip.
-    fn across(
-        &self,
-        a: &Across,
-        phase: impl Fn(f64) -> f64,
-        hidden: impl Fn(f64) -> bool,
-    ) -> Vec<Strip> {
-        let [out, back] = a.legs;
-        let columns = Columns::new(a.lateral, out.min(back) * self.lateral_reach());
-        let bend = 0.5 * (1.0 / out + 1.0 / back);
-        let (sin, cos) = libm::sincos(self.world.yaw);
-        // Angle between a column's ray and the plane that the mirror sweeps.
-        let aside = |z: f64, leg: usize| z * cos / a.legs[leg] - a.forward[leg] * sin;
-        let mut strips: Vec<Strip> = Vec::new();
-        for z in columns.centres().filter(|&z| !hidden(z)) {
-            let gain = self.beam.lateral(aside(z, 0)) * self.beam.lateral(aside(z, 1));
-            let turn = self.wavenumber * z * bend * columns.spacing;
-            let weight = gain * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
-            // Looking straight at the edges, the beam is over before its ranges differ.
-            let farther = if sin == 0.0 { 0.0 } else { 0.5 * z * z * bend };
-            let strip = (farther / STRIP) as usize;
-            if strips.len() <= strip {
-                strips.resize(strip + 1, Strip::default());
-            }
-            let strip = &mut strips[strip];
-            strip.sum += cis(self.wavenumber * z * z * bend + phase(z)) * weight;
-            let lit = gain * gain * columns.spacing;
-            strip.lit += lit;
-            strip.farther += farther * lit;
-        }
-        // What the beam leaves dark is no echo; a surface that lies in no column stays one without power.
-        let brightest = strips.iter().map(|s| s.lit).fold(0.0, f64::max);
-        strips.retain(|s| sin == 0.0 || s.lit > DARK * brightest);
-        if strips.is_empty() {
-            strips.push(Strip::default());
-        }
-        for s in &mut strips {
-            s.sum /= PI.sqrt();
-            s.farther /= s.lit.max(f64::MIN_POSITIVE);
         }
         strips
     }

@@ -30,6 +30,7 @@ pub struct Place {
 }
 
 /// The grid and its way to the samples.
+#[derive(Clone)]
 pub struct Tones {
     /// Grid points per cycle per sample.
     density: f64,

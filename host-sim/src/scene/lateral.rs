@@ -1,0 +1,130 @@
+//! Across the plane: sums over the columns and patches of a facet or edge that the beam lights.
+
+use core::f64::consts::PI;
+
+use num_complex::Complex64;
+
+use super::facets::Columns;
+use super::geometry::Lateral;
+use super::maths::{Random, cis};
+use super::scatter::View;
+use super::sight::Shade;
+
+/// What several columns of a facet or edge send back together.
+#[derive(Clone, Copy, Default)]
+pub struct Strip {
+    /// Sum of their phases and gains: √σ of a line of unit strength per metre.
+    pub sum: Complex64,
+    /// The width that the two-way beam lights, in terms of power.
+    pub lit: f64,
+    /// How much farther they are than the column in the profile's plane, metres.
+    pub farther: f64,
+}
+
+/// Columns whose ranges differ by less are summed into one strip: a seventh of the finest range
+/// resolution. Only a beam that looks aslant needs more than one.
+const STRIP: f64 = 2e-3;
+
+/// Strips this much darker than the brightest one, in power, are left out.
+const DARK: f64 = 1e-6;
+
+/// The lateral half of a scatterer's geometry: its extent, the lengths of the way out and back, and the
+/// forward part of the directions in which they leave the scanner.
+pub struct Across<'a> {
+    /// Extent.
+    pub lateral: &'a Lateral,
+    /// Lengths.
+    pub legs: [f64; 2],
+    /// Forward parts of the directions.
+    pub forward: [f64; 2],
+}
+
+/// Width across the plane of a patch of a facet that scatters as one, metres: narrow enough that the
+/// beam's wave front turns by half a wave at most over a patch at its edge.
+const PATCH: f64 = 8e-3;
+
+impl View<'_> {
+    /// Tangent of the angle beside the profile's plane up to which the beam lights anything.
+    pub fn lateral_reach(&self) -> f64 {
+        self.beam.lateral_reach() + libm::tan(self.world.yaw).abs()
+    }
+
+    /// Sum over the columns across the plane, strip by strip.
+    pub fn across(
+        &self,
+        a: &Across,
+        phase: impl Fn(f64) -> f64,
+        hidden: impl Fn(f64) -> bool,
+    ) -> Vec<Strip> {
+        let [out, back] = a.legs;
+        let columns = Columns::new(a.lateral, out.min(back) * self.lateral_reach());
+        let bend = 0.5 * (1.0 / out + 1.0 / back);
+        let (sin, cos) = libm::sincos(self.world.yaw);
+        // Angle between a column's ray and the plane that the mirror sweeps.
+        let aside = |z: f64, leg: usize| z * cos / a.legs[leg] - a.forward[leg] * sin;
+        let mut strips: Vec<Strip> = Vec::new();
+        for z in columns.centres().filter(|&z| !hidden(z)) {
+            let gain = self.beam.lateral(aside(z, 0)) * self.beam.lateral(aside(z, 1));
+            let turn = self.wavenumber * z * bend * columns.spacing;
+            let weight = gain * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
+            // Looking straight at the edges, the beam is over before its ranges differ.
+            let farther = if sin == 0.0 { 0.0 } else { 0.5 * z * z * bend };
+            let strip = (farther / STRIP) as usize;
+            if strips.len() <= strip {
+                strips.resize(strip + 1, Strip::default());
+            }
+            let strip = &mut strips[strip];
+            strip.sum += cis(self.wavenumber * z * z * bend + phase(z)) * weight;
+            let lit = gain * gain * columns.spacing;
+            strip.lit += lit;
+            strip.farther += farther * lit;
+        }
+        // What the beam leaves dark is no echo; a surface that lies in no column stays one without power.
+        let brightest = strips.iter().map(|s| s.lit).fold(0.0, f64::max);
+        strips.retain(|s| sin == 0.0 || s.lit > DARK * brightest);
+        if strips.is_empty() {
+            strips.push(Strip::default());
+        }
+        for s in &mut strips {
+            s.sum /= PI.sqrt();
+            s.farther /= s.lit.max(f64::MIN_POSITIVE);
+        }
+        strips
+    }
+
+    /// √σ of the scatterers of a facet, patch by patch from the middle outwards, so that a wider or
+    /// narrower view draws the same ones. The facet lies `r` metres away, in a direction with the forward
+    /// part `forward`.
+    pub fn patches(
+        &self,
+        lateral: &Lateral,
+        (r, forward): (f64, f64),
+        direct: &Shade,
+        rng: &mut Random,
+    ) -> Vec<Strip> {
+        let (sin, cos) = libm::sincos(self.world.yaw);
+        let reach = r * self.lateral_reach();
+        let mut strips: Vec<Strip> = Vec::new();
+        for k in 0..2 * (reach / PATCH) as i64 + 1 {
+            let z = PATCH * ((k + 1) / 2) as f64 * if k % 2 == 0 { 1.0 } else { -1.0 };
+            let scatterer = rng.complex(PATCH);
+            if direct.covers(z) || (z - lateral.centre).abs() > lateral.half {
+                continue;
+            }
+            let gain = self.beam.lateral(z * cos / r - forward * sin).powi(2);
+            let farther = if sin == 0.0 { 0.0 } else { 0.5 * z * z / r };
+            let strip = (farther / STRIP) as usize;
+            if strips.len() <= strip {
+                strips.resize(strip + 1, Strip::default());
+            }
+            strips[strip].sum += scatterer * gain * cis(self.wavenumber * z * z / r);
+            strips[strip].lit += gain * gain;
+            strips[strip].farther += farther * gain * gain;
+        }
+        strips.retain(|s| s.lit > DARK);
+        for s in &mut strips {
+            s.farther /= s.lit;
+        }
+        strips
+    }
+}
