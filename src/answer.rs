@@ -196,22 +196,6 @@ pub struct Outcome {
     /// Probability that nothing is wrong up to the horizon, or over the first metre where that is
     /// farther; `None` if the estimator does not say.
     pub confidence: Option<f32>,
-    /// Where something may stand that the answer does not hold, the likeliest first.
-    pub maybe: heapless::Vec<Maybe, MAX_MAYBE>,
-}
-
-/// Most doubts of one report.
-pub const MAX_MAYBE: usize = 4;
-
-/// A step that may be there though the answer does not hold it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Maybe {
-    /// Horizontal distance from the mirror's centre, metres.
-    pub distance_m: f32,
-    /// Height above the surface that the wheelchair stands on, metres.
-    pub height_m: f32,
-    /// How likely it is.
-    pub probability: f32,
 }
 
 impl Outcome {
@@ -224,7 +208,6 @@ impl Outcome {
             reasons: Reasons::NONE,
             horizon_m: None,
             confidence: None,
-            maybe: heapless::Vec::new(),
         }
     }
 

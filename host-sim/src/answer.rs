@@ -57,7 +57,7 @@ impl Answer {
         Ok(Self {
             recording: recording.to_owned(),
             part: None,
-            horizon_m: None,
+            horizon_m: scan.horizon.map(metres),
             sentences,
             scan,
             steps,
@@ -96,6 +96,8 @@ impl Answer {
             "status": self.scan.status.as_str(),
             "direction": self.scan.direction.as_str(),
             "steps": self.steps.iter().map(step).collect::<Vec<_>>(),
+            "horizon_m": self.horizon_m,
+            "confidence": self.scan.confidence.map(|tenths| f64::from(tenths) / 1000.0),
             "lost_rows": self.scan.lost_rows,
             "reasons": self.scan.reasons.iter().map(|r| r.as_str()).collect::<Vec<_>>(),
         })
@@ -157,6 +159,17 @@ impl Answer {
             (_, Direction::Up, n) => format!("{n} step{} up", if n == 1 { "" } else { "s" }),
             (_, Direction::Down, n) => format!("{n} step{} down", if n == 1 { "" } else { "s" }),
         };
-        format!("{}{because}: {what}{lost}", self.scan.status.as_str())
+        let vouched = match (self.horizon_m, self.scan.confidence) {
+            (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
+                ", vouched for up to {horizon:.1} m ({:.1} %)",
+                f64::from(tenths) / 10.0
+            ),
+            (Some(_), Some(_)) => ", vouched for nowhere".to_owned(),
+            _ => String::new(),
+        };
+        format!(
+            "{}{because}: {what}{lost}{vouched}",
+            self.scan.status.as_str()
+        )
     }
 }

@@ -196,7 +196,7 @@ params! {
         /// A single riser lower than this is a threshold.
         lowest_step_m = 0.07, "m", Hand;
         /// A single riser higher than this is a box.
-        highest_step_m = 0.275, "m", Custom, "midway between the lowest boxes (25 cm) and the highest platforms (30 cm)";
+        highest_step_m = 0.23, "m", Hand;
     }
     "heights: levels of the steps" {
         /// A step's own departure from the straight flight.

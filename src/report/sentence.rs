@@ -7,7 +7,7 @@
 //!
 //! | sentence | fields |
 //! |---|---|
-//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+` |
+//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence |
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
 //! | `BOOT` | version; git revision; reset cause; clock |
 //! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+` |
@@ -17,7 +17,9 @@
 //! | `HALT` | reason: the firmware stopped with a fault and resets the chip |
 //!
 //! Lengths are millimetres with one decimal; a field without a value (the last step's tread depth)
-//! is empty. A scan is one `SCAN` and then its `STEP`s, nearest first; they hold no time and no
+//! is empty. The horizon is how far the answer vouches for itself, from the mirror; the confidence is
+//! the probability that nothing is wrong up to there (or over the first metre, if that is farther), in
+//! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN` and then its `STEP`s, nearest first; they hold no time and no
 //! clock, so that the same chirps give the same bytes everywhere.
 //!
 //! Numbers are written digit by digit rather than through `core::fmt`, which would be the largest
@@ -114,8 +116,30 @@ pub struct ScanLine {
     pub steps: u8,
     /// Rows whose chirp was lost.
     pub lost_rows: u16,
-    /// Why it is not `ok`.
+    /// Why it is not `ok`, and what is weak where it is.
     pub reasons: Reasons,
+    /// How far the answer vouches for itself, from the mirror.
+    pub horizon: Option<Tenths>,
+    /// How likely nothing is wrong up to there, tenths of a per cent.
+    pub confidence: Option<u16>,
+}
+
+impl ScanLine {
+    /// The head of an answer to scan number `scan`.
+    pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome) -> Self {
+        let told = outcome.status != Status::Fault;
+        let permille = |p: f32| (1000.0 * p + 0.5) as u16;
+        Self {
+            scan,
+            status: outcome.status,
+            direction: outcome.direction,
+            steps: if told { outcome.steps.len() as u8 } else { 0 },
+            lost_rows,
+            reasons: outcome.reasons,
+            horizon: outcome.horizon_m.filter(|_| told).map(Tenths::from_metres),
+            confidence: outcome.confidence.filter(|_| told).map(permille),
+        }
+    }
 }
 
 /// Any sentence; text is borrowed from the line it was parsed from.
@@ -310,6 +334,8 @@ impl Sentence<'_> {
                 .number(u32::from(s.steps))
                 .number(u32::from(s.lost_rows))
                 .reasons(s.reasons)
+                .length(s.horizon)
+                .length(s.confidence.map(|tenths| Tenths(tenths.into())))
                 .finish(),
             Sentence::Step(s) => write_step(&s),
             Sentence::Boot {
@@ -453,6 +479,12 @@ fn parse_scan(fields: &mut Fields<'_>) -> Result<ScanLine, ParseError> {
         steps: fields.number("steps")?,
         lost_rows: fields.number("lost-rows")?,
         reasons: fields.reasons("reasons")?,
+        horizon: fields.length("horizon")?,
+        confidence: match fields.length("confidence")? {
+            None => None,
+            Some(Tenths(tenths @ 0..=1000)) => Some(tenths as u16),
+            Some(_) => return Err(ParseError::Field("confidence")),
+        },
     })
 }
 
@@ -565,22 +597,10 @@ impl<'a> Fields<'a> {
 
 /// Hands the sentences of one scan to `sink`, in order.
 pub fn write_scan(scan: u32, lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
-    let steps = if outcome.status == Status::Fault {
-        &[][..]
-    } else {
-        &outcome.steps[..]
-    };
-    let count = steps.len() as u8;
-    let head = ScanLine {
-        scan,
-        status: outcome.status,
-        direction: outcome.direction,
-        steps: count,
-        lost_rows,
-        reasons: outcome.reasons,
-    };
+    let head = ScanLine::new(scan, lost_rows, outcome);
+    let count = head.steps;
     sink(&Sentence::Scan(head).write());
-    for (index, step) in (1..=count).zip(steps) {
+    for (index, step) in (1..=count).zip(&outcome.steps) {
         sink(&Sentence::Step(StepLine::new(scan, index, count, step)).write());
     }
 }

@@ -22,9 +22,9 @@ use crate::scene::random::Kind;
 use crate::seeds::Draw;
 
 /// Scenes of each kind that hazards are counted from …
-const TRAINING: u64 = 200;
+const TRAINING: u64 = 160;
 /// … and that they are calibrated on.
-const CALIBRATION: u64 = 100;
+const CALIBRATION: u64 = 80;
 
 /// Arguments of `fit`.
 #[derive(clap::Args, Debug)]
@@ -33,7 +33,7 @@ pub struct Args {
     /// calibration
     #[arg(long, value_name = "DIR", num_args = 1..)]
     on: Vec<PathBuf>,
-    /// Scenes of each kind; a third as many for calibration
+    /// Scenes of each kind; half as many for calibration
     #[arg(long, default_value_t = TRAINING)]
     scenes: u64,
     /// Write what was counted from, one JSON object a scan, to this file

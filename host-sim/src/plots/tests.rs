@@ -77,6 +77,8 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
         recording: "echo".into(),
         sentences: Vec::new(),
         scan: ScanLine {
+            horizon: None,
+            confidence: None,
             scan: 1,
             status,
             direction: if steps.is_empty() {

@@ -20,6 +20,8 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
         horizon_m: None,
         sentences: Vec::new(),
         scan: ScanLine {
+            horizon: None,
+            confidence: None,
             scan: 1,
             status,
             direction: if steps.is_empty() {

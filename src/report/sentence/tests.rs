@@ -43,6 +43,8 @@ fn every_sentence_survives_the_way_out_and_back() {
         steps: 3,
         lost_rows: 12,
         reasons,
+        horizon: Some(Tenths(13_000)),
+        confidence: Some(987),
     };
     for sentence in [
         Sentence::Scan(scan),

@@ -1,6 +1,6 @@
 //! What the scanner says: which sentences tell a scan, a state, the answer to a command.
 
-use crate::answer::{Direction, Outcome, Reasons, Status};
+use crate::answer::{Outcome, Reasons, Status};
 use crate::report::{ScanLine, Sentence, StepLine};
 use crate::scan::board::{BytePort, Identity};
 use crate::scan::outbox::Outbox;
@@ -89,14 +89,13 @@ impl Reports {
 
     /// A failed self-test, told as scan 0; false when there is no room yet.
     pub(super) fn failed_test(&mut self, reasons: Reasons) -> bool {
-        self.outbox.push(&Sentence::Scan(ScanLine {
-            scan: 0,
+        let failed = Outcome {
             status: Status::Fault,
-            direction: Direction::None,
-            steps: 0,
-            lost_rows: 0,
             reasons,
-        }))
+            ..Outcome::clear()
+        };
+        self.outbox
+            .push(&Sentence::Scan(ScanLine::new(0, 0, &failed)))
     }
 
     /// Queues the answer's sentences as they fit; true when all are queued.
@@ -105,14 +104,7 @@ impl Reports {
         let count = outcome.steps.len() as u8;
         while telling.queued <= count {
             let sentence = match telling.queued.checked_sub(1) {
-                None => Sentence::Scan(ScanLine {
-                    scan: telling.scan,
-                    status: outcome.status,
-                    direction: outcome.direction,
-                    steps: count,
-                    lost_rows: telling.lost,
-                    reasons: outcome.reasons,
-                }),
+                None => Sentence::Scan(ScanLine::new(telling.scan, telling.lost, outcome)),
                 Some(k) => {
                     let step = outcome.steps.get(usize::from(k));
                     let step = step.copied().unwrap_or_default();
