@@ -1,6 +1,6 @@
 //! Angle bias and mount-height error, taken out where the floor shows them.
 
-use super::Echo;
+use super::echo::Echo;
 use crate::grid::Geometry;
 use crate::math;
 use crate::params::Params;

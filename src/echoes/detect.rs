@@ -1,11 +1,11 @@
 //! From maxima to echoes: what neither the noise nor a stronger echo could have made.
 
 use super::angle_filter::{self, LEVEL_DB};
+use super::echo::{Echo, Echoes, MAX_ECHOES};
 use super::ghosts::{Ghosts, Suspect};
 use super::lobe::{Lobe, Responses};
 use super::maxima::{MAX_MAXIMA, MaximaFinder, Maximum};
 use super::noise::NoiseSamples;
-use super::{Echo, Echoes};
 use crate::config::Config;
 use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
@@ -75,7 +75,7 @@ pub fn detect(
         params,
     };
     let mut echoes = Echoes::new();
-    let mut places: Vec<[f32; 2], { super::MAX_ECHOES }> = Vec::new();
+    let mut places: Vec<[f32; 2], { MAX_ECHOES }> = Vec::new();
     for &maximum in maxima.iter().rev() {
         if let Some((echo, place)) = instrument.echo(maximum, &echoes, &places) {
             if echoes.push(echo).is_err() {

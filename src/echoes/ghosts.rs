@@ -1,7 +1,7 @@
 //! The artefacts that a strong echo makes where there is no scatterer: one function each, which gives
 //! the highest level relative to that echo, dB.
 
-use super::Echo;
+use super::echo::Echo;
 use super::lobe::GAUSSIAN_DB;
 use crate::math;
 use crate::params::Params;

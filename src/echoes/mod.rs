@@ -7,12 +7,14 @@
 //! | `noise` | filtered rows → noise, and what side lobes add per range bin |
 //! | `lobe` | the levels around a maximum → place below the cell, variance, width |
 //! | `ghosts` | what a strong echo shows where nothing is, one function per artefact |
+//! | `echo` | one point scatterer |
 //! | `detect` | maxima → echoes that need a scatterer of their own |
 //! | `calibrate` | echoes of the floor → angle bias and mount height, taken out |
 
 mod angle_filter;
 pub mod calibrate;
 mod detect;
+mod echo;
 mod ghosts;
 mod lobe;
 mod maxima;
@@ -24,36 +26,7 @@ pub(crate) mod tests;
 use crate::config::Config;
 use crate::grid::PolarMap;
 use crate::params::Params;
-use heapless::Vec;
-
-/// Most echoes of a scan.
-pub const MAX_ECHOES: usize = 64;
-
-/// The echoes of a scan, strongest first.
-pub type Echoes = Vec<Echo, MAX_ECHOES>;
-
-/// One echo: a point scatterer, as far as the map tells.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Echo {
-    /// Filtered power above the noise, dB.
-    pub snr_db: f32,
-    /// Range from the mirror, metres.
-    pub range_m: f32,
-    /// Angle, radians.
-    pub angle_rad: f32,
-    /// Horizontal distance from the mirror, metres.
-    pub x_m: f32,
-    /// Height above the ground, metres.
-    pub y_m: f32,
-    /// Width of the filtered lobe in angle, in units of a point scatterer's.
-    pub width: f32,
-    /// Standard deviation of the angle, radians.
-    pub angle_sigma_rad: f32,
-    /// Standard deviation of the range, metres.
-    pub range_sigma_m: f32,
-    /// Native range bin (c/2B) from the radar.
-    pub native_bin: f32,
-}
+pub use echo::{Echo, Echoes, MAX_ECHOES};
 
 impl Default for Collector {
     fn default() -> Self {

@@ -5,87 +5,13 @@
 //! the accuracy on tuning seeds ([docs/parameters.md](../../docs/parameters.md)). What is not in it
 //! is derived, and stands beside its derivation.
 
+mod entry;
 pub mod fitted;
 pub mod hazard;
 mod table;
 
+pub use entry::{Entry, Origin};
 pub use table::Params;
-
-/// Where a number comes from.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Origin {
-    /// It follows from physics, from another number or from the instrument.
-    Derived,
-    /// It is what stairs, wheelchairs or building codes are like.
-    Custom,
-    /// It was set by hand while watching the accuracy on tuning seeds.
-    Hand,
-}
-
-impl Origin {
-    /// Its name in a table.
-    pub const fn as_str(self) -> &'static str {
-        match self {
-            Self::Derived => "derived",
-            Self::Custom => "custom",
-            Self::Hand => "by hand",
-        }
-    }
-}
-
-/// One number of the table.
-#[derive(Clone, Copy, Debug)]
-pub struct Entry {
-    /// What it belongs to.
-    pub group: &'static str,
-    /// Its field in [`Params`].
-    pub name: &'static str,
-    /// Its unit; empty for a mere number.
-    pub unit: &'static str,
-    /// What it means.
-    pub meaning: &'static str,
-    /// Where it comes from …
-    pub origin: Origin,
-    /// … in words; empty where the origin says it all.
-    pub why: &'static str,
-    /// Reads it.
-    pub get: fn(&Params) -> f32,
-    /// Changes it.
-    pub set: fn(&mut Params, f32),
-}
-
-/// Makes the type, its default and its table of one list.
-macro_rules! params {
-    ($($group:literal { $(
-        #[doc = $meaning:literal]
-        $name:ident = $value:expr, $unit:literal, $origin:ident $(, $why:literal)?;
-    )* })*) => {
-        /// The numbers; lengths in metres, angles in radians, as their names say.
-        #[derive(Clone, Debug, PartialEq)]
-        pub struct Params { $($(
-            #[doc = $meaning]
-            pub $name: f32,
-        )*)* }
-
-        impl Params {
-            /// What is flashed.
-            pub const DEFAULT: Self = Self { $($($name: $value,)*)* };
-
-            /// Every number with what is known of it, in the order of the stages that use it.
-            pub const TABLE: &'static [Entry] = &[$($(Entry {
-                group: $group,
-                name: stringify!($name),
-                unit: $unit,
-                meaning: $meaning,
-                origin: Origin::$origin,
-                why: concat!($($why)?),
-                get: |params| params.$name,
-                set: |params, value| params.$name = value,
-            },)*)*];
-        }
-    };
-}
-use params;
 
 #[cfg(test)]
 mod tests {

@@ -1,6 +1,6 @@
 //! The numbers of the default estimator, in the order of the stages that use them.
 
-use super::{Entry, Origin, params};
+use super::entry::{Entry, Origin, params};
 use crate::math::RAD_PER_DEG;
 
 params! {

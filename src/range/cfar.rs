@@ -15,11 +15,11 @@
 //! determinants, which Levinson and Durbin's recursion gives for every length at once. Near the
 //! ends of the profile fewer cells are left, down to one side alone: each case has its own α.
 
-use super::BinWindow;
 use super::fft::MAX_POINTS;
 use super::packed::Arithmetic;
 use super::window::Window;
 use crate::config::CfarConfig;
+use crate::grid::BinWindow;
 use crate::math;
 
 /// Most training cells on one side.

@@ -51,6 +51,9 @@ pub fn log2_coarse(x: u32) -> i32 {
     (31 - zeros as i32) * 256 + MIDDLE.get(k).map_or(0, |&m| i32::from(m))
 }
 
+/// Cell of a tone at the converter's full scale.
+pub const FULL_SCALE: u8 = 247;
+
 /// 1/256 octaves in one step of a cell.
 pub const FINE: i32 = 32;
 

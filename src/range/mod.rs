@@ -38,11 +38,9 @@ use crate::math;
 use cfar::Cfar;
 use core::marker::PhantomData;
 use log::FINE;
+pub use log::FULL_SCALE;
 use packed::{Arithmetic, Bin, Native, Packed};
 use window::{ChirpLevels, Window};
-
-/// Cell of a tone at the converter's full scale.
-pub const FULL_SCALE: u8 = 247;
 
 /// Half width of the window's main lobe in native range bins.
 const LOBE_BINS: f32 = 2.0;

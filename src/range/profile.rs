@@ -1,7 +1,8 @@
 //! A whole range profile with its threshold, for people: `profile`, pictures, tests.
 
-use super::{BinWindow, FINE, FULL_SCALE};
+use super::log::{FINE, FULL_SCALE};
 use crate::config::MAX_SAMPLES;
+use crate::grid::BinWindow;
 
 /// Power, threshold and hits of every bin of one chirp's transform.
 ///

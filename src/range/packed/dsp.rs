@@ -3,7 +3,7 @@
 //! None touches memory or the stack. Some set the GE or Q flags, which compiled code never reads;
 //! they are left declared as clobbered.
 
-use super::{Arithmetic, Packed};
+use super::arithmetic::{Arithmetic, Packed};
 use core::arch::asm;
 
 /// Arithmetic by the chip's own packed instructions.

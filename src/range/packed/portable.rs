@@ -1,6 +1,6 @@
 //! What each instruction means.
 
-use super::{Arithmetic, Packed};
+use super::arithmetic::{Arithmetic, Packed};
 
 /// Arithmetic in plain Rust: the definition that the instructions are tested against.
 #[derive(Clone, Copy, Debug, Default)]

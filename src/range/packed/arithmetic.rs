@@ -1,0 +1,324 @@
+//! Packed complex numbers, the instructions on them, and the passes of a transform made of these.
+
+use crate::Iq;
+
+/// A complex number of two 16-bit parts, the real part in the lower half-word.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[repr(transparent)]
+pub struct Packed(pub u32);
+
+impl Packed {
+    /// Zero.
+    pub const ZERO: Self = Self(0);
+    /// 1, or what rounds the halving of both parts, times 1 + j.
+    pub const ONES: Self = Self(0x0001_0001);
+    /// The unit that picks the real part out of a [`Arithmetic::dot`].
+    pub const REAL: Self = Self(0x0000_0001);
+    /// The unit that picks the imaginary part.
+    pub const IMAGINARY: Self = Self(0x0001_0000);
+
+    /// From real and imaginary part.
+    #[inline(always)]
+    pub const fn new(re: i16, im: i16) -> Self {
+        Self(re as u16 as u32 | (im as u16 as u32) << 16)
+    }
+
+    /// Real part.
+    #[inline(always)]
+    pub const fn re(self) -> i16 {
+        self.0 as i16
+    }
+
+    /// Imaginary part.
+    #[inline(always)]
+    pub const fn im(self) -> i16 {
+        (self.0 >> 16) as i16
+    }
+}
+
+impl From<Iq> for Packed {
+    #[inline(always)]
+    fn from(x: Iq) -> Self {
+        Self::new(x.i, x.q)
+    }
+}
+
+/// The instructions that range processing is made of, all on packed complex numbers or 32-bit
+/// integers, all wrapping where they overflow.
+pub trait Arithmetic {
+    /// a + b.
+    fn add(a: Packed, b: Packed) -> Packed;
+    /// a - b.
+    fn sub(a: Packed, b: Packed) -> Packed;
+    /// a + jb.
+    fn add_j(a: Packed, b: Packed) -> Packed;
+    /// a - jb.
+    fn sub_j(a: Packed, b: Packed) -> Packed;
+    /// ⌊(a + b) / 2⌋ of each part, without overflow.
+    fn half_add(a: Packed, b: Packed) -> Packed;
+    /// ⌊(a - b) / 2⌋ of each part, without overflow.
+    fn half_sub(a: Packed, b: Packed) -> Packed;
+    /// ⌊(a + jb) / 2⌋ of each part, without overflow.
+    fn half_add_j(a: Packed, b: Packed) -> Packed;
+    /// ⌊(a - jb) / 2⌋ of each part, without overflow.
+    fn half_sub_j(a: Packed, b: Packed) -> Packed;
+    /// The smaller and the larger of each part.
+    fn sort(a: Packed, b: Packed) -> (Packed, Packed);
+    /// The larger of each part.
+    fn max(a: Packed, b: Packed) -> Packed;
+    /// The smaller of each part.
+    fn min(a: Packed, b: Packed) -> Packed;
+
+    /// acc + Re(a·b).
+    fn mul_re(a: Packed, b: Packed, acc: i32) -> i32;
+    /// acc + Im(a·b).
+    fn mul_im(a: Packed, b: Packed, acc: i32) -> i32;
+    /// acc + Re a · Re b + Im a · Im b.
+    fn dot(a: Packed, b: Packed, acc: i32) -> i32;
+    /// |a|².
+    fn norm(a: Packed) -> u32;
+
+    /// acc + Re a · c, for c of 16 bits.
+    fn scale_re(a: Packed, c: i32, acc: i32) -> i32;
+    /// acc + Im a · c, for c of 16 bits.
+    fn scale_im(a: Packed, c: i32, acc: i32) -> i32;
+    /// ⌊a·c / 2¹⁶⌋, for c of 16 bits.
+    fn scale_wide(a: i32, c: i32) -> i32;
+    /// a·b / 2³², rounded.
+    fn mul_high(a: i32, b: i32) -> i32;
+
+    /// One cell against a running limit: shifts `bits` right by one, takes in at the top whether
+    /// `value` reaches `limit`, and moves the limit on by a·b.
+    fn test(bits: u32, value: u64, limit: u64, a: i32, b: i32) -> (u32, u64);
+
+    /// 32 neighbouring cells of a profile against their running limits, with `GUARD` guard and
+    /// `TRAINING` training cells on each side; bit k says whether cell k reaches its limit.
+    ///
+    /// `cells` begins with the first cell's first training cell; limits are sums of training cells
+    /// times `unit`, to be reached by powers times their ratios.
+    #[inline(always)]
+    fn test_word<const GUARD: usize, const TRAINING: usize>(
+        cells: &[u32],
+        ratios: &[u32; 32],
+        mut limit: u64,
+        unit: i32,
+    ) -> (u32, u64) {
+        let reach = GUARD + TRAINING;
+        let mut bits = 0;
+        for (cells, ratio) in cells.windows(2 * reach + 2).zip(ratios) {
+            let value = u64::from(cells[reach]) * u64::from(*ratio);
+            // What enters and leaves when both windows move on by one cell.
+            let step = cells[TRAINING]
+                .wrapping_add(cells[2 * reach + 1])
+                .wrapping_sub(cells[reach + GUARD + 1])
+                .wrapping_sub(cells[0]) as i32;
+            (bits, limit) = Self::test(bits, value, limit, step, unit);
+        }
+        (bits, limit)
+    }
+
+    /// The upper half-words of `re` and `im` as one complex number.
+    fn pack_high(re: i32, im: i32) -> Packed;
+    /// The lower half-words of `re` and `im` as one complex number.
+    fn pack_low(re: i32, im: i32) -> Packed;
+
+    /// a·b / 2, rounded, of Q15 numbers with |a|·|b| below √2.
+    ///
+    /// The product of two Q15 numbers, taken from the upper half-word, is halved for nothing: that
+    /// is the transform's headroom.
+    #[inline(always)]
+    fn mul_half(a: Packed, b: Packed) -> Packed {
+        const ROUND: i32 = 0x8000;
+        Self::pack_high(Self::mul_re(a, b, ROUND), Self::mul_im(a, b, ROUND))
+    }
+
+    /// Four-point transform.
+    #[inline(always)]
+    fn butterfly([t0, t1, t2, t3]: [Packed; 4]) -> [Packed; 4] {
+        let (even_sum, even_diff) = (Self::add(t0, t2), Self::sub(t0, t2));
+        let (odd_sum, odd_diff) = (Self::add(t1, t3), Self::sub(t1, t3));
+        [
+            Self::add(even_sum, odd_sum),
+            Self::sub_j(even_diff, odd_diff),
+            Self::sub(even_sum, odd_sum),
+            Self::add_j(even_diff, odd_diff),
+        ]
+    }
+
+    /// Half the four-point transform.
+    #[inline(always)]
+    fn half_butterfly([t0, t1, t2, t3]: [Packed; 4]) -> [Packed; 4] {
+        let (even_sum, even_diff) = (Self::add(t0, t2), Self::sub(t0, t2));
+        let (odd_sum, odd_diff) = (Self::add(t1, t3), Self::sub(t1, t3));
+        [
+            Self::half_add(even_sum, odd_sum),
+            Self::half_sub_j(even_diff, odd_diff),
+            Self::half_sub(even_sum, odd_sum),
+            Self::half_add_j(even_diff, odd_diff),
+        ]
+    }
+
+    /// A radix-4 stage of the transform of N points: joins transforms of L points by fours, scaled
+    /// by 1/2 or 1/4. Reads L blocks of N / L numbers, writes four quarters of L blocks.
+    ///
+    /// Returns the bits that the numbers written need (see [`magnitude_bits`]).
+    #[inline(always)]
+    fn stage<const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        dst: &mut [Packed; N],
+        table: &[[Packed; 3]; L],
+    ) -> u32 {
+        stage_by::<Self>(src, dst, table, QUARTER)
+    }
+
+    /// The last stage, N = 4L, into what is wanted of the bins.
+    #[inline(always)]
+    fn last<B: Bin, const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        bins: &mut [B; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        last_by::<Self, B>(src, bins, table, QUARTER);
+    }
+
+    /// The last stage, N = 4L, into power.
+    #[inline(always)]
+    fn last_power<const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        power: &mut [u32; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        Self::last::<u32, N, L, QUARTER>(src, power, table);
+    }
+}
+
+/// What the last stage makes of a bin.
+pub trait Bin: Copy {
+    /// From the bin's complex value.
+    fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self;
+
+    /// The last stage; power has one of its own.
+    #[inline(always)]
+    fn last<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        bins: &mut [Self; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        A::last::<Self, N, L, QUARTER>(src, bins, table);
+    }
+}
+
+/// The bin itself.
+impl Bin for Packed {
+    #[inline(always)]
+    fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
+        x
+    }
+}
+
+/// Its power.
+impl Bin for u32 {
+    #[inline(always)]
+    fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
+        A::norm(x)
+    }
+
+    #[inline(always)]
+    fn last<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
+        src: &[Packed; N],
+        bins: &mut [Self; N],
+        table: &[[Packed; 3]; L],
+    ) {
+        A::last_power::<N, L, QUARTER>(src, bins, table);
+    }
+}
+
+/// The four quarters of what divides into four.
+#[inline(always)]
+pub fn quarters<T>(x: &mut [T]) -> [&mut [T]; 4] {
+    let (lower, upper) = halves(x);
+    let ((a, b), (c, d)) = (halves(lower), halves(upper));
+    [a, b, c, d]
+}
+
+#[inline(always)]
+pub(in crate::range) fn halves<T>(x: &mut [T]) -> (&mut [T], &mut [T]) {
+    let middle = x.len() / 2;
+    x.split_at_mut_checked(middle).unwrap_or_default()
+}
+
+/// [`Arithmetic::stage`] as it is defined, for any length N of `src` and `dst` and L of `table`.
+#[inline(always)]
+pub(in crate::range) fn stage_by<A: Arithmetic + ?Sized>(
+    src: &[Packed],
+    dst: &mut [Packed],
+    table: &[[Packed; 3]],
+    quarter: bool,
+) -> u32 {
+    let r = src.len() / 4 / table.len().max(1);
+    let mut seen = 0;
+    let mut part = {
+        let mut rest = src;
+        move || rest.split_off(..r).unwrap_or_default().iter()
+    };
+    let mut blocks = quarters(dst);
+    for w in table {
+        let inputs = part().zip(part()).zip(part().zip(part()));
+        let [y0, y1, y2, y3] =
+            (blocks.each_mut()).map(|y| y.split_off_mut(..r).unwrap_or_default());
+        let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
+        for (((x0, x1), (x2, x3)), ((y0, y1), (y2, y3))) in inputs.zip(outputs) {
+            let y = join::<A>([*x0, *x1, *x2, *x3], w, quarter);
+            seen |= y.into_iter().fold(0, |bits, y| bits | magnitude_bits(y));
+            [*y0, *y1, *y2, *y3] = y;
+        }
+    }
+    seen
+}
+
+/// [`Arithmetic::last`] likewise.
+#[inline(always)]
+pub(in crate::range) fn last_by<A: Arithmetic + ?Sized, B: Bin>(
+    src: &[Packed],
+    bins: &mut [B],
+    table: &[[Packed; 3]],
+    quarter: bool,
+) {
+    let [y0, y1, y2, y3] = quarters(bins);
+    let (blocks, _) = src.as_chunks::<4>();
+    let outputs = y0.iter_mut().zip(y1).zip(y2.iter_mut().zip(y3));
+    for ((x, w), ((y0, y1), (y2, y3))) in blocks.iter().zip(table).zip(outputs) {
+        [*y0, *y1, *y2, *y3] = join::<A>(*x, w, quarter).map(B::of::<A>);
+    }
+}
+
+/// Bits that differ from their lower neighbour: the highest says how many bits a part needs, for
+/// sign extension has none.
+#[inline(always)]
+pub fn magnitude_bits(x: Packed) -> u32 {
+    x.0 ^ (x.0 << 1)
+}
+
+/// One step of a radix-4 stage: the four-point transform of x0 and of the products of x1, x2, x3
+/// with `w`, scaled by 1/2 or 1/4, products and x0 rounded.
+///
+/// The quarter's second halving is that of the last sums: less noise than rounding the terms to
+/// quarters.
+#[inline(always)]
+fn join<A: Arithmetic + ?Sized>(
+    [x0, x1, x2, x3]: [Packed; 4],
+    [w1, w2, w3]: &[Packed; 3],
+    quarter: bool,
+) -> [Packed; 4] {
+    let terms = [
+        A::half_add(x0, Packed::ONES),
+        A::mul_half(x1, *w1),
+        A::mul_half(x2, *w2),
+        A::mul_half(x3, *w3),
+    ];
+    if quarter {
+        A::half_butterfly(terms)
+    } else {
+        A::butterfly(terms)
+    }
+}
