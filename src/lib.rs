@@ -55,6 +55,7 @@ pub mod pipeline;
 pub mod range;
 pub mod report;
 pub mod scan;
+pub mod sort;
 
 /// One complex sample of a chirp: in-phase and quadrature part of the down-converted signal.
 ///

@@ -45,13 +45,15 @@ fn stands_out(map: &PolarMap, row: usize, bin: usize) -> bool {
 }
 
 /// Goes through the maxima, strongest first, and keeps what only a scatterer of its own explains.
+#[inline(never)]
 pub fn detect(
     map: &PolarMap,
     finder: &mut MaximaFinder,
     background: &Background<'_>,
     config: &Config,
     params: &Params,
-) -> Echoes {
+    echoes: &mut Echoes,
+) {
     let least = least_level(background.noise, background.gain, 0.0, params);
     let mut maxima: Vec<Maximum, MAX_MAXIMA> = Vec::new();
     while let Some(maximum) = finder.pop_weakest() {
@@ -74,10 +76,10 @@ pub fn detect(
         },
         params,
     };
-    let mut echoes = Echoes::new();
+    echoes.clear();
     let mut places: Vec<[f32; 2], { MAX_ECHOES }> = Vec::new();
     for &maximum in maxima.iter().rev() {
-        if let Some((echo, place)) = instrument.echo(maximum, &echoes, &places) {
+        if let Some((echo, place)) = instrument.echo(maximum, echoes, &places) {
             if echoes.push(echo).is_err() {
                 break;
             }
@@ -85,7 +87,6 @@ pub fn detect(
             let _ = places.push(place);
         }
     }
-    echoes
 }
 
 /// What it takes to make an echo of a maximum.
@@ -102,6 +103,7 @@ struct Instrument<'a> {
 impl Instrument<'_> {
     /// The echo that a maximum shows and its place in cells; none if the noise, a stronger one of
     /// `echoes` or side lobes could have made it, or if it shows one of those once more.
+    #[inline(never)]
     fn echo(
         &self,
         maximum: Maximum,

@@ -118,7 +118,8 @@ fn offset(values: &mut [f32], at: &[i8], per_cell_db: f32, clip_db: f32) -> (f32
     let slope_of = |slope: f32, clip_db: f32| {
         let left = values.iter().zip(at).map(|(v, &d)| {
             let d = f32::from(d);
-            d * (v - mean - slope * d).clamp(-clip_db, clip_db)
+            let left = v - mean - slope * d;
+            d * math::max(math::min(left, clip_db), -clip_db)
         });
         slope + left.sum::<f32>() / squares
     };

@@ -101,8 +101,16 @@ impl Collector {
         self.finder.advance(map.bins(), middle, self.least);
     }
 
-    /// The echoes, after the last row, and the noise: median of the filtered map, map units.
-    pub fn finish(&mut self, map: &PolarMap, config: &Config, params: &Params) -> (Echoes, f32) {
+    /// Gathers the echoes, after the last row, in `echoes`, which are many for a small stack; returns
+    /// the noise: median of the filtered map, map units.
+    #[inline(never)]
+    pub fn finish(
+        &mut self,
+        map: &PolarMap,
+        config: &Config,
+        params: &Params,
+        echoes: &mut Echoes,
+    ) -> f32 {
         let end = if self.reversed {
             0
         } else {
@@ -123,7 +131,7 @@ impl Collector {
             noise,
             gain: self.filter.gain(),
         };
-        let echoes = detect::detect(map, &mut self.finder, &background, config, params);
-        (echoes, noise)
+        detect::detect(map, &mut self.finder, &background, config, params, echoes);
+        noise
     }
 }

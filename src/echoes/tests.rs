@@ -152,7 +152,8 @@ fn an_echo_that_cfar_lets_through_is_no_oscillator_noise() {
         for k in 0..map.rows() {
             collector.row(&map, k);
         }
-        let (echoes, _) = collector.finish(&map, &config, &Params::DEFAULT);
+        let mut echoes = Echoes::new();
+        collector.finish(&map, &config, &Params::DEFAULT, &mut echoes);
         echoes
             .iter()
             .any(|e| (e.x_m - fx).abs() < 0.02 && (e.y_m - fy).abs() < 0.02)
@@ -170,7 +171,8 @@ fn an_echo_lies_where_its_scatterer_is_and_says_how_sure() {
         for k in 0..map.rows() {
             collector.row(&map, k);
         }
-        let (echoes, _) = collector.finish(&map, &config, &Params::DEFAULT);
+        let mut echoes = Echoes::new();
+        collector.finish(&map, &config, &Params::DEFAULT, &mut echoes);
         let echo = echoes[0];
         let (range, angle) = map.geometry().polar(x, y);
         // Cells are rounded to 0.38 dB: some 0.2 mm and 0.02 degrees of a strong echo.

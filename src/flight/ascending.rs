@@ -132,6 +132,7 @@ impl Landing {
 
 impl<'e> Ascending<'e> {
     /// Scores everything that is no stair.
+    #[inline(never)]
     pub fn new(scene: &'e Scene<'e>) -> Self {
         let ramp = scene.best_ramp();
         let mut ascending = Self {
@@ -260,6 +261,7 @@ impl<'e> Ascending<'e> {
     }
 
     /// The riser height over its likelihood, the chain given, and the highest score among them.
+    #[inline(never)]
     pub fn rise(&self, flight: &Flight<Shape>) -> (Estimate, f32) {
         let shape = flight.shape;
         let at = |offset: f32| {

@@ -113,6 +113,7 @@ impl Tread {
 
 impl<'e> Descending<'e> {
     /// Scores everything that is no stair: the ground going on, and ramps downwards.
+    #[inline(never)]
     pub fn new(scene: &'e Scene<'e>) -> Self {
         let (p, height) = (scene.params, scene.mount_height_m);
         let mut ends = [0.0f32; 2];
@@ -231,6 +232,7 @@ impl<'e> Descending<'e> {
     }
 
     /// Mean and covariance of edge and going over their likelihood, the treads given.
+    #[inline(never)]
     pub fn edges(&self, flight: &Flight<Shape>) -> Edges<'_> {
         let p = self.scene.params;
         let first = flight.chain.first();

@@ -12,6 +12,7 @@ use crate::answer::{Direction, Outcome, Reason, Step};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
+use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Rounds of reading: which echo plays which role depends on the levels, so the second one knows
@@ -51,6 +52,7 @@ impl Measured {
 
 /// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
 /// `bias_sigma_rad` is the shaft's angle error that calibration leaves.
+#[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
     flight: &Flight<ascending::Shape>,
@@ -139,6 +141,7 @@ fn no_stair(readings: &Readings, rise: Estimate, levels: &Levels, p: &Params) ->
 }
 
 /// The steps of a descending flight.
+#[inline(never)]
 pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::Shape>) -> Measured {
     let scene = stairs.scene();
     let p = scene.params;
@@ -214,7 +217,7 @@ fn overhang(readings: &Readings, open: bool, p: &Params) -> Estimate {
         // There is room for every face.
         let _ = values.push(value);
     }
-    values.sort_unstable_by(f32::total_cmp);
+    shell_sort(&mut values, |a, b| a < b);
     let (Some(least), Some(most)) = (values.first(), values.last()) else {
         return Estimate::new(0.0, p.overhang_sigma_m);
     };

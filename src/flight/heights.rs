@@ -178,6 +178,7 @@ impl<'p> Fit<'p> {
 /// follows, or any one tread: as likely as not, each as likely as any other. The answer is the mean
 /// over these possibilities, weighed by how well they explain the readings, and its variance their
 /// spread: a step that nothing measures is as uncertain as irregular steps in built stairs make it.
+#[inline(never)]
 pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> Levels {
     let fit = Fit::new(steps, slopes, p);
     let steps = &fit.steps;

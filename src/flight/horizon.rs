@@ -145,6 +145,7 @@ impl Ground<'_> {
     }
 
     /// What is known of the cell between two distances.
+    #[inline(never)]
     fn features(&self, start_m: f32, end_m: f32) -> Features {
         let mut out = Writer {
             features: [0.0; FEATURES],
@@ -413,6 +414,7 @@ pub struct Vouch {
 
 impl Vouch {
     /// Goes along the cells until the probability of being right falls below what `ok` promises.
+    #[inline(never)]
     pub fn of(ground: &Ground<'_>) -> Self {
         let weights = match ground.geometry.plane {
             Plane::Depth => &fitted::UP,

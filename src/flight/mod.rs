@@ -14,6 +14,9 @@
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
 //! | [`trace`] | what it thought on the way |
 
+// The stages are `inline(never)`: each has its working memory on a stack of 16 KB, and merged into
+// one function they would hold all of it at the same time.
+
 mod ascending;
 mod descending;
 mod dimensions;
@@ -33,7 +36,7 @@ mod tests;
 
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, Plane};
-use crate::echoes::{Collector, Echo, calibrate};
+use crate::echoes::{Collector, Echo, Echoes, calibrate};
 use crate::estimator::Estimator;
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
@@ -55,6 +58,7 @@ use trace::{Hypothesis, Scatterer, Stage};
 #[derive(Debug)]
 pub struct Likelihood {
     phase: Phase,
+    echoes: Echoes,
     params: &'static Params,
 }
 
@@ -85,6 +89,7 @@ impl Likelihood {
     pub const fn with(params: &'static Params) -> Self {
         Self {
             phase: Phase::Rows(Collector::new()),
+            echoes: Echoes::new(),
             params,
         }
     }
@@ -117,7 +122,8 @@ impl Estimator for Likelihood {
             return Outcome::fault(Reason::Silent);
         };
         let p = self.params;
-        let (mut echoes, noise) = collector.finish(map, config, p);
+        let echoes = &mut self.echoes;
+        let noise = collector.finish(map, config, p, echoes);
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
@@ -126,8 +132,8 @@ impl Estimator for Likelihood {
             Plane::Height => Phase::Down(Beginnings::new()),
         };
         let outcome = match &mut self.phase {
-            Phase::Up(memory) => ascend(&mut echoes, geometry, p, memory, observer),
-            Phase::Down(memory) => descend(&echoes, geometry, p, memory, observer),
+            Phase::Up(memory) => ascend(echoes, geometry, p, memory, observer),
+            Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
         observer.event(Event::Done(Stage::Dimensions));
@@ -140,6 +146,7 @@ impl Estimator for Likelihood {
 }
 
 /// The best stairs going up, if they explain the echoes better than everything else.
+#[inline(never)]
 fn ascend(
     echoes: &mut [Echo],
     geometry: &Geometry,
@@ -152,8 +159,10 @@ fn ascend(
         bias_rad: found.bias_rad,
         height_m: found.height_m,
     });
-    let scene = Scene::of_risers(echoes, geometry.mount_height_m, p);
-    let stairs = Ascending::new(&scene);
+    let mut scene = Scene::new(geometry.mount_height_m, p);
+    scene.risers(echoes);
+    let scene = &scene;
+    let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
     let best = search.best(memory).map(|mut flight| {
         let (rise, score) = stairs.rise(&flight);
@@ -177,6 +186,7 @@ fn ascend(
 }
 
 /// The same for stairs going down.
+#[inline(never)]
 fn descend(
     echoes: &[Echo],
     geometry: &Geometry,
@@ -184,8 +194,10 @@ fn descend(
     memory: &mut Beginnings<descending::Shape>,
     observer: &mut dyn Observer,
 ) -> Outcome {
-    let scene = Scene::of_treads(echoes, geometry.mount_height_m, p);
-    let stairs = Descending::new(&scene);
+    let mut scene = Scene::new(geometry.mount_height_m, p);
+    scene.treads(echoes);
+    let scene = &scene;
+    let stairs = Descending::new(scene);
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
     observer.event(Event::Done(Stage::Search));
@@ -215,34 +227,34 @@ struct Ended<'s, S: Stairs> {
 
 impl<S: Stairs> Ended<'_, S> {
     /// The outcome and what it is worth: of a flight that was accepted and measured, or of none.
+    #[inline(never)]
     fn conclude(mut self, observer: &mut dyn Observer) -> Outcome {
         let scene = self.search.stairs.scene();
         let p = scene.params;
-        let measured = self.measured.take();
-        let accepted = measured.is_some();
-        let (outcome, supports, lead) = match (self.best, measured) {
-            (Some(best), Some(mut measured)) if !measured.supports.is_empty() => {
-                let pairs = scene.marks.iter().zip(&measured.roles);
+        let roles = self.roles();
+        let accepted = self.measured.is_some();
+        let (mut outcome, supports) = match self.measured.take() {
+            Some(measured) => (measured.outcome, measured.supports),
+            None => (Outcome::clear(), heapless::Vec::new()),
+        };
+        let lead = match self.best.filter(|_| !supports.is_empty()) {
+            Some(best) => {
+                let pairs = scene.marks.iter().zip(&roles);
                 let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
-                let rival = self.search.rival(best.chain.len()).max(self.accept);
-                let lead = best.score - rival;
-                verdict::judge(&mut measured.outcome, lead, &measured.supports, against, p);
-                self.measured = Some(measured.clone());
-                (measured.outcome, measured.supports, lead)
+                let lead = best.score - self.search.rival(best.chain.len()).max(self.accept);
+                verdict::judge(&mut outcome, lead, &supports, against, p);
+                lead
             }
-            (best, measured) => {
+            None => {
                 // A flight that was accepted and then found to be a box or a threshold is no rival.
-                let rival = best.filter(|_| !accepted);
+                let rival = self.best.filter(|_| !accepted);
                 let rival = rival.map_or(f32::NEG_INFINITY, |b| b.score - self.accept);
                 let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
-                let mut outcome = measured.map_or(Outcome::clear(), |s| s.outcome);
                 verdict::judge_none(&mut outcome, rival, strongest_db, p);
-                (outcome, heapless::Vec::new(), rival)
+                rival
             }
         };
-        let mut outcome = outcome;
         outcome.link();
-        let roles = self.roles();
         let ground = Ground {
             scene,
             roles: &roles,
@@ -258,23 +270,13 @@ impl<S: Stairs> Ended<'_, S> {
                 .for_each(|cell| observer.event(Event::Cell(&cell)));
         }
         let vouch = Vouch::of(&ground);
-        Ended::<S>::promise(outcome, vouch)
-    }
-
-    /// The outcome with what it vouches for: `ok` if that is the first metre at least.
-    fn promise(mut outcome: Outcome, vouch: Vouch) -> Outcome {
-        outcome.horizon_m = Some(vouch.horizon_m);
-        outcome.confidence = Some(vouch.confidence);
-        if vouch.horizon_m < LEAST_HORIZON_M {
-            outcome.status = Status::Degraded;
-            outcome.reasons.add(Reason::ShortHorizon);
-        }
+        promise(&mut outcome, vouch);
         outcome
     }
 
     /// What each mark is taken for: by the flight that was measured, or on the bare ground.
     fn roles(&self) -> Roles {
-        if let Some(measured) = &self.measured {
+        if let Some(measured) = self.measured.as_ref().filter(|m| !m.supports.is_empty()) {
             return measured.roles.clone();
         }
         let mut roles = Roles::new();
@@ -286,6 +288,7 @@ impl<S: Stairs> Ended<'_, S> {
     }
 
     /// Tells the observer each scatterer's role, and every explanation with its score.
+    #[inline(never)]
     fn tell(&self, echoes: &[Echo], observer: &mut dyn Observer) {
         if !observer.listens() {
             return;
@@ -312,5 +315,15 @@ impl<S: Stairs> Ended<'_, S> {
                 winner: winner.is_some_and(|w| w.chain.len() == flight.chain.len()),
             }));
         }
+    }
+}
+
+/// Says what an answer vouches for: it is `ok` if that is the first metre at least.
+fn promise(outcome: &mut Outcome, vouch: Vouch) {
+    outcome.horizon_m = Some(vouch.horizon_m);
+    outcome.confidence = Some(vouch.confidence);
+    if vouch.horizon_m < LEAST_HORIZON_M {
+        outcome.status = Status::Degraded;
+        outcome.reasons.add(Reason::ShortHorizon);
     }
 }

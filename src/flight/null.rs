@@ -39,7 +39,8 @@ impl Scene<'_> {
         let (mut flat, mut rest) = (0.0, self.between(p.nearest_riser_m, f32::INFINITY));
         let mut best = f32::NEG_INFINITY;
         for from in RAMPS_FROM_M {
-            let (before, behind) = rest.split_at(rest.partition_point(|m| m.x_m <= from));
+            let split = rest.partition_point(|m| m.x_m <= from);
+            let (before, behind) = rest.split_at_checked(split).unwrap_or((rest, &[]));
             (flat, rest) = (self.ramp(before, 0.0, 0.0, flat), behind);
             for slope in RAMP_SLOPES {
                 best = math::max(best, self.ramp(rest, from, slope, flat));

@@ -210,6 +210,7 @@ impl<'e> RiserMarks<'e> {
 }
 
 /// Reads every riser's echoes, given the levels as known so far and what each mark is taken for.
+#[inline(never)]
 pub fn read(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels, roles: &Roles) -> Readings {
     let mut out = Readings::default();
     let mut before_x: Option<f32> = None;

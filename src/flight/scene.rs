@@ -3,6 +3,7 @@
 use crate::echoes::{Echo, MAX_ECHOES};
 use crate::math;
 use crate::params::Params;
+use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Most columns (places where a face may stand).
@@ -83,11 +84,13 @@ impl Mark {
 
 /// Credibility of an echo, 0…1: little near the noise, 1 well above it.
 fn credibility(snr_db: f32, p: &Params) -> f32 {
-    ((snr_db - p.credible_from_db) / p.credible_span_db).clamp(p.least_credibility, 1.0)
+    let share = (snr_db - p.credible_from_db) / p.credible_span_db;
+    math::max(math::min(share, 1.0), p.least_credibility)
 }
 
 impl<'p> Scene<'p> {
-    fn new(mount_height_m: f32, params: &'p Params) -> Self {
+    /// Without echoes: many for a small stack, they are filled in place.
+    pub fn new(mount_height_m: f32, params: &'p Params) -> Self {
         Self {
             marks: Vec::new(),
             columns: Vec::new(),
@@ -96,8 +99,10 @@ impl<'p> Scene<'p> {
         }
     }
 
-    /// For risers: columns of echoes above one another, in the depth plane.
-    pub fn of_risers(echoes: &[Echo], mount_height_m: f32, p: &'p Params) -> Self {
+    /// Takes in echoes for risers: columns of echoes above one another, in the depth plane.
+    #[inline(never)]
+    pub fn risers(&mut self, echoes: &[Echo]) {
+        let p = self.params;
         let marks = (0..).zip(echoes).map(|(k, e)| {
             let below_the_scan = e.range_m < p.unscanned_floor_m
                 && e.y_m > p.unscanned_floor_height_m
@@ -116,13 +121,13 @@ impl<'p> Scene<'p> {
                 ..Mark::new(k, e)
             }
         });
-        let mut scene = Self::new(mount_height_m, p);
-        scene.gather(marks, p.column_m, p.nearest_riser_m);
-        scene
+        self.gather(marks, p.column_m, p.nearest_riser_m);
     }
 
-    /// For treads: rows of echoes beside one another, in the height plane.
-    pub fn of_treads(echoes: &[Echo], mount_height_m: f32, p: &'p Params) -> Self {
+    /// Takes in echoes for treads: rows of echoes beside one another, in the height plane.
+    #[inline(never)]
+    pub fn treads(&mut self, echoes: &[Echo]) {
+        let (p, mount_height_m) = (self.params, self.mount_height_m);
         let below = (0..)
             .zip(echoes)
             .filter(|(_, e)| e.y_m < p.tread_highest_m && e.snr_db > p.faintest_tread_db);
@@ -138,9 +143,7 @@ impl<'p> Scene<'p> {
                 ..Mark::new(k, e)
             }
         });
-        let mut scene = Self::new(mount_height_m, p);
-        scene.gather(marks, p.row_m, 0.0);
-        scene
+        self.gather(marks, p.row_m, 0.0);
     }
 
     /// Sorts the marks and gathers columns around the strongest ones left; what lies nearer than
@@ -150,8 +153,7 @@ impl<'p> Scene<'p> {
             // As many as there are echoes at most.
             let _ = self.marks.push(mark);
         }
-        self.marks
-            .sort_unstable_by(|a, b| a.along_m.total_cmp(&b.along_m));
+        shell_sort(&mut self.marks, |a, b| a.along_m < b.along_m);
         let mut taken = [false; MAX_ECHOES];
         for (mark, taken) in self.marks.iter().zip(&mut taken) {
             *taken = mark.along_m <= nearest;
@@ -178,8 +180,7 @@ impl<'p> Scene<'p> {
                 break;
             }
         }
-        self.columns
-            .sort_unstable_by(|a, b| a.along_m.total_cmp(&b.along_m));
+        shell_sort(&mut self.columns, |a, b| a.along_m < b.along_m);
     }
 
     /// Whether an echo on the ground outshines what lies before it as a corner does.

@@ -86,6 +86,7 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// The best flight.
+    #[inline(never)]
     pub fn best(&mut self, memory: &mut Beginnings<S::Shape>) -> Option<Flight<S::Shape>> {
         let Beginnings { now, next } = memory;
         let (mut now, mut next) = (now, next);

@@ -265,7 +265,8 @@ fn echoes_above_one_another_share_a_column() {
         echo(1.1, 0.17, 25.0),
         echo(0.2, 0.1, 40.0),
     ];
-    let scene = Scene::of_risers(&echoes, 0.4, &Params::DEFAULT);
+    let mut scene = Scene::new(0.4, &Params::DEFAULT);
+    scene.risers(&echoes);
     let along: Vec<f32> = scene.columns.iter().map(|c| c.along_m).collect();
     assert_eq!(along, [0.8, 1.1]);
 }

@@ -32,7 +32,7 @@ pub struct Row<'a> {
 }
 
 /// The whole scan in polar coordinates.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct PolarMap {
     cells: [u8; MAX_CELLS],
     /// Bit k for cell k, so that rows of any length leave no gap.

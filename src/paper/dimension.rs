@@ -6,6 +6,7 @@ use crate::answer::{Direction, Outcome, Step};
 use crate::config::{ParticleConfig, Plane};
 use crate::grid::Geometry;
 use crate::math;
+use crate::sort::shell_sort;
 
 /// Particles below the topmost whose mean distance from each other says how dense they are there.
 const TOP_GAPS: usize = 4;
@@ -120,9 +121,7 @@ pub fn outcome<'a>(
         // A full list has no room for another step, whichever it is.
         let _ = outcome.steps.push(shape.step(geometry, unit_m, config));
     }
-    outcome
-        .steps
-        .sort_unstable_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+    shell_sort(&mut outcome.steps, |a, b| a.distance_m < b.distance_m);
     if !outcome.steps.is_empty() {
         outcome.direction = match geometry.plane {
             Plane::Depth => Direction::Up,

@@ -13,6 +13,7 @@ use rand_core::Rng;
 
 pub use crate::config::MAX_PARTICLES;
 use crate::math;
+use crate::sort::shell_sort;
 
 /// Most modes of one cloud.
 pub const MAX_CLOUD_MODES: usize = 64;
@@ -212,8 +213,8 @@ impl<const N: usize> SizedCloud<N> {
     }
 
     /// Puts all particles in ascending order of `key`; they form one mode from then on.
-    pub fn sort_by_key<K: Ord>(&mut self, key: impl FnMut(&Particle) -> K) {
-        self.particles.sort_unstable_by_key(key);
+    pub fn sort_by_key<K: Ord>(&mut self, key: impl Fn(&Particle) -> K) {
+        shell_sort(&mut self.particles, |a, b| key(a) < key(b));
         self.ends.clear();
         // One of 64 places is free.
         let _ = self.ends.push(self.particles.len() as u16);

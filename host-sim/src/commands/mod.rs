@@ -7,6 +7,7 @@ pub mod convergence;
 pub mod emulate;
 pub mod fit;
 pub mod inspect;
+pub mod params;
 pub mod profile;
 pub mod replay;
 pub mod score;
