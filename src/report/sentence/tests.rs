@@ -123,7 +123,10 @@ fn garbled_lines_are_refused() {
     for (body, field) in [
         ("PSTR,SCAN,1,fine,none,0,0,", "status"),
         ("PSTR,SCAN,1,ok,none,0,0,because", "reasons"),
-        ("PSTR,SCAN,1,ok,none,0,0,,", "end"),
+        ("PSTR,SCAN,1,ok,none,0,0,,", "confidence"),
+        ("PSTR,SCAN,1,ok,none,0,0,,far,", "horizon"),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,100.1", "confidence"),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,", "end"),
         ("PSTR,STEP,1,1,1,+1.0,2.0,,,1.0,1.0,50", "distance"),
         ("PSTR,STEP,1,1,1,1.0,99999999999.0,,,1.0,1.0,50", "height"),
         ("PSTR,NOPE", "name"),
