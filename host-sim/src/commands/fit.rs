@@ -146,11 +146,8 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
     let least = fit::threshold(&calibration.iter().collect::<Vec<_>>(), &weights);
     weights.ok_from = least.from;
     let mut told = format!(
-        "ok from {:.3} on: {} of {} scans for calibration, {} of them wrong\n",
-        least.from,
-        least.ok,
-        calibration.len(),
-        least.wrong
+        "ok from {:.3} on: {} scans of common forms for calibration, {} of them wrong\n",
+        least.from, least.ok, least.wrong
     );
     table(&mut told, "hazard", training.len(), &hazards);
     table(&mut told, "calibration", calibration.len(), &map);
