@@ -13,10 +13,6 @@ use crate::paper::Paper;
 /// time, so they share their memory.
 #[derive(Debug)]
 #[repr(u8)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "one estimator or the other in the same memory"
-)]
 enum Scratch {
     /// Before the first scan: tag 0, so that a static of it costs no flash.
     Idle,

@@ -158,10 +158,10 @@ impl Ground<'_> {
         let stray = self.strongest(from, to, unexplained);
         let stray_so_far = self.strongest(f32::NEG_INFINITY, to, unexplained);
         let stray_beyond = self.strongest(to, f32::INFINITY, unexplained);
-        let last = self.steps.iter().zip(self.supports).last();
+        let last = self.steps.last();
         let lead = self.lead.clamp(-MOST_NATS, MOST_NATS);
         let step = self.step_in(start_m, end_m);
-        let inside = last.is_some_and(|(s, _)| s.distance_m > from);
+        let inside = last.is_some_and(|s| s.distance_m > from);
         let kind = match (self.steps.is_empty(), step.is_some(), inside) {
             (true, ..) => Kind::Clear,
             (_, true, _) => Kind::Step,

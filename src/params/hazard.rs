@@ -2,7 +2,7 @@
 
 use crate::math;
 
-/// Number of features of a cell; see [`crate::flight::horizon`] for what each is.
+/// Number of features of a cell; `src/flight/horizon.rs` says what each is.
 pub const FEATURES: usize = 74;
 
 /// What the estimator knows of a cell.
