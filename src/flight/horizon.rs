@@ -66,6 +66,11 @@ const FAR_GOINGS: f32 = 1.5;
 /// Next faces count between 10 dB below and 30 dB above the noise.
 const MOST_NEXT: f32 = 3.0;
 
+/// Whether an echo shows the level of a tread or of the floor.
+fn shows_level(_: &Mark, role: Role) -> bool {
+    matches!(role, Role::Tread | Role::Edge)
+}
+
 /// What the floor shows up to a distance.
 struct Floor {
     /// From its last echo to there, metres.
@@ -153,7 +158,6 @@ impl Ground<'_> {
         };
         let (from, to) = (start_m + RIGHT_M, end_m + RIGHT_M);
         let unexplained = |_: &Mark, role: Role| role == Role::Stray || role.contradicts();
-        let shows_level = |_: &Mark, role: Role| matches!(role, Role::Tread | Role::Edge);
         let level = self.strongest(from - CELL_M, to + CELL_M, shows_level);
         let stray = self.strongest(from, to, unexplained);
         let stray_so_far = self.strongest(f32::NEG_INFINITY, to, unexplained);
@@ -318,7 +322,6 @@ impl Ground<'_> {
         let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
         let hidden = f32::from(last.height_m > self.scene.mount_height_m);
         let next_db = (support.next_db / TEN_DB).clamp(-1.0, MOST_NEXT);
-        let shows_level = |_: &Mark, role: Role| matches!(role, Role::Tread | Role::Edge);
         let beyond = self.strongest(to, f32::INFINITY, shows_level);
         let lead = self.lead.clamp(0.0, MOST_NATS);
         [

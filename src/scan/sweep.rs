@@ -54,8 +54,8 @@ pub struct Sweep {
     attempt: u8,
     lost: u16,
     streak: u16,
-    /// A row whose samples have come and are not worked off yet, and where the shaft stood.
-    pending: Option<(u16, i32)>,
+    /// A row whose samples have come and are not worked off yet.
+    pending: Option<u16>,
     deadline: Micros,
 }
 
@@ -234,7 +234,7 @@ impl Sweep {
         };
         match answer {
             Ok(()) => {
-                self.pending = Some((self.row(), mirror.position()));
+                self.pending = Some(self.row());
                 self.streak = 0;
             }
             Err(_) if self.attempt < self.settings.timing.retries => {
@@ -266,7 +266,7 @@ impl Sweep {
     /// Works off the last chirp while the mirror is on its way to the next.
     #[inline(never)]
     fn work(&mut self, data: &mut impl DataPath) -> Poll<Rows> {
-        if let Some((row, _)) = self.pending.take() {
+        if let Some(row) = self.pending.take() {
             data.row(row);
         }
         if self.done >= self.schedule.rows() {
