@@ -52,6 +52,7 @@ pub mod observer;
 pub mod paper;
 pub mod params;
 pub mod pipeline;
+pub mod posterior;
 pub mod range;
 pub mod report;
 pub mod scan;

@@ -28,6 +28,8 @@ pub struct Measured {
     pub supports: Vec<Support, MAX_FLIGHT>,
     /// In the order of the scene's marks.
     pub roles: Roles,
+    /// How far the nosings stand before their risers, metres.
+    pub overhang_m: f32,
 }
 
 impl Measured {
@@ -39,6 +41,7 @@ impl Measured {
             },
             supports: Vec::new(),
             roles,
+            overhang_m: 0.0,
         }
     }
 
@@ -87,6 +90,7 @@ pub fn ascending(
     let overhang_known = readings.faces.iter().any(|f| f.overhang_m.is_some());
     let line = fit_line(readings.faces.iter().map(|f| f.x.map(|x| x.value)));
     let mut measured = Measured::new(Direction::Up, roles);
+    measured.overhang_m = overhang.value;
     let faces = readings.faces.iter().zip(&flight.chain).zip(&levels);
     for (k, ((face, link), level)) in faces.enumerate() {
         let along = line.0 + line.1 * k as f32;

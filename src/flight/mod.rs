@@ -174,12 +174,14 @@ fn ascend(
     let measured = accepted
         .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
     let best = best.as_ref().map(|b| &b.0);
+    let doubts = doubts(echoes, geometry, &search, measured.as_ref());
     let ended = Ended {
         search: &search,
         best,
         measured,
         accept: p.accept_up_nats,
         geometry,
+        doubts,
     };
     ended.tell(echoes, observer);
     ended.conclude(observer)
@@ -209,9 +211,84 @@ fn descend(
         measured,
         accept: p.accept_down_nats,
         geometry,
+        doubts: [0.0; horizon::CELLS],
     };
     ended.tell(echoes, observer);
     ended.conclude(observer)
+}
+
+/// What else may stand there.
+#[inline(never)]
+fn doubts(
+    echoes: &[Echo],
+    geometry: &Geometry,
+    search: &Search<'_, Ascending<'_>>,
+    measured: Option<&Measured>,
+) -> [f32; horizon::CELLS] {
+    use crate::posterior::{Kind, Model, Staircase, assess};
+    let model = Model::new(
+        echoes,
+        geometry.mount_height_m,
+        geometry.beamwidth_rad,
+        geometry.bin_m,
+        &crate::params::measured::UP,
+    );
+    let mut bases: heapless::Vec<Staircase, 32> = heapless::Vec::new();
+    let mut told: heapless::Vec<(f32, f32), 16> = heapless::Vec::new();
+    let open = search.leaders.iter().max_by(|a, b| a.score.total_cmp(&b.score));
+    let mut winner = Staircase::nothing();
+    if let Some(m) = measured {
+        for (k, step) in m.outcome.steps.iter().enumerate() {
+            let _ = told.push((step.distance_m, step.height_m));
+            winner = winner.with(k, step.distance_m + m.overhang_m, step.height_m);
+        }
+        winner.overhang_m = m.overhang_m;
+        winner.open = open.is_some_and(|f| f.shape.open);
+    }
+    let mut walls: heapless::Vec<f32, 3> = heapless::Vec::new();
+    let _ = walls.push(f32::INFINITY);
+    for _ in 0..2 {
+        let far = model.echoes.iter().filter(|e| {
+            e.snr_db > 8.0 && e.x_m > 0.3 && walls.iter().all(|w| (w - e.x_m).abs() > 0.05)
+        });
+        if let Some(e) = far.max_by(|a, b| a.snr_db.total_cmp(&b.snr_db)) {
+            let _ = walls.push(e.x_m);
+        }
+    }
+    for &wall_m in &walls {
+        let _ = bases.push(Staircase { wall_m, ..Staircase::nothing() });
+    }
+    for from in [0.4, 0.8, 1.2] {
+        for slope in [0.06, 0.09, 0.13, 0.18] {
+            let _ = bases.push(Staircase { kind: Kind::Ramp, slope, wall_m: from, ..Staircase::nothing() });
+        }
+    }
+    if winner.len() > 0 {
+        let _ = bases.push(winner);
+        let last = winner.x(winner.len() - 1);
+        for &w in walls.iter().filter(|w| w.is_finite() && **w > last + 0.28) {
+            let _ = bases.push(Staircase { wall_m: w, ..winner });
+        }
+    }
+    for flight in &search.leaders {
+        let mut best = (f32::NEG_INFINITY, Staircase::nothing());
+        for f in [0.88, 0.94, 1.0, 1.06, 1.12] {
+            for overhang_m in [0.0, 0.02, 0.04] {
+                let mut s = Staircase::nothing();
+                for (k, link) in flight.chain.iter().enumerate() {
+                    s = s.with(k, link.along_m, f * flight.shape.rise_m * (k + 1) as f32);
+                }
+                s.open = flight.shape.open;
+                s.overhang_m = overhang_m;
+                let l = model.whole(&s);
+                if l > best.0 {
+                    best = (l, s);
+                }
+            }
+        }
+        let _ = bases.push(best.1);
+    }
+    assess(&model, &bases, &told).hazards()
 }
 
 /// A search that has come to its end.
@@ -223,6 +300,7 @@ struct Ended<'s, S: Stairs> {
     /// Score from which a flight counts, nats.
     accept: f32,
     geometry: &'s Geometry,
+    doubts: [f32; horizon::CELLS],
 }
 
 impl<S: Stairs> Ended<'_, S> {
@@ -263,6 +341,7 @@ impl<S: Stairs> Ended<'_, S> {
             lead,
             open: self.best.is_some_and(|b| S::open(b.shape)),
             geometry: self.geometry,
+            doubts: self.doubts,
         };
         if observer.listens() {
             ground

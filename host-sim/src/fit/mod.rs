@@ -93,11 +93,13 @@ pub fn lesson(recording: &Recording) -> Result<Option<Lesson>> {
     Ok(lesson)
 }
 
-/// The first cell in which an answer goes wrong.
+/// The first cell in which an answer goes wrong for good. Where a cell ends between a step and its
+/// place in the answer, the one counts and the other does not, and that is no error of the answer: no
+/// horizon ends there.
 fn first_wrong(answer: &Answer, truth: &Truth, cells: &[Cell]) -> Option<usize> {
-    cells
-        .iter()
-        .position(|cell| score::wrong_up_to(answer, truth, cell.end_m.into()))
+    let right = |cell: &Cell| !score::wrong_up_to(answer, truth, cell.end_m.into());
+    let first = cells.iter().rposition(right).map_or(0, |last| last + 1);
+    (first < cells.len()).then_some(first)
 }
 
 /// The hazards of one plane, with the standard errors of their weights.
