@@ -164,7 +164,15 @@ fn ascend(
     let scene = &scene;
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
-    let best = search.best(memory).map(|mut flight| {
+    let best = search.best(memory);
+    let model = crate::posterior::Model::new(
+        echoes,
+        geometry.mount_height_m,
+        geometry.beamwidth_rad,
+        geometry.bin_m,
+        &crate::params::measured::UP,
+    );
+    let best = choose(&model, &search, best, p).map(|mut flight| {
         let (rise, score) = stairs.rise(&flight);
         flight.score = score;
         (flight, rise)
@@ -216,6 +224,41 @@ fn descend(
     ended.tell(echoes, observer);
     ended.conclude(observer)
 }
+
+/// The leader that explains the echoes best under the measurement model, the search's score as a
+/// prior.
+#[inline(never)]
+fn choose(
+    model: &crate::posterior::Model<'_>,
+    search: &Search<'_, Ascending<'_>>,
+    best: Option<Flight<ascending::Shape>>,
+    _p: &Params,
+) -> Option<Flight<ascending::Shape>> {
+    use crate::posterior::{Staircase, weight};
+    let share: f32 = VARS.0;
+    let best = best?;
+    let mut top = (f32::NEG_INFINITY, best.clone());
+    for flight in &search.leaders {
+        let mut w = f32::NEG_INFINITY;
+        for f in [0.88, 0.94, 1.0, 1.06, 1.12] {
+            for overhang_m in [0.0, 0.02, 0.04] {
+                let mut s = Staircase::nothing();
+                for (k, link) in flight.chain.iter().enumerate() {
+                    s = s.with(k, link.along_m, f * flight.shape.rise_m * (k + 1) as f32);
+                }
+                s.open = flight.shape.open;
+                s.overhang_m = overhang_m;
+                w = math::max(w, weight(model, &s));
+            }
+        }
+        let total = VARS.1 * w + share * flight.score;
+        if total > top.0 {
+            top = (total, flight.clone());
+        }
+    }
+    Some(top.1)
+}
+const VARS: (f32, f32) = (1.0, 0.5);
 
 /// What else may stand there.
 #[inline(never)]

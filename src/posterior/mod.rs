@@ -5,5 +5,5 @@ mod moves;
 pub mod staircase;
 
 pub use model::Model;
-pub use moves::{Mass, CELLS, CELL_M, FIRST_END_M, assess, Candidate};
+pub use moves::{Mass, CELLS, CELL_M, FIRST_END_M, assess, Candidate, weight};
 pub use staircase::{Kind, Staircase};

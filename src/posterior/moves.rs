@@ -393,3 +393,8 @@ pub fn assess(model: &Model<'_>, bases: &[Staircase], told: &[(f32, f32)]) -> Ma
     }
     a.mass
 }
+
+/// Log posterior weight of a staircase.
+pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
+    model.whole(s) + prior(s)
+}
