@@ -30,6 +30,8 @@ pub struct Measured {
     pub roles: Roles,
     /// How far the nosings stand before their risers, metres.
     pub overhang_m: f32,
+    /// Whether the treads float.
+    pub open: bool,
 }
 
 impl Measured {
@@ -42,6 +44,7 @@ impl Measured {
             supports: Vec::new(),
             roles,
             overhang_m: 0.0,
+            open: false,
         }
     }
 
@@ -91,6 +94,7 @@ pub fn ascending(
     let line = fit_line(readings.faces.iter().map(|f| f.x.map(|x| x.value)));
     let mut measured = Measured::new(Direction::Up, roles);
     measured.overhang_m = overhang.value;
+    measured.open = flight.shape.open;
     let faces = readings.faces.iter().zip(&flight.chain).zip(&levels);
     for (k, ((face, link), level)) in faces.enumerate() {
         let along = line.0 + line.1 * k as f32;

@@ -17,13 +17,8 @@ use crate::grid::Geometry;
 use crate::math;
 use crate::params::fitted;
 use crate::params::hazard::{FEATURES, Features};
+use crate::posterior::{CELL_M, CELLS, FIRST_END_M};
 
-/// Cells ahead, for each plane.
-pub const CELLS: usize = 29;
-/// Where the first cell ends, metres from the mirror …
-const FIRST_END_M: f32 = -0.3;
-/// … and how long each further one is.
-const CELL_M: f32 = 0.1;
 /// By so much a step may be off and still be right: design contract of `ok`, metres.
 pub const RIGHT_M: f32 = 0.03;
 /// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be

@@ -18,6 +18,7 @@
 // one function they would hold all of it at the same time.
 
 mod ascending;
+mod belief;
 mod descending;
 mod dimensions;
 mod heights;
@@ -42,6 +43,8 @@ use crate::grid::{Geometry, PolarMap};
 use crate::math;
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
+use crate::params::measured;
+use crate::posterior::{CELLS, Cloud, Model, View};
 use ascending::Ascending;
 use descending::Descending;
 use dimensions::Measured;
@@ -69,7 +72,7 @@ pub struct Likelihood {
 )]
 enum Phase {
     Rows(Collector),
-    Up(Beginnings<ascending::Shape>),
+    Up(Beginnings<ascending::Shape>, Cloud),
     Down(Beginnings<descending::Shape>),
 }
 
@@ -128,11 +131,14 @@ impl Estimator for Likelihood {
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
         self.phase = match geometry.plane {
-            Plane::Depth => Phase::Up(Beginnings::new()),
+            Plane::Depth => Phase::Up(Beginnings::new(), Cloud::new()),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
         let outcome = match &mut self.phase {
-            Phase::Up(memory) => ascend(echoes, geometry, p, memory, observer),
+            Phase::Up(memory, cloud) => {
+                let view = view(map);
+                ascend(echoes, (geometry, view), p, (memory, cloud), observer)
+            }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
@@ -145,13 +151,35 @@ impl Estimator for Likelihood {
     }
 }
 
+/// What a map looks at: the outermost rows less half a beam, and the farthest bins less what the
+/// window's main lobe needs.
+fn view(map: &PolarMap) -> View {
+    let geometry = map.geometry();
+    let ends = [0, map.rows().saturating_sub(1)].map(|k| map.angle_rad(k));
+    let tangent = |angle_rad: f32| {
+        let (sin, cos) = math::sin_cos(angle_rad);
+        -sin / math::max(cos, f32::EPSILON)
+    };
+    let half = 0.5 * geometry.beamwidth_rad;
+    let [first, last] = ends;
+    View {
+        height_m: geometry.mount_height_m,
+        lowest: tangent(math::max(first, last) - half),
+        highest: tangent(math::min(first, last) + half),
+        farthest_m: geometry.range_m(map.bins() as f32 - UNSEEN_BINS),
+    }
+}
+
+/// Bins at the far end of the range that show no peak.
+const UNSEEN_BINS: f32 = 8.0;
+
 /// The best stairs going up, if they explain the echoes better than everything else.
 #[inline(never)]
 fn ascend(
     echoes: &mut [Echo],
-    geometry: &Geometry,
+    (geometry, view): (&Geometry, View),
     p: &Params,
-    memory: &mut Beginnings<ascending::Shape>,
+    (memory, cloud): (&mut Beginnings<ascending::Shape>, &mut Cloud),
     observer: &mut dyn Observer,
 ) -> Outcome {
     let found = calibrate::calibrate(echoes, geometry, p);
@@ -165,14 +193,9 @@ fn ascend(
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
-    let model = crate::posterior::Model::new(
-        echoes,
-        geometry.mount_height_m,
-        geometry.beamwidth_rad,
-        geometry.bin_m,
-        &crate::params::measured::UP,
-    );
-    let best = choose(&model, &search, best, p).map(|mut flight| {
+    let model = Model::new(echoes, view, geometry, &measured::UP);
+    let bases = belief::bases(&model, &search);
+    let best = belief::choose(&search, &bases, best).map(|mut flight| {
         let (rise, score) = stairs.rise(&flight);
         flight.score = score;
         (flight, rise)
@@ -182,7 +205,7 @@ fn ascend(
     let measured = accepted
         .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
     let best = best.as_ref().map(|b| &b.0);
-    let doubts = doubts(echoes, geometry, &search, measured.as_ref());
+    let doubts = belief::doubts(&model, &bases, measured.as_ref(), cloud);
     let ended = Ended {
         search: &search,
         best,
@@ -219,119 +242,10 @@ fn descend(
         measured,
         accept: p.accept_down_nats,
         geometry,
-        doubts: [0.0; horizon::CELLS],
+        doubts: [0.0; CELLS],
     };
     ended.tell(echoes, observer);
     ended.conclude(observer)
-}
-
-/// The leader that explains the echoes best under the measurement model, the search's score as a
-/// prior.
-#[inline(never)]
-fn choose(
-    model: &crate::posterior::Model<'_>,
-    search: &Search<'_, Ascending<'_>>,
-    best: Option<Flight<ascending::Shape>>,
-    _p: &Params,
-) -> Option<Flight<ascending::Shape>> {
-    use crate::posterior::{Staircase, weight};
-    let share: f32 = VARS.0;
-    let best = best?;
-    let mut top = (f32::NEG_INFINITY, best.clone());
-    for flight in &search.leaders {
-        let mut w = f32::NEG_INFINITY;
-        for f in [0.88, 0.94, 1.0, 1.06, 1.12] {
-            for overhang_m in [0.0, 0.02, 0.04] {
-                let mut s = Staircase::nothing();
-                for (k, link) in flight.chain.iter().enumerate() {
-                    s = s.with(k, link.along_m, f * flight.shape.rise_m * (k + 1) as f32);
-                }
-                s.open = flight.shape.open;
-                s.overhang_m = overhang_m;
-                w = math::max(w, weight(model, &s));
-            }
-        }
-        let total = VARS.1 * w + share * flight.score;
-        if total > top.0 {
-            top = (total, flight.clone());
-        }
-    }
-    Some(top.1)
-}
-const VARS: (f32, f32) = (1.0, 0.5);
-
-/// What else may stand there.
-#[inline(never)]
-fn doubts(
-    echoes: &[Echo],
-    geometry: &Geometry,
-    search: &Search<'_, Ascending<'_>>,
-    measured: Option<&Measured>,
-) -> [f32; horizon::CELLS] {
-    use crate::posterior::{Kind, Model, Staircase, assess};
-    let model = Model::new(
-        echoes,
-        geometry.mount_height_m,
-        geometry.beamwidth_rad,
-        geometry.bin_m,
-        &crate::params::measured::UP,
-    );
-    let mut bases: heapless::Vec<Staircase, 32> = heapless::Vec::new();
-    let mut told: heapless::Vec<(f32, f32), 16> = heapless::Vec::new();
-    let open = search.leaders.iter().max_by(|a, b| a.score.total_cmp(&b.score));
-    let mut winner = Staircase::nothing();
-    if let Some(m) = measured {
-        for (k, step) in m.outcome.steps.iter().enumerate() {
-            let _ = told.push((step.distance_m, step.height_m));
-            winner = winner.with(k, step.distance_m + m.overhang_m, step.height_m);
-        }
-        winner.overhang_m = m.overhang_m;
-        winner.open = open.is_some_and(|f| f.shape.open);
-    }
-    let mut walls: heapless::Vec<f32, 3> = heapless::Vec::new();
-    let _ = walls.push(f32::INFINITY);
-    for _ in 0..2 {
-        let far = model.echoes.iter().filter(|e| {
-            e.snr_db > 8.0 && e.x_m > 0.3 && walls.iter().all(|w| (w - e.x_m).abs() > 0.05)
-        });
-        if let Some(e) = far.max_by(|a, b| a.snr_db.total_cmp(&b.snr_db)) {
-            let _ = walls.push(e.x_m);
-        }
-    }
-    for &wall_m in &walls {
-        let _ = bases.push(Staircase { wall_m, ..Staircase::nothing() });
-    }
-    for from in [0.4, 0.8, 1.2] {
-        for slope in [0.06, 0.09, 0.13, 0.18] {
-            let _ = bases.push(Staircase { kind: Kind::Ramp, slope, wall_m: from, ..Staircase::nothing() });
-        }
-    }
-    if winner.len() > 0 {
-        let _ = bases.push(winner);
-        let last = winner.x(winner.len() - 1);
-        for &w in walls.iter().filter(|w| w.is_finite() && **w > last + 0.28) {
-            let _ = bases.push(Staircase { wall_m: w, ..winner });
-        }
-    }
-    for flight in &search.leaders {
-        let mut best = (f32::NEG_INFINITY, Staircase::nothing());
-        for f in [0.88, 0.94, 1.0, 1.06, 1.12] {
-            for overhang_m in [0.0, 0.02, 0.04] {
-                let mut s = Staircase::nothing();
-                for (k, link) in flight.chain.iter().enumerate() {
-                    s = s.with(k, link.along_m, f * flight.shape.rise_m * (k + 1) as f32);
-                }
-                s.open = flight.shape.open;
-                s.overhang_m = overhang_m;
-                let l = model.whole(&s);
-                if l > best.0 {
-                    best = (l, s);
-                }
-            }
-        }
-        let _ = bases.push(best.1);
-    }
-    assess(&model, &bases, &told).hazards()
 }
 
 /// A search that has come to its end.
@@ -343,7 +257,7 @@ struct Ended<'s, S: Stairs> {
     /// Score from which a flight counts, nats.
     accept: f32,
     geometry: &'s Geometry,
-    doubts: [f32; horizon::CELLS],
+    doubts: [f32; CELLS],
 }
 
 impl<S: Stairs> Ended<'_, S> {

@@ -12,8 +12,9 @@
 //! where p₀ is the probability that a riser shows nothing at all: one that is seen shows at least
 //! one echo. What one feature has claimed of an echo, the next one cannot have.
 
-use super::staircase::{Kind, Staircase};
+use super::staircase::{Kind, Staircase, View};
 use crate::echoes::{Echo, MAX_ECHOES};
+use crate::grid::Geometry;
 use crate::math;
 use crate::params::generative::{Extended, Generative, POINTS, Point};
 use crate::sort::shell_sort;
@@ -78,13 +79,29 @@ pub struct Seen {
 /// The echoes of a scan under the model.
 pub struct Model<'p> {
     pub echoes: Vec<Seen, MAX_ECHOES>,
+    /// What can be seen.
+    pub view: View,
     /// Mirror above the ground, metres.
-    pub height_m: f32,
+    height_m: f32,
     /// Strongest echo over 30 dB, tens of dB.
     q: f32,
     beam_rad: f32,
     cell_m: f32,
     g: &'p Generative,
+}
+
+/// The point features of one riser: class, place, room around it.
+type Places = Vec<(Class, f32, f32, f32), 3>;
+
+/// What the echo that is a feature says.
+#[derive(Clone, Copy, Debug)]
+pub struct Best {
+    /// Where it is, metres.
+    pub x_m: f32,
+    /// How high the feature is, metres, …
+    pub level_m: f32,
+    /// … and its standard deviation.
+    pub sigma_m: f32,
 }
 
 fn logistic(x: f32) -> f32 {
@@ -105,7 +122,9 @@ fn tailed(z2: f32) -> f32 {
     if z2 > 120.0 {
         return 1e-9;
     }
-    0.92 * math::exp(-0.5 * z2) + 0.005 * math::exp(-z2 / 32.0)
+    let wide = 1.0 / (1.0 + z2 / 128.0);
+    let wide = wide * wide;
+    0.92 * math::exp(-0.5 * z2) + 0.005 * wide * wide
 }
 
 /// Density of a level, cut off at the detection threshold, with a flat share.
@@ -119,18 +138,18 @@ impl<'p> Model<'p> {
     /// Takes in the echoes.
     pub fn new(
         echoes: &[Echo],
-        height_m: f32,
-        beam_rad: f32,
-        bin_m: f32,
+        view: View,
+        geometry: &Geometry,
         g: &'p Generative,
     ) -> Self {
         let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         let mut model = Self {
             echoes: Vec::new(),
-            height_m,
+            view,
+            height_m: view.height_m,
             q: (strongest - 30.0) / 10.0,
-            beam_rad: 0.9 * beam_rad,
-            cell_m: 0.02 * bin_m / 0.0117,
+            beam_rad: 0.9 * geometry.beamwidth_rad,
+            cell_m: 0.02 * geometry.bin_m / 0.0117,
             g,
         };
         for e in echoes.iter().filter(|e| e.range_m > 0.12) {
@@ -183,7 +202,9 @@ impl<'p> Model<'p> {
 
     fn in_scan(&self, x: f32, y: f32) -> bool {
         let slope = (y - self.height_m) / math::max(x, 0.02);
-        slope < 0.334 && slope > -1.17 && math::hypot(x, y - self.height_m) < 2.64
+        slope < self.view.highest
+            && slope > self.view.lowest
+            && math::hypot(x, y - self.height_m) < self.view.farthest_m
     }
 
     /// Lowest height that can be seen at `x` where the level is `base` behind an edge at `edge`.
@@ -310,13 +331,22 @@ impl<'p> Model<'p> {
     /// Log-likelihood ratio of riser `k`'s point features against none; `k` may be the wall behind
     /// the last one.
     pub fn riser(&self, s: &Staircase, k: usize) -> f32 {
-        let mut places: Vec<(Class, f32, f32, f32), 3> = Vec::new();
+        let places = self.places(s, k);
+        if places.is_empty() {
+            return 0.0;
+        }
+        self.points(s, k, k >= s.len(), &places)
+    }
+
+    /// The point features that riser `k` may show: class, place, room around it.
+    fn places(&self, s: &Staircase, k: usize) -> Places {
+        let mut places = Places::new();
         let h = self.height_m;
         let (x, b) = (s.x(k), s.level(k));
         let wall = k >= s.len();
         let x = if wall { s.wall_m } else { x };
         if wall && (s.kind == Kind::Ramp || !x.is_finite()) {
-            return 0.0;
+            return places;
         }
         let mut push = |class, x, y, room| {
             if self.in_scan(x, y) {
@@ -364,10 +394,50 @@ impl<'p> Model<'p> {
                 }
             }
         }
-        if places.is_empty() {
-            return 0.0;
+        places
+    }
+
+    /// Of each point feature of riser `k`: the echo that most likely is it, if one more likely is than
+    /// not.
+    pub fn features(&self, s: &Staircase, k: usize, mut each: impl FnMut(Class, &Best)) {
+        let near = self.between(s.x(k) - 0.12, s.x(k) + 0.10);
+        for (class, x, y, _) in self.places(s, k) {
+            let Some(p) = self.g.points.get(class as usize) else {
+                continue;
+            };
+            let range = math::hypot(x, y - self.height_m);
+            let mut best = (1.0, None);
+            for e in near {
+                let density = match class {
+                    Class::Hidden => self.hidden(s, k, e, x),
+                    _ => self.point(p, e, x, y, range),
+                };
+                if density > 0.0 {
+                    let level = e.point.get(class as usize).copied().unwrap_or(0.0);
+                    let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
+                    let odds = density * level / self.background(s, tread.min(s.len()), e);
+                    if odds > best.0 {
+                        best = (odds, Some(e));
+                    }
+                }
+            }
+            if let (_, Some(e)) = best {
+                let lever = math::max(e.x_m, 0.05) / e.range_m;
+                let off = p.across_m + p.across_per_width_m * e.wide;
+                let wide = p.sigma_per_width_m * e.wide;
+                let variance = p.across_sigma_m * p.across_sigma_m
+                    + wide * wide
+                    + e.across_m * e.across_m;
+                each(
+                    class,
+                    &Best {
+                        x_m: e.x_m,
+                        level_m: e.y_m - off / lever,
+                        sigma_m: math::sqrt(variance) / lever,
+                    },
+                );
+            }
         }
-        self.points(s, k, wall, &places)
     }
 
     /// Distance of two features in beams and range cells.
@@ -392,6 +462,7 @@ impl<'p> Model<'p> {
         let mut odds = 0.0;
         let x = if wall { s.wall_m } else { s.x(k) };
         let near = self.between(x - 0.12, x + 0.10);
+        let mut backgrounds = [0f32; NEAR];
         for (i, &(class, fx, fy, room)) in places.iter().enumerate() {
             let Some(p) = self.g.points.get(class as usize) else {
                 continue;
@@ -407,7 +478,8 @@ impl<'p> Model<'p> {
             }
             let mut gains = [0f32; NEAR];
             let mut sum = 0.0;
-            for ((e, gain), used) in near.iter().zip(&mut gains).zip(&used) {
+            let echoes = near.iter().zip(&mut gains).zip(&used).zip(&mut backgrounds);
+            for (((e, gain), used), b) in echoes {
                 let density = match class {
                     Class::Hidden => self.hidden(s, k, e, fx),
                     _ => self.point(p, e, fx, fy, range),
@@ -415,8 +487,10 @@ impl<'p> Model<'p> {
                 if density > 0.0 {
                     let level = e.point.get(class as usize).copied().unwrap_or(0.0);
                     let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
-                    let b = self.background(s, tread.min(s.len()), e);
-                    *gain = seen * density * level / b * (1.0 - used);
+                    if *b <= 0.0 {
+                        *b = self.background(s, tread.min(s.len()), e);
+                    }
+                    *gain = seen * density * level / *b * (1.0 - used);
                     sum += *gain;
                 }
             }

@@ -1,18 +1,14 @@
 //! A staircase as a hypothesis: where its risers stand and how high their tops are.
 
 use crate::math;
+use heapless::Vec;
 
 /// Most risers of a staircase.
 pub const MAX_STEPS: usize = 10;
 /// Two steps are the same within this distance, metres: design contract of scoring.
 const SAME_M: f32 = 0.10;
-/// Tangents of the angles below and above the horizontal between which an edge can be seen: the
-/// scanned sector less half a beam.
-const LOWEST_SIGHT: f32 = -1.09;
-/// See [`LOWEST_SIGHT`].
-const HIGHEST_SIGHT: f32 = 0.315;
-/// Farthest edge that is seen, metres from the mirror.
-const FARTHEST_M: f32 = 2.67;
+/// By so much a step may be off and still be right, metres: design contract of `ok`.
+pub const RIGHT_M: f32 = 0.03;
 
 /// What stands there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -51,6 +47,46 @@ pub struct Staircase {
     pub slope: f32,
 }
 
+/// Standard deviation of each level of a staircase, metres.
+pub type Sigmas = [f32; MAX_STEPS];
+
+/// What can be seen from the mirror.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Mirror above the ground, metres.
+    pub height_m: f32,
+    /// Tangents of the angles above the horizontal between which an edge can be seen: the scanned
+    /// sector less half a beam.
+    pub lowest: f32,
+    /// See [`View::lowest`].
+    pub highest: f32,
+    /// Farthest edge that is seen, metres from the mirror.
+    pub farthest_m: f32,
+}
+
+/// An edge of a staircase that counts as a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Horizontal distance, metres.
+    pub x_m: f32,
+    /// Height, metres.
+    pub y_m: f32,
+    /// Whether it can be seen.
+    pub seen: bool,
+}
+
+/// Where a staircase, if it is true, makes an answer wrong, and how likely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conflict {
+    /// Horizontal distance, metres.
+    pub x_m: f32,
+    /// Probability.
+    pub probability: f32,
+}
+
+/// One for each step on either side at most.
+pub type Conflicts = Vec<Conflict, { 2 * MAX_STEPS }>;
+
 impl Staircase {
     /// Level ground.
     pub fn nothing() -> Self {
@@ -65,6 +101,11 @@ impl Staircase {
         usize::from(self.steps).min(MAX_STEPS)
     }
 
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.steps == 0
+    }
+
     /// Place of riser `k`, metres; infinitely far off beyond the last.
     pub fn x(&self, k: usize) -> f32 {
         if k < self.len() {
@@ -74,10 +115,26 @@ impl Staircase {
         }
     }
 
-    /// Level behind riser `k - 1`, metres: of the tread before riser `k`.
+    /// Level of the tread before riser `k`, metres.
     pub fn level(&self, k: usize) -> f32 {
         let below = k.checked_sub(1).and_then(|k| self.top_m.get(k));
         below.copied().unwrap_or(0.0)
+    }
+
+    /// The last riser's place, metres; the mirror's without any.
+    pub fn last_x(&self) -> f32 {
+        self.len().checked_sub(1).map_or(0.0, |k| self.x(k))
+    }
+
+    /// From riser to riser on the mean, metres; none for a single one.
+    pub fn going(&self) -> Option<f32> {
+        let spans = self.len().checked_sub(1).filter(|&spans| spans > 0)?;
+        Some((self.last_x() - self.x(0)) / spans as f32)
+    }
+
+    /// Height of a riser on the mean, metres.
+    pub fn rise(&self) -> f32 {
+        self.level(self.len()) / self.len().max(1) as f32
     }
 
     /// The same with a riser at `x_m` whose top is at `top_m`, as number `k`; itself if it has as
@@ -114,60 +171,79 @@ impl Staircase {
         out
     }
 
-    /// Edges that count as steps: distance and height, and whether they can be seen from `height_m`.
-    pub fn edges(&self, height_m: f32) -> impl Iterator<Item = (f32, f32, bool)> + '_ {
-        let counts = if self.kind == Kind::Stairs {
-            self.len()
-        } else {
-            0
+    /// The edges that count as steps, the nearest first.
+    pub fn edges(&self, view: &View) -> impl Iterator<Item = Edge> + '_ {
+        let counts = match self.kind {
+            Kind::Stairs => self.len(),
+            _ => 0,
         };
+        let overhang_m = if self.open { 0.0 } else { self.overhang_m };
+        let (open, view) = (self.open, *view);
         let mut hidden = f32::NEG_INFINITY;
-        self.x_m
-            .iter()
-            .zip(&self.top_m)
-            .take(counts)
-            .map(move |(&x_m, &y_m)| {
-                let x_m = if self.open { x_m } else { x_m - self.overhang_m };
-                let slope = (y_m - height_m) / math::max(x_m, 0.05);
-                let seen = slope > LOWEST_SIGHT
-                    && slope < HIGHEST_SIGHT
-                    && slope >= hidden - 1e-6
-                    && math::hypot(x_m, y_m - height_m) < FARTHEST_M;
-                if !self.open {
-                    hidden = math::max(hidden, slope);
-                }
-                (x_m, y_m, seen)
-            })
+        let places = self.x_m.iter().zip(&self.top_m).take(counts);
+        places.map(move |(&x_m, &y_m)| {
+            let x_m = x_m - overhang_m;
+            let up_m = y_m - view.height_m;
+            let slope = up_m / math::max(x_m, RIGHT_M);
+            let seen = slope > view.lowest
+                && slope < view.highest
+                && slope >= hidden
+                && math::hypot(x_m, up_m) < view.farthest_m;
+            if !open {
+                hidden = math::max(hidden, slope);
+            }
+            Edge { x_m, y_m, seen }
+        })
     }
 
-    /// From which distance on this, if it is true, makes an answer wrong: a step that is missing, made
-    /// up, or farther off than `right_m`. Infinite if nowhere.
-    pub fn contradicts(&self, told: &[(f32, f32)], height_m: f32, right_m: f32) -> f32 {
-        let mut bad = f32::INFINITY;
+    /// Where this, if it is true with levels known to `sigmas`, makes an answer wrong: steps that are
+    /// missing, made up, or farther off than [`RIGHT_M`].
+    pub fn conflicts(&self, told: &[Edge], view: &View, sigmas: &Sigmas) -> Conflicts {
+        let mut conflicts = Conflicts::new();
         let mut used = [false; MAX_STEPS];
-        for (x_m, y_m, seen) in self.edges(height_m) {
-            let near = told.iter().zip(&used).enumerate();
-            let near = near.filter(|(_, ((x, _), used))| !**used && (x - x_m).abs() <= SAME_M);
-            let best = near.min_by(|a, b| (a.1.0.0 - x_m).abs().total_cmp(&(b.1.0.0 - x_m).abs()));
-            match best {
-                Some((j, ((x, y), _))) => {
-                    let off = (x - x_m).abs() > right_m || (y - y_m).abs() > right_m;
-                    if seen && off {
-                        bad = math::min(bad, math::min(x_m, *x));
+        let mut push = |x_m, probability| {
+            // One for each step.
+            let _ = conflicts.push(Conflict { x_m, probability });
+        };
+        for (edge, &sigma_m) in self.edges(view).zip(sigmas) {
+            let off = |t: &Edge| (t.x_m - edge.x_m).abs();
+            let near = told.iter().zip(&mut used);
+            let near = near.filter(|(t, used)| !**used && off(t) <= SAME_M);
+            match near.min_by(|a, b| off(a.0).total_cmp(&off(b.0))) {
+                Some((t, used)) => {
+                    *used = true;
+                    if !edge.seen {
+                        continue;
                     }
-                    if let Some(used) = used.get_mut(j) {
-                        *used = true;
+                    if off(t) > RIGHT_M {
+                        push(math::min(edge.x_m, t.x_m), 1.0);
+                    } else {
+                        let x_m = math::min(edge.x_m, t.x_m);
+                        push(x_m, outside(t.y_m - edge.y_m, sigma_m));
                     }
                 }
-                None if seen => bad = math::min(bad, x_m),
+                None if edge.seen => push(edge.x_m, 1.0),
                 None => {}
             }
         }
-        for ((x, _), used) in told.iter().zip(&used) {
+        for (t, used) in told.iter().zip(&used) {
             if !used {
-                bad = math::min(bad, *x);
+                push(t.x_m, 1.0);
             }
         }
-        bad
+        crate::sort::shell_sort(&mut conflicts, |a, b| a.x_m < b.x_m);
+        conflicts
     }
+}
+
+/// Probability that a normal deviate of standard deviation `sigma_m` about `off_m` is outside of
+/// what is right.
+fn outside(off_m: f32, sigma_m: f32) -> f32 {
+    let sigma_m = math::max(sigma_m, 1e-4);
+    tail((RIGHT_M - off_m) / sigma_m) + tail((RIGHT_M + off_m) / sigma_m)
+}
+
+/// Upper tail of the normal distribution by the logistic function: within 0.01 of it.
+pub fn tail(z: f32) -> f32 {
+    1.0 / (1.0 + math::exp(1.702 * z))
 }

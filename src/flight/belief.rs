@@ -1,0 +1,156 @@
+//! From the search's flights to particles: what the posterior says of them and of the answer.
+
+use super::ascending::{self, Ascending};
+use super::dimensions::Measured;
+use super::search::Search;
+use super::stairs::{Flight, MAX_FLIGHT};
+use crate::math;
+use crate::posterior::{
+    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Model, Proposals, Staircase, Told, refine,
+};
+use heapless::Vec;
+
+/// Hypotheses that begin the posterior: the best flight of each length, with its refined dimensions.
+pub type Bases = Vec<Base, MAX_FLIGHT>;
+
+/// How much the measurement model's word counts beside the search's score, which rests on the same
+/// echoes.
+const SHARE: f32 = 0.5;
+/// Only hypotheses within so many nats of the likeliest are looked around.
+const NEAR_NATS: f32 = 5.0;
+/// Walls that are tried, and echoes that may be one.
+const WALLS: usize = 2;
+/// See [`WALLS`].
+const WALL_DB: f32 = 8.0;
+/// Where ramps begin, metres, and their slopes.
+const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
+/// See [`RAMPS_FROM_M`].
+const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
+
+/// A flight of the search as a staircase.
+fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
+    let mut s = Staircase::nothing();
+    for (k, link) in flight.chain.iter().enumerate() {
+        s = s.with(k, link.along_m, flight.shape.rise_m * (k + 1) as f32);
+    }
+    s.open = flight.shape.open;
+    s
+}
+
+/// The search's leaders, refined and weighed.
+#[inline(never)]
+pub fn bases(model: &Model<'_>, search: &Search<'_, Ascending<'_>>) -> Bases {
+    let mut bases = Bases::new();
+    for flight in &search.leaders {
+        let (s, sigmas) = refine(model, &staircase(flight));
+        // As many as there are leaders.
+        let _ = bases.push(Base::new(model, s, sigmas));
+    }
+    bases
+}
+
+/// The leader that explains the echoes best.
+pub fn choose(
+    search: &Search<'_, Ascending<'_>>,
+    bases: &Bases,
+    best: Option<Flight<ascending::Shape>>,
+) -> Option<Flight<ascending::Shape>> {
+    let worth = |(f, b): &(&Flight<ascending::Shape>, &Base)| f.score + SHARE * b.log_weight;
+    let pairs = search.leaders.iter().zip(bases);
+    let top = pairs.max_by(|a, b| worth(a).total_cmp(&worth(b)));
+    best.and(top.map(|(f, _)| f.clone()))
+}
+
+/// The strongest echoes behind everything near, where a wall may stand.
+fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
+    let mut walls = Vec::new();
+    let _ = walls.push(f32::INFINITY);
+    for _ in 0..WALLS {
+        let far = model.echoes.iter().filter(|e| {
+            let apart = walls.iter().all(|w: &f32| (w - e.x_m).abs() > 0.05);
+            e.snr_db > WALL_DB && e.x_m > 0.3 && apart
+        });
+        if let Some(e) = far.max_by(|a, b| a.snr_db.total_cmp(&b.snr_db)) {
+            let _ = walls.push(e.x_m);
+        }
+    }
+    walls
+}
+
+/// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
+#[inline(never)]
+pub fn doubts(
+    model: &Model<'_>,
+    bases: &Bases,
+    measured: Option<&Measured>,
+    cloud: &mut Cloud,
+) -> [f32; CELLS] {
+    let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
+    let mut answer = Staircase::nothing();
+    let mut sigmas = [0.0; MAX_STEPS];
+    if let Some(m) = measured {
+        let steps = m.outcome.steps.iter().zip(&mut sigmas).enumerate();
+        for (k, (step, sigma)) in steps {
+            let _ = edges.push(Edge {
+                x_m: step.distance_m,
+                y_m: step.height_m,
+                seen: true,
+            });
+            answer = answer.with(k, step.distance_m + m.overhang_m, step.height_m);
+            *sigma = step.height_sigma_m;
+        }
+        answer.overhang_m = m.overhang_m;
+        answer.open = m.open;
+    }
+    let told = Told {
+        edges: &edges,
+        view: model.view,
+    };
+    cloud.clear();
+    let mut proposals = Proposals {
+        model,
+        told: &told,
+        cloud,
+    };
+    let walls = walls(model);
+    let mut all: Vec<Base, { MAX_FLIGHT + 8 }> = Vec::new();
+    for &wall_m in &walls {
+        let s = Staircase {
+            wall_m,
+            ..Staircase::nothing()
+        };
+        let _ = all.push(Base::new(model, s, sigmas));
+    }
+    if !answer.is_empty() {
+        let behind = answer.last_x() + 0.28;
+        for &wall_m in walls.iter().filter(|w| **w > behind) {
+            let s = Staircase { wall_m, ..answer };
+            let _ = all.push(Base::new(model, s, sigmas));
+        }
+    }
+    for base in bases {
+        let _ = all.push(*base);
+    }
+    for from in RAMPS_FROM_M {
+        for slope in SLOPES {
+            let s = Staircase {
+                kind: Kind::Ramp,
+                slope,
+                wall_m: from,
+                ..Staircase::nothing()
+            };
+            let base = Base::new(model, s, sigmas);
+            proposals.cloud.add(&s, base.log_weight, &sigmas, &told);
+        }
+    }
+    let top = all.iter().map(|b| b.log_weight).fold(f32::NEG_INFINITY, math::max);
+    for base in &all {
+        let cloud = &mut *proposals.cloud;
+        cloud.add(&base.staircase, base.log_weight, &base.sigmas, &told);
+        if base.log_weight > top - NEAR_NATS {
+            proposals.around(base);
+        }
+    }
+    proposals.cloud.resample();
+    proposals.cloud.doubts()
+}
