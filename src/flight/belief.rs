@@ -16,6 +16,10 @@ pub type Bases = Vec<Base, MAX_FLIGHT>;
 /// How much the measurement model's word counts beside the search's score, which rests on the same
 /// echoes.
 const SHARE: f32 = 0.5;
+/// Riser heights from which the refinement begins, as multiples of the search's.
+const STRETCHES: [f32; 3] = [0.92, 1.0, 1.08];
+/// Overhangs that are tried beside what the echoes say, metres.
+const OVERHANGS_M: [f32; 3] = [0.0, 0.02, 0.04];
 /// Only hypotheses within so many nats of the likeliest are looked around.
 const NEAR_NATS: f32 = 5.0;
 /// Walls that are tried, and echoes that may be one.
@@ -42,9 +46,25 @@ fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
 pub fn bases(model: &Model<'_>, search: &Search<'_, Ascending<'_>>) -> Bases {
     let mut bases = Bases::new();
     for flight in &search.leaders {
-        let (s, sigmas) = refine(model, &staircase(flight));
+        let start = staircase(flight);
+        let refined = STRETCHES.map(|stretch| {
+            let mut s = start;
+            s.top_m.iter_mut().for_each(|top| *top *= stretch);
+            let (s, sigmas) = refine(model, &s);
+            Base::new(model, s, sigmas)
+        });
+        let by_weight = |a: &Base, b: &Base| a.log_weight.total_cmp(&b.log_weight);
+        let Some(best) = refined.into_iter().max_by(by_weight) else {
+            continue;
+        };
+        let overhangs = OVERHANGS_M.map(|overhang_m| {
+            let mut s = best.staircase;
+            s.overhang_m = overhang_m;
+            Base::new(model, s, best.sigmas)
+        });
+        let best = overhangs.into_iter().chain([best]).max_by(by_weight);
         // As many as there are leaders.
-        let _ = bases.push(Base::new(model, s, sigmas));
+        let _ = best.map(|b| bases.push(b));
     }
     bases
 }

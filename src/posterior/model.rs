@@ -52,6 +52,8 @@ const NEAR: usize = 16;
 const THICK_M: f32 = 0.045;
 /// A face must show this much about the mirror's height to flash, metres.
 const FRESNEL_M: f32 = 0.04;
+/// Below a brink echoes are so many times as dense as in the air.
+const BELOW: f32 = 3.0;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
 /// Least density, so that its logarithm is finite.
@@ -239,6 +241,10 @@ impl<'p> Model<'p> {
         if s.open && k > 0 {
             inside *= 0.35;
         }
+        let gone = s.kind == Kind::Drop && e.x_m > s.wall_m;
+        if gone {
+            inside = 0.0;
+        }
         let mut total = e.noise + (1.0 - inside) * e.air + inside * e.inside;
         let lever = e.across_m * e.x_m / math::max(e.range_m, 0.05);
         if k > 0 && base < self.height_m {
@@ -246,7 +252,9 @@ impl<'p> Model<'p> {
             let z = (e.y_m - base) / sigma;
             total += e.tread * tailed(z * z) * GAUSS / sigma;
         }
-        if k == 0 || s.open {
+        if gone {
+            total += BELOW * e.air;
+        } else if k == 0 || s.open {
             let sigma = math::hypot(floor.off_sigma_m, lever);
             let z = (e.y_m - if k == 0 { base } else { 0.0 }) / sigma;
             let share = if k == 0 { 1.0 } else { 0.3 };
@@ -259,8 +267,8 @@ impl<'p> Model<'p> {
             let (b, t) = self.face_span(s, i);
             total += self.face(face, e, s.x(i) - 0.3 * s.overhang_m, b, t);
         }
-        if s.kind != Kind::Ramp && s.wall_m.is_finite() && k == s.len() && e.y_m > base - 0.03 {
-            let z = (e.x_m - s.wall_m) / 0.008;
+        if s.wall().is_finite() && k == s.len() && e.y_m > base - 0.03 {
+            let z = (e.x_m - s.wall()) / 0.008;
             if z * z < 60.0 {
                 total += 0.25 * e.face * tailed(z * z) * GAUSS / 0.008;
             }
@@ -344,8 +352,8 @@ impl<'p> Model<'p> {
         let h = self.height_m;
         let (x, b) = (s.x(k), s.level(k));
         let wall = k >= s.len();
-        let x = if wall { s.wall_m } else { x };
-        if wall && (s.kind == Kind::Ramp || !x.is_finite()) {
+        let x = if wall { s.wall() } else { x };
+        if wall && !x.is_finite() {
             return places;
         }
         let mut push = |class, x, y, room| {

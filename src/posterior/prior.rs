@@ -67,7 +67,7 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
 /// Logarithm of a hypothesis's prior, times the volume that the echoes leave it.
 pub fn prior(s: &Staircase) -> f32 {
     let n = s.len();
-    let wall = if s.kind != Kind::Ramp && s.wall_m.is_finite() {
+    let wall = if s.wall().is_finite() {
         ln(WALL / WAY_M * PLACE_M)
     } else {
         ln(1.0 - WALL)
@@ -76,6 +76,7 @@ pub fn prior(s: &Staircase) -> f32 {
         + match s.kind {
             Kind::Nothing => ln(0.31),
             Kind::Ramp => ln(0.08 / 12.0),
+            Kind::Drop => ln(0.03),
             Kind::Stairs => ln(0.10),
             Kind::Box => ln(0.06),
             Kind::Threshold => ln(0.05),

@@ -246,6 +246,13 @@ impl Proposals<'_> {
         let end = math::min(2.6, s.wall_m - 0.15);
         let sigmas = [PLACED_M; MAX_STEPS];
         for (x, dx) in self.spots(0.24, end, 0.12, 0.006) {
+            let brink = Staircase {
+                kind: Kind::Drop,
+                wall_m: x,
+                ..*s
+            };
+            let weight = ln(DROP * dx / 2.5) + self.part(&brink, 0, 1) - old;
+            self.put(&brink, base.log_weight + weight, &sigmas);
             for (h, share, kind) in FLOOR {
                 let mut new = s.with(0, x, h);
                 new.kind = kind;
@@ -267,6 +274,8 @@ impl Proposals<'_> {
     }
 }
 
+/// The ground ends somewhere ahead so often.
+const DROP: f32 = 0.1;
 /// What may stand alone on the floor: height, metres, how often, and what that is called.
 const FLOOR: [(f32, f32, Kind); 8] = [
     (0.02, 0.5, Kind::Threshold),

@@ -18,6 +18,8 @@ pub enum Kind {
     Nothing,
     /// Ground that rises steadily.
     Ramp,
+    /// Ground that ends: a brink, a hole.
+    Drop,
     /// Steps.
     Stairs,
     /// One thing too tall to climb.
@@ -41,7 +43,8 @@ pub struct Staircase {
     pub x_m: [f32; MAX_STEPS],
     /// Level at its top, metres.
     pub top_m: [f32; MAX_STEPS],
-    /// Where a wall stands behind, metres; infinitely far off for none. Of a ramp, where it begins.
+    /// Where a wall stands behind, metres; infinitely far off for none. Of a ramp, where it begins; of a
+    /// drop, where the ground ends.
     pub wall_m: f32,
     /// Slope of a ramp.
     pub slope: f32,
@@ -84,8 +87,8 @@ pub struct Conflict {
     pub probability: f32,
 }
 
-/// One for each step on either side at most.
-pub type Conflicts = Vec<Conflict, { 2 * MAX_STEPS }>;
+/// One for each step on either side at most, and a drop.
+pub type Conflicts = Vec<Conflict, { 2 * MAX_STEPS + 1 }>;
 
 impl Staircase {
     /// Level ground.
@@ -93,6 +96,14 @@ impl Staircase {
         Self {
             wall_m: f32::INFINITY,
             ..Self::default()
+        }
+    }
+
+    /// Where a wall stands, metres; infinitely far off if none does.
+    pub fn wall(&self) -> f32 {
+        match self.kind {
+            Kind::Ramp | Kind::Drop => f32::INFINITY,
+            _ => self.wall_m,
         }
     }
 
@@ -230,6 +241,9 @@ impl Staircase {
             if !used {
                 push(t.x_m, 1.0);
             }
+        }
+        if self.kind == Kind::Drop {
+            push(self.wall_m, 1.0);
         }
         crate::sort::shell_sort(&mut conflicts, |a, b| a.x_m < b.x_m);
         conflicts
