@@ -5,6 +5,9 @@ use core::fmt;
 /// Most steps of one report.
 pub const MAX_STEPS: usize = 16;
 
+/// Most places of an answer where something may stand that it does not hold.
+pub const MAX_MAYBES: usize = 6;
+
 /// What a controller may do with a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -196,6 +199,25 @@ pub struct Outcome {
     /// Probability that nothing is wrong up to the horizon, or over the first metre where that is
     /// farther; `None` if the estimator does not say.
     pub confidence: Option<f32>,
+    /// What may stand there though the answer does not hold it, nearest first.
+    pub maybes: heapless::Vec<Maybe, MAX_MAYBES>,
+}
+
+/// Something that may stand there though the answer does not hold it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Maybe {
+    /// Horizontal distance from the mirror's centre, metres.
+    pub distance_m: f32,
+    /// Height above the ground, metres; [`Maybe::DROP_M`] where the ground may end, of which the depth
+    /// is not known.
+    pub height_m: f32,
+    /// How likely, 0…1.
+    pub probability: f32,
+}
+
+impl Maybe {
+    /// Height that stands for ground that ends: the least depth that is a drop to a wheelchair.
+    pub const DROP_M: f32 = -0.1;
 }
 
 impl Outcome {
@@ -208,6 +230,7 @@ impl Outcome {
             reasons: Reasons::NONE,
             horizon_m: None,
             confidence: None,
+            maybes: heapless::Vec::new(),
         }
     }
 

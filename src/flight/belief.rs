@@ -4,10 +4,12 @@ use super::ascending::{self, Ascending};
 use super::dimensions::Measured;
 use super::search::Search;
 use super::stairs::{Flight, MAX_FLIGHT};
+use crate::answer::{MAX_MAYBES, Maybe};
 use crate::math;
 use crate::posterior::{
     Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Model, Proposals, Staircase, Told, refine,
 };
+use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Hypotheses that begin the posterior: the best flight of each length, with its refined dimensions.
@@ -20,6 +22,12 @@ const SHARE: f32 = 0.5;
 const STRETCHES: [f32; 3] = [0.92, 1.0, 1.08];
 /// Overhangs that are tried beside what the echoes say, metres.
 const OVERHANGS_M: [f32; 3] = [0.0, 0.02, 0.04];
+/// Places where something may stand that are told apart, and what is told of: from this probability on.
+const MAX_PLACES: usize = 16;
+/// See [`MAX_PLACES`].
+const LEAST_MAYBE: f32 = 0.05;
+/// Two steps are the same within this distance, metres: design contract of scoring.
+const SAME_M: f32 = 0.10;
 /// Only hypotheses within so many nats of the likeliest are looked around.
 const NEAR_NATS: f32 = 5.0;
 /// Walls that are tried, and echoes that may be one.
@@ -97,14 +105,23 @@ fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
     walls
 }
 
-/// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
+/// What the particles say of an answer.
+#[derive(Clone, Debug, Default)]
+pub struct Belief {
+    /// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
+    pub doubts: [f32; CELLS],
+    /// What may stand there though the answer does not hold it.
+    pub maybes: Vec<Maybe, MAX_MAYBES>,
+}
+
+/// What the particles say of the answer: `cloud` is filled and resampled.
 #[inline(never)]
-pub fn doubts(
+pub fn belief(
     model: &Model<'_>,
     bases: &Bases,
     measured: Option<&Measured>,
     cloud: &mut Cloud,
-) -> [f32; CELLS] {
+) -> Belief {
     let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
     let mut answer = Staircase::nothing();
     let mut sigmas = [0.0; MAX_STEPS];
@@ -163,7 +180,10 @@ pub fn doubts(
             proposals.cloud.add(&s, base.log_weight, &sigmas, &told);
         }
     }
-    let top = all.iter().map(|b| b.log_weight).fold(f32::NEG_INFINITY, math::max);
+    let top = all
+        .iter()
+        .map(|b| b.log_weight)
+        .fold(f32::NEG_INFINITY, math::max);
     for base in &all {
         let cloud = &mut *proposals.cloud;
         cloud.add(&base.staircase, base.log_weight, &base.sigmas, &told);
@@ -171,6 +191,60 @@ pub fn doubts(
             proposals.around(base);
         }
     }
-    proposals.cloud.resample();
-    proposals.cloud.doubts()
+    cloud.resample();
+    Belief {
+        doubts: cloud.doubts(),
+        maybes: maybes(cloud, &told),
+    }
 }
+
+/// The edges of particles that the answer does not hold, those near each other as one.
+fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
+    let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
+    for (staircase, probability) in cloud.particles() {
+        let seen = staircase.edges(&told.view).filter(|e| e.seen);
+        let drop = (staircase.kind == Kind::Drop).then_some(Edge {
+            x_m: staircase.wall_m,
+            y_m: Maybe::DROP_M,
+            seen: true,
+        });
+        for edge in seen.chain(drop) {
+            let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
+            if told.edges.iter().any(|t| near(t.x_m)) {
+                continue;
+            }
+            let place = sums.iter_mut().find(|m| {
+                near(m.distance_m / m.probability) && (m.height_m < 0.0) == (edge.y_m < 0.0)
+            });
+            let (distance_m, height_m) = (probability * edge.x_m, probability * edge.y_m);
+            match place {
+                Some(m) => {
+                    m.distance_m += distance_m;
+                    m.height_m += height_m;
+                    m.probability += probability;
+                }
+                // Where there is no room any more, many places are more doubtful.
+                None => drop_full(sums.push(Maybe {
+                    distance_m,
+                    height_m,
+                    probability,
+                })),
+            }
+        }
+    }
+    let mut maybes = Vec::new();
+    let likely = |m: &&Maybe| m.probability >= LEAST_MAYBE;
+    for m in sums.iter().filter(likely) {
+        let told = Maybe {
+            distance_m: m.distance_m / m.probability,
+            height_m: m.height_m / m.probability,
+            probability: math::min(m.probability, 1.0),
+        };
+        drop_full(maybes.push(told));
+    }
+    shell_sort(&mut maybes, |a: &Maybe, b| a.distance_m < b.distance_m);
+    maybes
+}
+
+/// What finds no room is left out.
+fn drop_full(_: Result<(), Maybe>) {}

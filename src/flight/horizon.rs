@@ -153,7 +153,12 @@ impl Ground<'_> {
     #[inline(never)]
     fn features(&self, number: usize, start_m: f32, end_m: f32) -> Features {
         let doubt = self.doubts.get(number).copied().unwrap_or(0.0);
-        let so_far = self.doubts.iter().take(number + 1).copied().fold(-9.0, math::max);
+        let so_far = self
+            .doubts
+            .iter()
+            .take(number + 1)
+            .copied()
+            .fold(-9.0, math::max);
         let mut out = Writer {
             features: [0.0; FEATURES],
             written: 0,
@@ -213,7 +218,9 @@ impl Ground<'_> {
         out.put_if(kind == Kind::Between, || {
             self.before(from, to, level, stray, stray_so_far, doubt)
         });
-        out.put_if(kind == Kind::Behind, || self.behind(from, to, level, stray, doubt));
+        out.put_if(kind == Kind::Behind, || {
+            self.behind(from, to, level, stray, doubt)
+        });
         out.put_if(kind == Kind::Step, || match step {
             Some((k, step, support)) => self.of_step(k, step, support, stray, stray_so_far, doubt),
             None => [0.0; STEP_FEATURES],
@@ -319,7 +326,14 @@ impl Ground<'_> {
     }
 
     /// What is known of a cell behind the last step.
-    fn behind(&self, from: f32, to: f32, level: f32, stray: f32, doubt: f32) -> [f32; BEHIND_FEATURES] {
+    fn behind(
+        &self,
+        from: f32,
+        to: f32,
+        level: f32,
+        stray: f32,
+        doubt: f32,
+    ) -> [f32; BEHIND_FEATURES] {
         let (Some(last), Some(support)) = (self.steps.last(), self.supports.last()) else {
             return [0.0; BEHIND_FEATURES];
         };

@@ -44,8 +44,9 @@ use crate::math;
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::measured;
-use crate::posterior::{CELLS, Cloud, Model, View};
+use crate::posterior::{Cloud, Model, View};
 use ascending::Ascending;
+use belief::Belief;
 use descending::Descending;
 use dimensions::Measured;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
@@ -205,14 +206,14 @@ fn ascend(
     let measured = accepted
         .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
     let best = best.as_ref().map(|b| &b.0);
-    let doubts = belief::doubts(&model, &bases, measured.as_ref(), cloud);
+    let belief = belief::belief(&model, &bases, measured.as_ref(), cloud);
     let ended = Ended {
         search: &search,
         best,
         measured,
         accept: p.accept_up_nats,
         geometry,
-        doubts,
+        belief,
     };
     ended.tell(echoes, observer);
     ended.conclude(observer)
@@ -242,7 +243,7 @@ fn descend(
         measured,
         accept: p.accept_down_nats,
         geometry,
-        doubts: [0.0; CELLS],
+        belief: Belief::default(),
     };
     ended.tell(echoes, observer);
     ended.conclude(observer)
@@ -257,7 +258,7 @@ struct Ended<'s, S: Stairs> {
     /// Score from which a flight counts, nats.
     accept: f32,
     geometry: &'s Geometry,
-    doubts: [f32; CELLS],
+    belief: Belief,
 }
 
 impl<S: Stairs> Ended<'_, S> {
@@ -298,7 +299,7 @@ impl<S: Stairs> Ended<'_, S> {
             lead,
             open: self.best.is_some_and(|b| S::open(b.shape)),
             geometry: self.geometry,
-            doubts: self.doubts,
+            doubts: self.belief.doubts,
         };
         if observer.listens() {
             ground
@@ -307,6 +308,7 @@ impl<S: Stairs> Ended<'_, S> {
         }
         let vouch = Vouch::of(&ground);
         promise(&mut outcome, vouch);
+        outcome.maybes = self.belief.maybes;
         outcome
     }
 

@@ -83,7 +83,13 @@ impl Cloud {
 
     /// Takes a particle in. What it says of the answer counts here, before resampling, which would only
     /// add variance.
-    pub fn add(&mut self, staircase: &Staircase, log_weight: f32, sigmas: &Sigmas, told: &Told<'_>) {
+    pub fn add(
+        &mut self,
+        staircase: &Staircase,
+        log_weight: f32,
+        sigmas: &Sigmas,
+        told: &Told<'_>,
+    ) {
         if log_weight > self.heaviest {
             let shrink = math::exp(math::max(self.heaviest - log_weight, -NOTHING));
             let sums = self.conflicts.iter_mut().chain(&mut self.counts);
@@ -128,7 +134,10 @@ impl Cloud {
         let heaviest = self.heaviest;
         let of = |p: &Particle| math::exp(math::max(p.log_weight - heaviest, -NOTHING));
         let kept = |threshold: f32| -> f32 {
-            let shares = self.particles.iter().map(|p| math::min(of(p) / threshold, 1.0));
+            let shares = self
+                .particles
+                .iter()
+                .map(|p| math::min(of(p) / threshold, 1.0));
             shares.sum()
         };
         let (mut low, mut high) = (0.0f32, 1.0f32);
@@ -164,7 +173,9 @@ impl Cloud {
         let of = |p: &Particle| math::exp(math::max(p.log_weight - self.heaviest, -NOTHING));
         let total: f32 = self.particles.iter().map(of).sum();
         let scale = 1.0 / math::max(total, f32::MIN_POSITIVE);
-        self.particles.iter().map(move |p| (&p.staircase, of(p) * scale))
+        self.particles
+            .iter()
+            .map(move |p| (&p.staircase, of(p) * scale))
     }
 
     /// Probability of each number of steps.

@@ -138,12 +138,7 @@ fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
 
 impl<'p> Model<'p> {
     /// Takes in the echoes.
-    pub fn new(
-        echoes: &[Echo],
-        view: View,
-        geometry: &Geometry,
-        g: &'p Generative,
-    ) -> Self {
+    pub fn new(echoes: &[Echo], view: View, geometry: &Geometry, g: &'p Generative) -> Self {
         let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         let mut model = Self {
             echoes: Vec::new(),
@@ -433,9 +428,8 @@ impl<'p> Model<'p> {
                 let lever = math::max(e.x_m, 0.05) / e.range_m;
                 let off = p.across_m + p.across_per_width_m * e.wide;
                 let wide = p.sigma_per_width_m * e.wide;
-                let variance = p.across_sigma_m * p.across_sigma_m
-                    + wide * wide
-                    + e.across_m * e.across_m;
+                let variance =
+                    p.across_sigma_m * p.across_sigma_m + wide * wide + e.across_m * e.across_m;
                 each(
                     class,
                     &Best {
@@ -567,15 +561,12 @@ impl<'p> Model<'p> {
         for ([share, off, sigma], at, dx) in [(g.low, low, dx), (g.top, top, over)] {
             let v = sigma * sigma + va;
             let y = (e.y_m - at - off) / ca;
-            total +=
-                share * tailed(dx * dx / vr + y * y / v) * GAUSS * GAUSS / math::sqrt(vr * v);
+            total += share * tailed(dx * dx / vr + y * y / v) * GAUSS * GAUSS / math::sqrt(vr * v);
         }
         let soft = math::sqrt(0.000_144 + va);
         let within = above((low - e.y_m) / soft) - above((top - e.y_m) / soft);
         let even = math::max(within, 0.0) / math::max(top - low, 0.01);
-        total
-            + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS
-                / math::sqrt(vr)
+        total + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS / math::sqrt(vr)
     }
 
     /// Log-likelihood of riser `k` with the tread before it.

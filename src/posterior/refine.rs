@@ -56,7 +56,8 @@ pub fn refine(model: &Model<'_>, start: &Staircase) -> (Staircase, Sigmas) {
                 overhang += math::max(riser - nosing, 0.0);
                 overhangs += 1.0;
             }
-            let riser = x.0.or(x.1.map(|x| if s.open { x } else { x + s.overhang_m }));
+            let riser =
+                x.0.or(x.1.map(|x| if s.open { x } else { x + s.overhang_m }));
             if let (Some(place), Some(x)) = (s.x_m.get_mut(k), riser) {
                 *place = x;
             }

@@ -4,4 +4,4 @@ pub mod command;
 pub mod crc;
 pub mod sentence;
 
-pub use sentence::{Line, ParseError, ScanLine, Sentence, StepLine, Tenths};
+pub use sentence::{Line, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths};

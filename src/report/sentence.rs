@@ -7,8 +7,9 @@
 //!
 //! | sentence | fields |
 //! |---|---|
-//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence |
+//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence; maybes |
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
+//! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
 //! | `BOOT` | version; git revision; reset cause; clock |
 //! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+` |
 //! | `CONF` | key; value |
@@ -19,7 +20,9 @@
 //! Lengths are millimetres with one decimal; a field without a value (the last step's tread depth)
 //! is empty. The horizon is how far the answer vouches for itself, from the mirror; the confidence is
 //! the probability that nothing is wrong up to there (or over the first metre, if that is farther), in
-//! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN` and then its `STEP`s, nearest first; they hold no time and no
+//! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN`, then its `STEP`s, then its
+//! `MAYBE`s (what may stand there though the answer does not hold it, with its probability in per
+//! cent; a negative height: the ground may end), each nearest first; they hold no time and no
 //! clock, so that the same chirps give the same bytes everywhere.
 //!
 //! Numbers are written digit by digit rather than through `core::fmt`, which would be the largest
@@ -28,7 +31,7 @@
 use core::fmt;
 
 use super::crc::CRC32;
-use crate::answer::{Direction, Outcome, Reason, Reasons, Status, Step};
+use crate::answer::{Direction, Maybe, Outcome, Reason, Reasons, Status, Step};
 
 /// Longest sentence with its line end, bytes.
 pub const MAX_SENTENCE: usize = 160;
@@ -122,13 +125,50 @@ pub struct ScanLine {
     pub horizon: Option<Tenths>,
     /// How likely nothing is wrong up to there, tenths of a per cent.
     pub confidence: Option<u16>,
+    /// Number of `MAYBE` sentences that follow.
+    pub maybes: u8,
+}
+
+/// What may stand there though the answer does not hold it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct MaybeLine {
+    /// Number of the scan.
+    pub scan: u32,
+    /// Index, from 1.
+    pub index: u8,
+    /// Number of them in the scan.
+    pub count: u8,
+    /// Horizontal distance from the mirror's centre.
+    pub distance: Tenths,
+    /// Height above the ground; negative where the ground may end.
+    pub height: Tenths,
+    /// How likely, tenths of a per cent.
+    pub probability: u16,
+}
+
+impl MaybeLine {
+    /// The sentence of `maybe`.
+    pub fn new(scan: u32, index: u8, count: u8, maybe: &Maybe) -> Self {
+        Self {
+            scan,
+            index,
+            count,
+            distance: Tenths::from_metres(maybe.distance_m),
+            height: Tenths::from_metres(maybe.height_m),
+            probability: permille(maybe.probability),
+        }
+    }
+}
+
+/// A probability in tenths of a per cent, rounded.
+fn permille(p: f32) -> u16 {
+    ((1000.0 * p + 0.5) as u16).min(1000)
 }
 
 impl ScanLine {
     /// The head of an answer to scan number `scan`.
     pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome) -> Self {
         let told = outcome.status != Status::Fault;
-        let permille = |p: f32| (1000.0 * p + 0.5) as u16;
         Self {
             scan,
             status: outcome.status,
@@ -138,6 +178,7 @@ impl ScanLine {
             reasons: outcome.reasons,
             horizon: outcome.horizon_m.filter(|_| told).map(Tenths::from_metres),
             confidence: outcome.confidence.filter(|_| told).map(permille),
+            maybes: if told { outcome.maybes.len() as u8 } else { 0 },
         }
     }
 }
@@ -149,6 +190,8 @@ pub enum Sentence<'a> {
     Scan(ScanLine),
     /// One step of a scan.
     Step(StepLine),
+    /// What may stand there though the answer does not hold it.
+    Maybe(MaybeLine),
     /// First sentence after boot.
     Boot {
         /// Version of the firmware.
@@ -336,8 +379,10 @@ impl Sentence<'_> {
                 .reasons(s.reasons)
                 .length(s.horizon)
                 .length(s.confidence.map(|tenths| Tenths(tenths.into())))
+                .number(u32::from(s.maybes))
                 .finish(),
             Sentence::Step(s) => write_step(&s),
+            Sentence::Maybe(m) => write_maybe(&m),
             Sentence::Boot {
                 version,
                 revision,
@@ -411,6 +456,7 @@ impl Sentence<'_> {
         let sentence = match fields.text("name")? {
             "SCAN" => Sentence::Scan(parse_scan(&mut fields)?),
             "STEP" => Sentence::Step(parse_step(&mut fields)?),
+            "MAYBE" => Sentence::Maybe(parse_maybe(&mut fields)?),
             "BOOT" => Sentence::Boot {
                 version: fields.text("version")?,
                 revision: fields.text("revision")?,
@@ -480,11 +526,41 @@ fn parse_scan(fields: &mut Fields<'_>) -> Result<ScanLine, ParseError> {
         lost_rows: fields.number("lost-rows")?,
         reasons: fields.reasons("reasons")?,
         horizon: fields.length("horizon")?,
-        confidence: match fields.length("confidence")? {
-            None => None,
-            Some(Tenths(tenths @ 0..=1000)) => Some(tenths as u16),
-            Some(_) => return Err(ParseError::Field("confidence")),
-        },
+        confidence: parse_permille(fields, "confidence")?,
+        maybes: fields.number("maybes")?,
+    })
+}
+
+/// A probability in per cent with one decimal, or nothing.
+fn parse_permille(fields: &mut Fields<'_>, field: &'static str) -> Result<Option<u16>, ParseError> {
+    match fields.length(field)? {
+        None => Ok(None),
+        Some(Tenths(tenths @ 0..=1000)) => Ok(Some(tenths as u16)),
+        Some(_) => Err(ParseError::Field(field)),
+    }
+}
+
+fn write_maybe(m: &MaybeLine) -> Line {
+    Writer::new("MAYBE")
+        .number(m.scan)
+        .number(u32::from(m.index))
+        .number(u32::from(m.count))
+        .length(Some(m.distance))
+        .length(Some(m.height))
+        .length(Some(Tenths(m.probability.into())))
+        .finish()
+}
+
+fn parse_maybe(fields: &mut Fields<'_>) -> Result<MaybeLine, ParseError> {
+    let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
+    Ok(MaybeLine {
+        scan: fields.number("scan")?,
+        index: fields.number("index")?,
+        count: fields.number("count")?,
+        distance: fields.length("distance").and_then(absent("distance"))?,
+        height: fields.length("height").and_then(absent("height"))?,
+        probability: parse_permille(fields, "probability")?
+            .ok_or(ParseError::Field("probability"))?,
     })
 }
 
@@ -595,13 +671,30 @@ impl<'a> Fields<'a> {
     }
 }
 
+/// Sentence `k` (from 0) of a scan: its head, its steps, what else may stand there; none beyond the
+/// last.
+pub fn of_scan(scan: u32, lost_rows: u16, outcome: &Outcome, k: u8) -> Option<Sentence<'static>> {
+    let head = ScanLine::new(scan, lost_rows, outcome);
+    let Some(step) = k.checked_sub(1) else {
+        return Some(Sentence::Scan(head));
+    };
+    if let Some(maybe) = step.checked_sub(head.steps) {
+        let told = outcome.maybes.get(usize::from(maybe));
+        let told = told.filter(|_| maybe < head.maybes)?;
+        let line = MaybeLine::new(scan, maybe.saturating_add(1), head.maybes, told);
+        return Some(Sentence::Maybe(line));
+    }
+    let told = outcome.steps.get(usize::from(step))?;
+    Some(Sentence::Step(StepLine::new(scan, k, head.steps, told)))
+}
+
 /// Hands the sentences of one scan to `sink`, in order.
 pub fn write_scan(scan: u32, lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
-    let head = ScanLine::new(scan, lost_rows, outcome);
-    let count = head.steps;
-    sink(&Sentence::Scan(head).write());
-    for (index, step) in (1..=count).zip(&outcome.steps) {
-        sink(&Sentence::Step(StepLine::new(scan, index, count, step)).write());
+    for k in 0..=u8::MAX {
+        match of_scan(scan, lost_rows, outcome, k) {
+            Some(sentence) => sink(&sentence.write()),
+            None => return,
+        }
     }
 }
 

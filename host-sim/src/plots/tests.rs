@@ -79,6 +79,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
         scan: ScanLine {
             horizon: None,
             confidence: None,
+            maybes: 0,
             scan: 1,
             status,
             direction: if steps.is_empty() {
@@ -94,6 +95,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
             },
         },
         steps: steps.iter().map(step).collect(),
+        maybes: Vec::new(),
     }
 }
 

@@ -22,6 +22,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
         scan: ScanLine {
             horizon: None,
             confidence: None,
+            maybes: 0,
             scan: 1,
             status,
             direction: if steps.is_empty() {
@@ -34,6 +35,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
             reasons: Reasons::NONE,
         },
         steps,
+        maybes: Vec::new(),
     }
 }
 

@@ -45,10 +45,19 @@ fn every_sentence_survives_the_way_out_and_back() {
         reasons,
         horizon: Some(Tenths(13_000)),
         confidence: Some(987),
+        maybes: 2,
     };
     for sentence in [
         Sentence::Scan(scan),
         Sentence::Step(step()),
+        Sentence::Maybe(MaybeLine {
+            scan: 3,
+            index: 1,
+            count: 2,
+            distance: Tenths(12_345),
+            height: Tenths(-1_000),
+            probability: 53,
+        }),
         Sentence::Boot {
             version: "0.1.0",
             revision: "abc",
