@@ -8,7 +8,7 @@ use stairscan::answer::Reasons;
 use stairscan::config::Config;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::Measure;
-use stairscan::report::{Sentence, StepLine};
+use stairscan::report::Sentence;
 use stairscan::scan::{Board, BytePort, Hardware, Identity, Micros, Reports, Scanner};
 
 use crate::answer::Answer;
@@ -216,7 +216,9 @@ struct Console {
     /// Commands that the scanner has not read yet.
     typed: VecDeque<u8>,
     line: Vec<u8>,
+    /// Sentences of the scan that has begun, and how many more belong to it.
     scan: Vec<String>,
+    to_come: u8,
 }
 
 impl BytePort for Console {
@@ -243,14 +245,16 @@ impl Console {
         while let Some(end) = self.line.iter().position(|&b| b == b'\n') {
             let line: Vec<u8> = self.line.drain(..=end).collect();
             let line = String::from_utf8(line)?.trim_end().to_owned();
-            let complete = match Sentence::parse(&line)? {
-                Sentence::Scan(head) => head.steps == 0,
-                Sentence::Step(StepLine { index, count, .. }) => index == count,
+            match Sentence::parse(&line)? {
+                Sentence::Scan(head) => self.to_come = head.following(),
+                Sentence::Step(_) | Sentence::Maybe(_) => {
+                    self.to_come = self.to_come.saturating_sub(1);
+                }
                 Sentence::Fail { .. } => bail!("the scanner refuses a setting: {line}"),
                 _ => continue,
-            };
+            }
             self.scan.push(line);
-            if complete {
+            if self.to_come == 0 {
                 return Ok(Some(std::mem::take(&mut self.scan)));
             }
         }

@@ -166,6 +166,11 @@ fn permille(p: f32) -> u16 {
 }
 
 impl ScanLine {
+    /// Number of sentences of the same scan that follow.
+    pub fn following(&self) -> u8 {
+        self.steps.saturating_add(self.maybes)
+    }
+
     /// The head of an answer to scan number `scan`.
     pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome) -> Self {
         let told = outcome.status != Status::Fault;
