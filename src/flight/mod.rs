@@ -10,6 +10,7 @@
 //! | `search` | the best flight |
 //! | `heights` | the levels of all treads, weighed against the flight's regularity |
 //! | `readings` | what each riser's own echoes say |
+//! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
 //! | [`trace`] | what it thought on the way |
@@ -22,6 +23,7 @@ mod descending;
 mod dimensions;
 mod heights;
 mod horizon;
+mod nosings;
 mod null;
 mod readings;
 mod roles;

@@ -18,9 +18,9 @@ pub type Roles = Vec<Role, MAX_ECHOES>;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Face {
     /// Horizontal distance of the riser, metres.
-    pub x: Option<Estimate>,
-    /// How far the nosing stands before it, metres.
-    pub overhang_m: Option<f32>,
+    pub x_m: Option<f32>,
+    /// Whether nosing and riser show apart from each other.
+    pub overhang_seen: bool,
     /// Level of the tread, metres.
     pub level: Fusion,
     /// Strongest echo, dB.
@@ -179,13 +179,7 @@ impl<'e> RiserMarks<'e> {
         let corner = self.strongest_as(Role::Corner);
         let flash = self.strongest_as(Role::Flash);
         let known = strongest(corner.into_iter().chain(flash));
-        let x_m = known.unwrap_or(all).x_m;
-        let sigma_m = if known.is_some() {
-            p.corner_x_sigma_m
-        } else {
-            p.edge_x_sigma_m
-        };
-        face.x = Some(Estimate::new(x_m, sigma_m));
+        face.x_m = Some(known.unwrap_or(all).x_m);
         face.snr_db = Some(all.snr_db);
         face.flashes = flash.is_some_and(|m| m.echo == all.echo);
         let outshone = |m: &Mark| flash.is_some_and(|f| f.snr_db > m.snr_db - p.outshone_db);
@@ -203,7 +197,7 @@ impl<'e> RiserMarks<'e> {
             if open || flash.is_none() || !pulled {
                 face.level.add(self.top_level(m));
             }
-            face.overhang_m = known.map(|_| x_m - m.x_m);
+            face.overhang_seen = known.is_some();
         }
         face
     }
@@ -229,14 +223,14 @@ pub fn read(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels, roles: &
         };
         let face = place.read(out.faces.last_mut());
         if let (Some(before), Some(x), Some(all)) =
-            (before_x, face.x, strongest(place.marks.iter()))
+            (before_x, face.x_m, strongest(place.marks.iter()))
             && scene.hides_foot(&place.riser)
             && !place.riser.open
-            && let Some(slope) = place.hidden_slope(all.y_m, x.value / before, k as f32)
+            && let Some(slope) = place.hidden_slope(all.y_m, x / before, k as f32)
         {
             let _ = out.slopes.push(slope);
         }
-        before_x = face.x.map(|x| x.value);
+        before_x = face.x_m;
         // As many as the flight has.
         let _ = out.faces.push(face);
     }

@@ -219,16 +219,8 @@ params! {
         outshone_db = 6.0, "dB", Hand;
         /// Closer than this to a flash an echo is pulled towards it.
         flash_hides_rad = 7.4 * RAD_PER_DEG, "rad", Derived, "one and a half beams";
-        /// Distance error of a riser that shows a corner or flashes …
-        corner_x_sigma_m = 0.003, "m", Hand;
-        /// … of one that shows its edge alone …
-        edge_x_sigma_m = 0.006, "m", Hand;
-        /// … and of one that shows nothing.
+        /// Distance error of a riser that shows nothing.
         inferred_x_sigma_m = 0.015, "m", Hand;
-        /// Overhang of nosings where it is not seen.
-        overhang_sigma_m = 0.008, "m", Custom, "nosings overhang by up to 4 cm, most by none";
-        /// A smaller overhang counts as no overhang.
-        least_overhang_m = 0.005, "m", Hand;
         /// An edge's angle error whatever its strength …
         edge_angle_rad = 0.15 * RAD_PER_DEG, "rad", Hand;
         /// … and from noise at 0 dB.
@@ -283,6 +275,42 @@ params! {
         hidden_sigma_m = 0.015, "m", Hand;
         /// … and per metre of it.
         hidden_sigma_span = 0.35, "", Derived, "even over the part: its length over the root of 12, rounded up";
+    }
+    "nosings: where they stand" {
+        /// Echoes this far from where a riser stands may be its nosing's or the riser's behind its nosing.
+        nosing_window_m = 0.065, "m", Custom, "noses of old and steep stairs overhang by up to 6 cm";
+        /// Share of flights whose nosings do not overhang …
+        flush_share = 0.6, "", Custom, "treads of concrete and stone are flush, of wood mostly not";
+        /// … and of floating ones that show no second line behind their edges.
+        open_flush_share = 0.9, "", Hand;
+        /// How far an echo may lie off the upright line that it belongs to.
+        line_sigma_m = 0.004, "m", Hand, "range cells of two echoes that melt; roundings of 1 to 8 mm";
+        /// Front of a tread at most …
+        lip_m = 0.07, "m", Custom, "treads are 3 to 6 cm thick";
+        /// … and at most this share of the rise …
+        lip_share = 0.6, "", Custom, "a nosing leaves some of the riser to be seen";
+        /// … and what its height is off.
+        lip_margin_m = 0.01, "m", Hand;
+        /// Front of a tread at least.
+        least_lip_m = 0.02, "m", Custom, "thinnest boards";
+        /// A credible echo near a riser on neither line.
+        nosing_stray_nats = 2.0, "nats", Hand;
+        /// Share of overhanging risers below the mirror with echoes on both lines …
+        low_both_share = 0.84, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// … and of those with echoes on the riser's line alone.
+        low_back_share = 0.13, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// The same of risers that look at the mirror: both …
+        facing_both_share = 0.57, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// … and the riser's alone.
+        facing_back_share = 0.41, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// The same of risers above the mirror, whose feet are hidden: both …
+        hidden_both_share = 0.16, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// … and the riser's alone: the inner corner below the overhang.
+        hidden_back_share = 0.78, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// Distance error of a line that shows.
+        nosing_sigma_m = 0.0015, "m", Hand;
+        /// Error of an overhang by the grid on which they are weighed.
+        overhang_grid_sigma_m = 0.0017, "m", Derived, "steps of 6 mm, even: over the root of 12";
     }
     "stairs going down" {
         /// Echoes higher than this are no treads.
