@@ -3,6 +3,7 @@
 
 use super::ascending::{self, Ascending};
 use super::descending::{self, Descending};
+use super::flank::Chart;
 use super::heights::{self, Fusion, Levels};
 use super::nosings;
 use super::readings::{self, Readings, Roles};
@@ -51,12 +52,13 @@ impl Measured {
 }
 
 /// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
-/// `bias_sigma_rad` is the shaft's angle error that calibration leaves.
+/// `chart` is the map itself, `bias_sigma_rad` the shaft's angle error that calibration leaves.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
     flight: &Flight<ascending::Shape>,
     rise: Estimate,
+    chart: &Chart<'_>,
     bias_sigma_rad: f32,
 ) -> Measured {
     let scene = stairs.scene();
@@ -69,7 +71,7 @@ pub fn ascending(
     let (mut roles, mut readings) = (Roles::new(), Readings::default());
     for _ in 0..ROUNDS {
         roles = readings::roles(scene, flight, &levels);
-        readings = readings::read(scene, flight, &levels, &roles);
+        readings = readings::read(scene, chart, flight, &levels, &roles);
         let _ = readings.slopes.push(overall);
         let mut steps = Vec::<Fusion, MAX_FLIGHT>::new();
         for face in &readings.faces {

@@ -10,6 +10,7 @@
 //! | `search` | the best flight |
 //! | `heights` | the levels of all treads, weighed against the flight's regularity |
 //! | `readings` | what each riser's own echoes say |
+//! | `flank` | an edge on the flank of a stronger echo |
 //! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
@@ -21,6 +22,7 @@
 mod ascending;
 mod descending;
 mod dimensions;
+mod flank;
 mod heights;
 mod horizon;
 mod nosings;
@@ -47,6 +49,7 @@ pub use crate::params::Params;
 use ascending::Ascending;
 use descending::Descending;
 use dimensions::Measured;
+use flank::Chart;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use readings::Roles;
 use roles::Role;
@@ -134,7 +137,16 @@ impl Estimator for Likelihood {
             Plane::Height => Phase::Down(Beginnings::new()),
         };
         let outcome = match &mut self.phase {
-            Phase::Up(memory) => ascend(echoes, geometry, p, memory, observer),
+            Phase::Up(memory) => {
+                let chart = Chart {
+                    map,
+                    noise,
+                    resolution_m: config.radar.range_resolution_m(),
+                    bias_rad: 0.0,
+                    height_m: 0.0,
+                };
+                ascend(echoes, chart, p, memory, observer)
+            }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
@@ -151,16 +163,22 @@ impl Estimator for Likelihood {
 #[inline(never)]
 fn ascend(
     echoes: &mut [Echo],
-    geometry: &Geometry,
+    chart: Chart<'_>,
     p: &Params,
     memory: &mut Beginnings<ascending::Shape>,
     observer: &mut dyn Observer,
 ) -> Outcome {
+    let geometry = chart.map.geometry();
     let found = calibrate::calibrate(echoes, geometry, p);
     observer.event(Event::Calibration {
         bias_rad: found.bias_rad,
         height_m: found.height_m,
     });
+    let chart = Chart {
+        bias_rad: found.bias_rad,
+        height_m: found.height_m,
+        ..chart
+    };
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.risers(echoes);
     let scene = &scene;
@@ -173,8 +191,9 @@ fn ascend(
     });
     observer.event(Event::Done(Stage::Search));
     let accepted = best.as_ref().filter(|(f, _)| f.score >= p.accept_up_nats);
-    let measured = accepted
-        .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
+    let measured = accepted.map(|(flight, rise)| {
+        dimensions::ascending(&stairs, flight, *rise, &chart, found.bias_sigma_rad)
+    });
     let best = best.as_ref().map(|b| &b.0);
     let ended = Ended {
         search: &search,

@@ -1,6 +1,7 @@
 //! What each riser's own echoes say of its place, its height and its nosing.
 
 use super::ascending::{Shape, riser_of};
+use super::flank::Chart;
 use super::heights::{Fusion, Levels};
 use super::roles::{Riser, Role};
 use super::scene::{Mark, Scene};
@@ -68,6 +69,7 @@ pub fn roles(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels) -> Role
 /// One riser with its echoes.
 struct RiserMarks<'e> {
     scene: &'e Scene<'e>,
+    chart: &'e Chart<'e>,
     p: &'e Params,
     riser: Riser,
     marks: &'e [Mark],
@@ -169,6 +171,19 @@ impl<'e> RiserMarks<'e> {
         })
     }
 
+    /// Height of the top edge where it shows on the flank of the highest strong echo.
+    fn edge_on_flank(&self) -> Option<Estimate> {
+        let p = self.p;
+        let on_riser = |m: &&Mark| {
+            m.snr_db > p.flank_least_db
+                && m.y_m > self.riser.base_m - p.on_ground_m
+                && m.y_m < self.riser.top_m + p.on_ground_m
+        };
+        let strong = self.marks.iter().filter(on_riser);
+        let m = strong.max_by(|a, b| a.y_m.total_cmp(&b.y_m))?;
+        self.chart.edge_above(m.x_m, m.y_m, p)
+    }
+
     /// Reads the riser's echoes; what a corner says of the tread before goes to `before`.
     fn read(&self, before: Option<&mut Face>) -> Face {
         let p = self.p;
@@ -199,13 +214,25 @@ impl<'e> RiserMarks<'e> {
             }
             face.overhang_seen = known.is_some();
         }
+        if !open
+            && face.level.is_empty()
+            && let Some(level) = self.edge_on_flank()
+        {
+            face.level.add(level);
+        }
         face
     }
 }
 
 /// Reads every riser's echoes, given the levels as known so far and what each mark is taken for.
 #[inline(never)]
-pub fn read(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels, roles: &Roles) -> Readings {
+pub fn read(
+    scene: &Scene<'_>,
+    chart: &Chart<'_>,
+    flight: &Flight<Shape>,
+    levels: &Levels,
+    roles: &Roles,
+) -> Readings {
     let mut out = Readings::default();
     let mut before_x: Option<f32> = None;
     for (k, (link, level)) in flight.chain.iter().zip(levels).enumerate() {
@@ -215,6 +242,7 @@ pub fn read(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels, roles: &
         };
         let place = RiserMarks {
             scene,
+            chart,
             p: scene.params,
             riser: riser(&flight.chain, flight.shape.open, levels, k),
             marks: scene.marks.get(first..end).unwrap_or(&[]),

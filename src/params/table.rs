@@ -276,6 +276,34 @@ params! {
         /// … and per metre of it.
         hidden_sigma_span = 0.35, "", Derived, "even over the part: its length over the root of 12, rounded up";
     }
+    "flank: an edge beside a stronger echo" {
+        /// An echo stronger than this may have an edge on its flank.
+        flank_least_db = 8.0, "dB", Hand;
+        /// Power above the noise that counts.
+        flank_noise_db = 6.0, "dB", Derived, "two standard deviations of three chirps' mean";
+        /// Power above the stronger echo's lobe that counts: half of it then is off by no more than a third of a lobe.
+        flank_excess_db = 6.0, "dB", Hand;
+        /// Weaker than the stronger echo by more than this it may be its side lobe.
+        flank_side_lobes_db = 33.0, "dB", Hand, "two-way side lobes of the antennas that people build: 34 dB and more";
+        /// Weaker than the stronger echo by less than this it may be one of several places on the face.
+        flank_weaker_db = 17.0, "dB", Hand;
+        /// The edge's lobe shows over this many standard deviations of the two-way beam at least.
+        flank_span = 0.8, "", Hand;
+        /// Standard deviations of the two-way beam from the stronger echo to the edge, least …
+        flank_nearest = 2.0, "", Derived, "nearer its lobe does not rise from the flank by what counts";
+        /// … and most.
+        flank_farthest = 6.0, "", Hand;
+        /// Standard deviation of a level that no lobe explains.
+        flank_model_db = 1.0, "dB", Hand;
+        /// Standard deviation that noise gives a level at 0 dB above it.
+        flank_speckle_db = 6.0, "dB", Derived, "a chirp's power: 10 lg e times the root of two, averaged over three";
+        /// Residual of the line above which it is no lobe.
+        flank_residual_db = 1.2, "dB", Hand;
+        /// Such an edge seems lower by this: its rounding, and a lobe that falls off more steeply than the parabola.
+        flank_low_m = 0.005, "m", Hand;
+        /// Its height error beside the noise's.
+        flank_sigma_m = 0.012, "m", Hand;
+    }
     "nosings: where they stand" {
         /// Echoes this far from where a riser stands may be its nosing's or the riser's behind its nosing.
         nosing_window_m = 0.065, "m", Custom, "noses of old and steep stairs overhang by up to 6 cm";

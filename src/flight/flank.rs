@@ -1,0 +1,189 @@
+//! An edge on the flank of a stronger echo.
+//!
+//! A corner or a flash outshines the edge above it by some 20 to 35 dB, so that the edge makes no maximum
+//! of the filtered map, or one that side lobes could have made. But nothing stands above the edge: beyond
+//! the flank of the stronger echo's lobe, whose shape is known, the power along the riser is the edge's.
+//! The map itself is read there, row by row where the riser crosses it, its lobe being narrower than the
+//! filtered one. Where power exceeds the flank for most of a lobe's width, the logarithm less the lobe's
+//! parabola is a straight line whose slope says where the edge is.
+
+use crate::echoes::two_way_sigma;
+use crate::estimate::Estimate;
+use crate::grid::{DB_PER_UNIT, PolarMap};
+use crate::math;
+use crate::params::Params;
+use heapless::Vec;
+
+/// Curvature of the two-way beam in logarithmic power, dB: 10 lg e / 2 over its variance.
+const BEAM_DB: f32 = 2.171_472_4;
+/// Points a standard deviation of the two-way beam at most.
+const POINTS_PER_SIGMA: f32 = 8.0;
+/// Most points: the reach of [`FARTHEST`] beams and what is needed below.
+const MOST: usize = 64;
+/// Standard deviations of the two-way beam above the stronger echo that are looked at.
+const FARTHEST: f32 = 6.0;
+/// So far below the stronger echo's place its peak is looked for, standard deviations.
+const BELOW: f32 = 0.4;
+/// Decibels of one octave of power.
+const DB_PER_OCTAVE: f32 = 3.010_3;
+
+/// What the map is read with.
+#[derive(Clone, Copy, Debug)]
+pub struct Chart<'m> {
+    /// The map.
+    pub map: &'m PolarMap,
+    /// Mean noise, map units.
+    pub noise: f32,
+    /// Native range resolution c/2B, metres.
+    pub resolution_m: f32,
+    /// Error of the shaft's angle, taken off, radians.
+    pub bias_rad: f32,
+    /// Error of heights, taken off, metres.
+    pub height_m: f32,
+}
+
+/// Power over noise at one place of the riser.
+#[derive(Clone, Copy, Debug)]
+struct Point {
+    /// Angle below the stronger echo, standard deviations of the two-way beam; negative above it.
+    t: f32,
+    power: f32,
+}
+
+/// Weighted sums of a straight line.
+#[derive(Clone, Copy, Debug, Default)]
+struct Line {
+    one: f32,
+    t: f32,
+    tt: f32,
+    z: f32,
+    tz: f32,
+    zz: f32,
+}
+
+impl Line {
+    fn add(&mut self, weight: f32, t: f32, z: f32) {
+        self.one += weight;
+        self.t += weight * t;
+        self.tt += weight * t * t;
+        self.z += weight * z;
+        self.tz += weight * t * z;
+        self.zz += weight * z * z;
+    }
+
+    /// Slope, sum of squared offsets, mean squared residual.
+    fn fit(&self) -> (f32, f32, f32) {
+        let one = math::max(self.one, f32::MIN_POSITIVE);
+        let tt = math::max(self.tt - self.t * self.t / one, f32::MIN_POSITIVE);
+        let tz = self.tz - self.t * self.z / one;
+        let zz = self.zz - self.z * self.z / one;
+        let slope = tz / tt;
+        (slope, tt, math::max(zz - slope * tz, 0.0) / one)
+    }
+}
+
+impl Chart<'_> {
+    /// Standard deviation of the two-way beam, radians.
+    fn sigma_rad(&self) -> f32 {
+        two_way_sigma(self.map.geometry().beamwidth_rad)
+    }
+
+    /// Power over the mean noise where row `row` crosses an upright line at `x_m`.
+    fn power(&self, row: usize, x_m: f32, p: &Params) -> f32 {
+        let geometry = self.map.geometry();
+        let cos = math::sin_cos(self.map.angle_rad(row) - self.bias_rad).1;
+        let at =
+            (x_m / math::max(cos, f32::MIN_POSITIVE) - geometry.first_range_m) / geometry.bin_m;
+        if at < 0.0 {
+            return 0.0;
+        }
+        let bin = math::floor(at);
+        let share = at - bin;
+        let bin = bin as usize;
+        if bin.saturating_add(1) >= self.map.bins() {
+            return 0.0;
+        }
+        let cell = |bin| f32::from(self.map.cell(row, bin));
+        let chord = cell(bin) * (1.0 - share) + cell(bin + 1) * share;
+        // Between two cells the range lobe stands above its chord.
+        let bins = geometry.bin_m / self.resolution_m;
+        let arch_db = p.range_curvature_db * bins * bins * share * (1.0 - share);
+        math::exp2(((chord - self.noise) * DB_PER_UNIT + arch_db) / DB_PER_OCTAVE)
+    }
+
+    /// The points along an upright line at `x_m` from above an echo at `angle_rad` down to it.
+    fn points(&self, x_m: f32, angle_rad: f32, p: &Params) -> Vec<Point, MOST> {
+        let mut points = Vec::new();
+        let sigma_rad = self.sigma_rad();
+        let step_rad = math::max(self.map.geometry().step_rad, f32::MIN_POSITIVE);
+        let stride = math::ceil(sigma_rad / (POINTS_PER_SIGMA * step_rad));
+        let first = angle_rad - FARTHEST * sigma_rad + self.bias_rad - self.map.angle_rad(0);
+        // `as` saturates.
+        let first = math::ceil(first / step_rad) as usize;
+        for row in
+            (first.max(1)..self.map.rows().saturating_sub(1)).step_by((stride as usize).max(1))
+        {
+            let t = (self.map.angle_rad(row) - self.bias_rad - angle_rad) / sigma_rad;
+            if t > BELOW {
+                break;
+            }
+            let at = |row| self.power(row, x_m, p);
+            let power = 0.5 * at(row) + 0.25 * (at(row - 1) + at(row + 1));
+            if points.push(Point { t, power }).is_err() {
+                break;
+            }
+        }
+        points
+    }
+
+    /// Height of the edge above an echo at (`x_m`, `y_m`), if it shows on that one's flank.
+    #[inline(never)]
+    pub fn edge_above(&self, x_m: f32, y_m: f32, p: &Params) -> Option<Estimate> {
+        let height_m = self.map.geometry().mount_height_m - self.height_m;
+        let angle_rad = math::atan2(height_m - y_m, x_m);
+        let points = self.points(x_m, angle_rad, p);
+        let peak = points.iter().filter(|q| q.t > -BELOW);
+        let peak = peak.map(|q| q.power).fold(0.0, math::max);
+        let least = math::max(
+            ratio(p.flank_noise_db),
+            peak * ratio(-p.flank_side_lobes_db),
+        );
+        let exceeds = |q: &Point| {
+            let lobe = peak * ratio(-BEAM_DB * q.t * q.t);
+            q.t < 0.0 && q.power > least && q.power > (lobe + 1.0) * ratio(p.flank_excess_db)
+        };
+        let run = points.chunk_by(|a, b| exceeds(a) == exceeds(b));
+        let run = run.filter(|run| run.first().is_some_and(exceeds));
+        let run = run.max_by_key(|run| run.len())?;
+        let (first, last) = (run.first()?, run.last()?);
+        let highest = run.iter().map(|q| q.power).fold(0.0, math::max);
+        if last.t - first.t < p.flank_span || highest > peak * ratio(-p.flank_weaker_db) {
+            return None;
+        }
+        let mut line = Line::default();
+        for q in run {
+            let variance_db = p.flank_model_db * p.flank_model_db
+                + p.flank_speckle_db * p.flank_speckle_db / q.power;
+            let level_db = DB_PER_OCTAVE * math::log2(q.power);
+            line.add(1.0 / variance_db, q.t, level_db + BEAM_DB * q.t * q.t);
+        }
+        let (slope, squares, residual) = line.fit();
+        let t = slope / (2.0 * BEAM_DB);
+        let apart = (-p.flank_farthest..-p.flank_nearest).contains(&t);
+        if !apart || residual > p.flank_residual_db * p.flank_residual_db {
+            return None;
+        }
+        let (sin, cos) = math::sin_cos(angle_rad + t * self.sigma_rad());
+        let per_sigma_m = x_m * self.sigma_rad() / (cos * cos);
+        let noise_m = per_sigma_m / (2.0 * BEAM_DB * math::sqrt(squares));
+        Some(Estimate::new(
+            height_m - x_m * sin / cos + p.flank_low_m,
+            math::hypot(noise_m, p.flank_sigma_m),
+        ))
+    }
+}
+
+/// Power ratio of `db` decibels.
+fn ratio(db: f32) -> f32 {
+    math::exp2(db / DB_PER_OCTAVE)
+}
