@@ -187,3 +187,111 @@ impl Chart<'_> {
 fn ratio(db: f32) -> f32 {
     math::exp2(db / DB_PER_OCTAVE)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::echoes::tests::{map, noise};
+
+    /// Noise of the maps made here, map units.
+    const NOISE: u8 = 80;
+    const X_M: f32 = 1.2;
+
+    /// A riser at [`X_M`] with echoes at `(height, dB over the noise, phase)`, which beat.
+    fn riser(points: &[(f32, f64, f64)], seed: u64) -> Box<PolarMap> {
+        let config = Config::default();
+        let mut blank = Box::new(PolarMap::new());
+        blank.begin(&config).unwrap();
+        let geometry = *blank.geometry();
+        let sigma = f64::from(two_way_sigma(geometry.beamwidth_rad));
+        let native = f64::from(config.radar.range_resolution_m());
+        map(&config, |row, bin| {
+            let angle = f64::from(blank.angle_rad(row));
+            let range = f64::from(geometry.range_m(bin as f32));
+            let (mut re, mut im) = (0.0, 0.0);
+            for &(y, db, phase) in points {
+                let (r, a) = geometry.polar(X_M, y);
+                let bins = (range - f64::from(r)) / native;
+                let turn = (angle - f64::from(a)) / sigma;
+                let level_db = db - 6.0 * bins * bins - 2.171_472_4 * turn * turn;
+                let amplitude = 10f64.powf(level_db / 20.0);
+                re += amplitude * phase.cos();
+                im += amplitude * phase.sin();
+            }
+            let phase = 6.28 * noise(row, bin, seed ^ 99);
+            let receiver = noise(row, bin, seed).sqrt();
+            re += receiver * phase.cos();
+            im += receiver * phase.sin();
+            let level = f64::from(NOISE) + 8.0 * (re * re + im * im).log2();
+            level.round().clamp(0.0, 255.0) as u8
+        })
+    }
+
+    fn edge(map: &PolarMap, y_m: f32) -> Option<Estimate> {
+        let chart = Chart {
+            map,
+            noise: NOISE.into(),
+            resolution_m: Config::default().radar.range_resolution_m(),
+            bias_rad: 0.0,
+            height_m: 0.0,
+        };
+        chart.edge_above(X_M, y_m, &Params::DEFAULT)
+    }
+
+    #[test]
+    fn an_edge_above_a_corner_is_where_it_is_whatever_their_phases() {
+        let (mut within, mut seen, mut worst) = (0, 0, 0f32);
+        let trials = 60;
+        for k in 0..trials {
+            let top_m = 0.15 + 0.09 + 0.0005 * k as f32;
+            let phase = 0.9 * f64::from(k);
+            let map = riser(&[(0.15, 46.0, 0.0), (top_m, 24.0, phase)], k.into());
+            let Some(edge) = edge(&map, 0.15) else {
+                continue;
+            };
+            seen += 1;
+            let off = edge.value - top_m;
+            within += u32::from(off.abs() < 2.0 * edge.sigma());
+            worst = worst.max(off.abs());
+        }
+        assert!(seen * 10 >= trials * 8, "{seen} of {trials} seen");
+        assert!(
+            within * 100 >= seen * 93,
+            "{within} of {seen} within two sigma"
+        );
+        assert!(worst < 0.035, "{worst}");
+    }
+
+    #[test]
+    fn a_corner_alone_shows_no_edge() {
+        for seed in 0..20 {
+            let map = riser(&[(0.15, 46.0, 0.0)], seed);
+            assert_eq!(edge(&map, 0.15), None);
+        }
+    }
+
+    #[test]
+    fn what_side_lobes_could_make_is_no_edge() {
+        // Too weak, too far away, or as strong as another place of the same face.
+        for (top_m, db) in [(0.25, 11.0), (0.34, 24.0), (0.25, 42.0)] {
+            let map = riser(&[(0.15, 46.0, 0.0), (top_m, db, 1.0)], 3);
+            assert_eq!(edge(&map, 0.15), None, "{top_m} m, {db} dB");
+        }
+    }
+
+    #[test]
+    fn beyond_the_map_there_is_nothing() {
+        let map = riser(&[(0.15, 46.0, 0.0)], 1);
+        for (x_m, y_m) in [(9.0, 0.1), (0.01, 0.0), (-1.0, 0.2), (f32::NAN, 0.1)] {
+            let chart = Chart {
+                map: &map,
+                noise: 80.0,
+                resolution_m: 0.015,
+                bias_rad: 0.0,
+                height_m: 0.0,
+            };
+            assert_eq!(chart.edge_above(x_m, y_m, &Params::DEFAULT), None);
+        }
+    }
+}

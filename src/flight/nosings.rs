@@ -346,3 +346,105 @@ impl Mixture {
         })
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::echoes::Echo;
+    use crate::flight::heights;
+    use crate::flight::stairs::Link;
+
+    const RISE_M: f32 = 0.15;
+    const MOUNT_M: f32 = 0.40;
+
+    /// Where the nosings of a closed flight of 15 cm rises with these riser places are, by echoes at
+    /// (x, y) of 25 dB.
+    fn locate_by(risers: &[f32], echoes: &[(f32, f32)]) -> Vec<Option<Estimate>, MAX_FLIGHT> {
+        let echoes: std::vec::Vec<Echo> = echoes
+            .iter()
+            .map(|&(x_m, y_m)| Echo {
+                snr_db: 25.0,
+                range_m: math::hypot(x_m, MOUNT_M - y_m),
+                x_m,
+                y_m,
+                width: 1.0,
+                ..Echo::default()
+            })
+            .collect();
+        let mut scene = Scene::new(MOUNT_M, &Params::DEFAULT);
+        scene.risers(&echoes);
+        let mut flight = Flight {
+            shape: Shape {
+                rise_m: RISE_M,
+                open: false,
+            },
+            chain: Vec::new(),
+            faces: 0.0,
+            score: 0.0,
+        };
+        for &along_m in risers {
+            let column = Some(0);
+            flight.chain.push(Link { along_m, column }).unwrap();
+        }
+        let levels = heights::straight(Estimate::new(RISE_M, 0.003));
+        locate(&scene, &flight, &levels)
+    }
+
+    fn assert_at(nosing: Option<Estimate>, x_m: f32) {
+        let nosing = nosing.unwrap();
+        assert!((nosing.value - x_m).abs() < 0.003, "{nosing:?}, not {x_m}");
+        assert!(nosing.sigma() < 0.006, "{nosing:?}");
+    }
+
+    #[test]
+    fn a_riser_seen_alone_has_its_nosing_where_the_others_say() {
+        for overhang in [0.02, 0.035, 0.055] {
+            let nosings = locate_by(
+                &[0.6, 0.9, 1.2],
+                &[
+                    (0.6, 0.0),
+                    (0.6 - overhang, 0.15),
+                    (0.9, 0.15),
+                    (0.9 - overhang, 0.29),
+                    (1.2, 0.30),
+                ],
+            );
+            for (k, nosing) in nosings.iter().enumerate() {
+                assert_at(*nosing, 0.6 + 0.3 * k as f32 - overhang);
+            }
+        }
+    }
+
+    #[test]
+    fn the_overhang_is_not_taken_off_a_nosing() {
+        // The third riser stands where its nosing was seen.
+        let echoes = [
+            (0.6, 0.0),
+            (0.57, 0.15),
+            (0.9, 0.15),
+            (0.87, 0.29),
+            (1.17, 0.30),
+            (1.17, 0.44),
+            (1.2, 0.30),
+        ];
+        let nosings = locate_by(&[0.6, 0.9, 1.17], &echoes);
+        assert_at(nosings[2], 1.17);
+    }
+
+    #[test]
+    fn flush_risers_stand_where_they_are_seen() {
+        let nosings = locate_by(&[0.6, 0.9], &[(0.6, 0.0), (0.601, 0.15), (0.9, 0.15)]);
+        assert_at(nosings[0], 0.6);
+        assert_at(nosings[1], 0.9);
+    }
+
+    #[test]
+    fn an_overhang_that_nothing_tells_is_the_prior_s() {
+        let nosing = locate_by(&[0.6], &[(0.6, 0.0)])[0].unwrap();
+        // Nearer than the corner on the mean, and neither end ruled out.
+        assert!(nosing.value < 0.599 && nosing.value > 0.57, "{nosing:?}");
+        assert!(nosing.sigma() > 0.004, "{nosing:?}");
+        assert!(nosing.value + 2.0 * nosing.sigma() > 0.6);
+        assert_eq!(locate_by(&[0.6, 0.9], &[(0.6, 0.0)])[1], None);
+    }
+}

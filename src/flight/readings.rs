@@ -152,7 +152,15 @@ impl<'e> RiserMarks<'e> {
             (p.corner_broad_low_m, p.corner_broad_sigma_m)
         };
         let angle_m = Self::angle_error_m(m, p.corner_angle_rad, p.corner_noise_rad);
-        Estimate::new(m.y_m - low_m, math::hypot(sigma_m, angle_m))
+        let tread_m = self
+            .riser
+            .previous_m
+            .map_or(0.0, |x| self.riser.along_m - x);
+        let own_m = math::hypot(sigma_m, angle_m);
+        Estimate::new(
+            m.y_m - low_m,
+            math::hypot(own_m, p.tread_fall_sigma * tread_m),
+        )
     }
 
     /// Height of the flight's risers from an echo at height `y_m` on riser `k`, whose foot the
@@ -181,7 +189,11 @@ impl<'e> RiserMarks<'e> {
         };
         let strong = self.marks.iter().filter(on_riser);
         let m = strong.max_by(|a, b| a.y_m.total_cmp(&b.y_m))?;
-        self.chart.edge_above(m.x_m, m.y_m, p)
+        let level = self.chart.edge_above(m.x_m, m.y_m, p)?;
+        // A face that looks at the mirror shows places of its own, and its flash side lobes.
+        let below = m.y_m < self.scene.mount_height_m - p.flash_above_m
+            && level.value < self.scene.mount_height_m;
+        below.then_some(level)
     }
 
     /// Reads the riser's echoes; what a corner says of the tread before goes to `before`.

@@ -231,6 +231,8 @@ params! {
         corner_noise_rad = 0.3 * RAD_PER_DEG, "rad", Hand;
         /// Height error of a clean corner.
         corner_clean_sigma_m = 0.003, "m", Hand;
+        /// A tread falls towards its front by so much a metre, give or take.
+        tread_fall_sigma = 0.01, "", Custom, "1 to 3 % outdoors, so that rain runs off; level elsewhere";
         /// A broad corner seems higher by this.
         corner_broad_low_m = 0.008, "m", Hand;
         /// Its height error.
@@ -286,13 +288,13 @@ params! {
         /// Weaker than the stronger echo by more than this it may be its side lobe.
         flank_side_lobes_db = 33.0, "dB", Hand, "two-way side lobes of the antennas that people build: 34 dB and more";
         /// Weaker than the stronger echo by less than this it may be one of several places on the face.
-        flank_weaker_db = 17.0, "dB", Hand;
+        flank_weaker_db = 8.0, "dB", Hand;
         /// The edge's lobe shows over this many standard deviations of the two-way beam at least.
         flank_span = 0.8, "", Hand;
         /// Standard deviations of the two-way beam from the stronger echo to the edge, least …
         flank_nearest = 2.0, "", Derived, "nearer its lobe does not rise from the flank by what counts";
         /// … and most.
-        flank_farthest = 6.0, "", Hand;
+        flank_farthest = 3.6, "", Derived, "5.4 degrees of 5: before the first null of an antenna, whose side lobes lie beyond";
         /// Standard deviation of a level that no lobe explains.
         flank_model_db = 1.0, "dB", Hand;
         /// Standard deviation that noise gives a level at 0 dB above it.
@@ -300,7 +302,7 @@ params! {
         /// Residual of the line above which it is no lobe.
         flank_residual_db = 1.2, "dB", Hand;
         /// Such an edge seems lower by this: its rounding, and a lobe that falls off more steeply than the parabola.
-        flank_low_m = 0.005, "m", Hand;
+        flank_low_m = 0.007, "m", Hand;
         /// Its height error beside the noise's.
         flank_sigma_m = 0.012, "m", Hand;
     }
