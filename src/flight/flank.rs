@@ -161,7 +161,7 @@ impl Chart<'_> {
             return None;
         }
         let mut line = Line::default();
-        for q in run {
+        for q in run.iter().take_while(|q| q.t < first.t + p.flank_top_span) {
             let variance_db = p.flank_model_db * p.flank_model_db
                 + p.flank_speckle_db * p.flank_speckle_db / q.power;
             let level_db = DB_PER_OCTAVE * math::log2(q.power);

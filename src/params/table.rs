@@ -288,13 +288,15 @@ params! {
         /// Weaker than the stronger echo by more than this it may be its side lobe.
         flank_side_lobes_db = 33.0, "dB", Hand, "two-way side lobes of the antennas that people build: 34 dB and more";
         /// Weaker than the stronger echo by less than this it may be one of several places on the face.
-        flank_weaker_db = 8.0, "dB", Hand;
+        flank_weaker_db = 3.0, "dB", Hand;
         /// The edge's lobe shows over this many standard deviations of the two-way beam at least.
         flank_span = 0.8, "", Hand;
+        /// So many from its upper end on are looked at: what is below may be the face's.
+        flank_top_span = 2.0, "", Derived, "from where a lobe leaves the noise to its peak";
         /// Standard deviations of the two-way beam from the stronger echo to the edge, least …
         flank_nearest = 2.0, "", Derived, "nearer its lobe does not rise from the flank by what counts";
         /// … and most.
-        flank_farthest = 3.6, "", Derived, "5.4 degrees of 5: before the first null of an antenna, whose side lobes lie beyond";
+        flank_farthest = 4.2, "", Derived, "6.3 degrees of 5: an antenna's first side lobe peaks at 7 and beyond";
         /// Standard deviation of a level that no lobe explains.
         flank_model_db = 1.0, "dB", Hand;
         /// Standard deviation that noise gives a level at 0 dB above it.
@@ -302,9 +304,9 @@ params! {
         /// Residual of the line above which it is no lobe.
         flank_residual_db = 1.2, "dB", Hand;
         /// Such an edge seems lower by this: its rounding, and a lobe that falls off more steeply than the parabola.
-        flank_low_m = 0.007, "m", Hand;
+        flank_low_m = 0.006, "m", Hand;
         /// Its height error beside the noise's.
-        flank_sigma_m = 0.012, "m", Hand;
+        flank_sigma_m = 0.015, "m", Hand;
     }
     "nosings: where they stand" {
         /// Echoes this far from where a riser stands may be its nosing's or the riser's behind its nosing.
