@@ -152,14 +152,13 @@ impl<'e> RiserMarks<'e> {
             (p.corner_broad_low_m, p.corner_broad_sigma_m)
         };
         let angle_m = Self::angle_error_m(m, p.corner_angle_rad, p.corner_noise_rad);
-        let tread_m = self
-            .riser
-            .previous_m
-            .map_or(0.0, |x| self.riser.along_m - x);
+        let before = self.riser.previous_m;
+        let tread_m = before.map_or(0.0, |x| self.riser.along_m - x);
+        let sloping_m = math::max(tread_m - p.level_going_m, 0.0);
         let own_m = math::hypot(sigma_m, angle_m);
         Estimate::new(
             m.y_m - low_m,
-            math::hypot(own_m, p.tread_fall_sigma * tread_m),
+            math::hypot(own_m, p.tread_fall_sigma * sloping_m),
         )
     }
 

@@ -231,8 +231,10 @@ params! {
         corner_noise_rad = 0.3 * RAD_PER_DEG, "rad", Hand;
         /// Height error of a clean corner.
         corner_clean_sigma_m = 0.003, "m", Hand;
-        /// A tread falls towards its front by so much a metre, give or take.
-        tread_fall_sigma = 0.01, "", Custom, "1 to 3 % outdoors, so that rain runs off; level elsewhere";
+        /// Treads no deeper than this are level …
+        level_going_m = 0.30, "m", Custom, "stairs indoors are mostly no deeper";
+        /// … and what is deeper falls towards its front by so much a metre beyond, give or take.
+        tread_fall_sigma = 0.03, "", Custom, "treads outdoors fall by 1 to 3 %, so that rain runs off";
         /// A broad corner seems higher by this.
         corner_broad_low_m = 0.008, "m", Hand;
         /// Its height error.
