@@ -219,7 +219,7 @@ mod tests {
                 re += amplitude * phase.cos();
                 im += amplitude * phase.sin();
             }
-            let phase = 6.28 * noise(row, bin, seed ^ 99);
+            let phase = core::f64::consts::TAU * noise(row, bin, seed ^ 99);
             let receiver = noise(row, bin, seed).sqrt();
             re += receiver * phase.cos();
             im += receiver * phase.sin();
