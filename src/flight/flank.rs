@@ -128,7 +128,8 @@ impl Chart<'_> {
                 break;
             }
             let at = |row| self.power(row, x_m, p);
-            let power = 0.5 * at(row) + 0.25 * (at(row - 1) + at(row + 1));
+            let beside = 0.5 * (at(row - 1) + at(row + 1));
+            let power = 0.5 * (at(row) + beside);
             if points.push(Point { t, power }).is_err() {
                 break;
             }
