@@ -26,6 +26,7 @@ pub(crate) mod tests;
 use crate::config::Config;
 use crate::grid::PolarMap;
 use crate::params::Params;
+pub use angle_filter::two_way_sigma;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
 
 impl Default for Collector {

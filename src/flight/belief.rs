@@ -126,18 +126,19 @@ pub fn belief(
     let mut answer = Staircase::nothing();
     let mut sigmas = [0.0; MAX_STEPS];
     if let Some(m) = measured {
-        let steps = m.outcome.steps.iter().zip(&mut sigmas).enumerate();
-        for (k, (step, sigma)) in steps {
+        let steps = &m.outcome.steps;
+        let same = bases.iter().find(|b| b.staircase.len() == steps.len());
+        answer = same.map_or(answer, |b| b.staircase);
+        let levels = answer.top_m.iter_mut().zip(&mut sigmas);
+        for (step, (top, sigma)) in steps.iter().zip(levels) {
+            // As many as a staircase has.
             let _ = edges.push(Edge {
                 x_m: step.distance_m,
                 y_m: step.height_m,
                 seen: true,
             });
-            answer = answer.with(k, step.distance_m + m.overhang_m, step.height_m);
-            *sigma = step.height_sigma_m;
+            (*top, *sigma) = (step.height_m, step.height_sigma_m);
         }
-        answer.overhang_m = m.overhang_m;
-        answer.open = m.open;
     }
     let told = Told {
         edges: &edges,

@@ -10,6 +10,8 @@
 //! | `search` | the best flight |
 //! | `heights` | the levels of all treads, weighed against the flight's regularity |
 //! | `readings` | what each riser's own echoes say |
+//! | `flank` | an edge on the flank of a stronger echo |
+//! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
 //! | [`trace`] | what it thought on the way |
@@ -21,8 +23,10 @@ mod ascending;
 mod belief;
 mod descending;
 mod dimensions;
+mod flank;
 mod heights;
 mod horizon;
+mod nosings;
 mod null;
 mod readings;
 mod roles;
@@ -49,6 +53,7 @@ use ascending::Ascending;
 use belief::Belief;
 use descending::Descending;
 use dimensions::Measured;
+use flank::Chart;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use readings::Roles;
 use roles::Role;
@@ -137,8 +142,14 @@ impl Estimator for Likelihood {
         };
         let outcome = match &mut self.phase {
             Phase::Up(memory, cloud) => {
-                let view = view(map);
-                ascend(echoes, (geometry, view), p, (memory, cloud), observer)
+                let chart = Chart {
+                    map,
+                    noise,
+                    resolution_m: config.radar.range_resolution_m(),
+                    bias_rad: 0.0,
+                    height_m: 0.0,
+                };
+                ascend(echoes, chart, p, (memory, cloud), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
@@ -178,23 +189,29 @@ const UNSEEN_BINS: f32 = 8.0;
 #[inline(never)]
 fn ascend(
     echoes: &mut [Echo],
-    (geometry, view): (&Geometry, View),
+    chart: Chart<'_>,
     p: &Params,
     (memory, cloud): (&mut Beginnings<ascending::Shape>, &mut Cloud),
     observer: &mut dyn Observer,
 ) -> Outcome {
+    let geometry = chart.map.geometry();
     let found = calibrate::calibrate(echoes, geometry, p);
     observer.event(Event::Calibration {
         bias_rad: found.bias_rad,
         height_m: found.height_m,
     });
+    let chart = Chart {
+        bias_rad: found.bias_rad,
+        height_m: found.height_m,
+        ..chart
+    };
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.risers(echoes);
     let scene = &scene;
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
-    let model = Model::new(echoes, view, geometry, &measured::UP);
+    let model = Model::new(echoes, view(chart.map), geometry, &measured::UP);
     let bases = belief::bases(&model, &search);
     let best = belief::choose(&search, &bases, best).map(|mut flight| {
         let (rise, score) = stairs.rise(&flight);
@@ -203,8 +220,9 @@ fn ascend(
     });
     observer.event(Event::Done(Stage::Search));
     let accepted = best.as_ref().filter(|(f, _)| f.score >= p.accept_up_nats);
-    let measured = accepted
-        .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
+    let measured = accepted.map(|(flight, rise)| {
+        dimensions::ascending(&stairs, flight, *rise, &chart, found.bias_sigma_rad)
+    });
     let best = best.as_ref().map(|b| &b.0);
     let belief = belief::belief(&model, &bases, measured.as_ref(), cloud);
     let ended = Ended {
