@@ -41,6 +41,8 @@ use crate::estimator::Estimator;
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
 use crate::observer::{Event, Observer};
+use crate::params::generative::Generative;
+use crate::params::measured;
 pub use crate::params::Params;
 use ascending::Ascending;
 use descending::Descending;
@@ -60,6 +62,7 @@ pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
     params: &'static Params,
+    measured: &'static Generative,
 }
 
 #[derive(Debug)]
@@ -91,7 +94,14 @@ impl Likelihood {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
             params,
+            measured: &measured::UP,
         }
+    }
+
+    /// The same with another measurement model in the depth plane: to fit what rests on it.
+    pub const fn measuring(mut self, measured: &'static Generative) -> Self {
+        self.measured = measured;
+        self
     }
 }
 
@@ -132,7 +142,7 @@ impl Estimator for Likelihood {
             Plane::Height => Phase::Down(Beginnings::new()),
         };
         let outcome = match &mut self.phase {
-            Phase::Up(memory) => ascend(echoes, geometry, p, memory, observer),
+            Phase::Up(memory) => ascend(echoes, geometry, (p, self.measured), memory, observer),
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
@@ -150,7 +160,7 @@ impl Estimator for Likelihood {
 fn ascend(
     echoes: &mut [Echo],
     geometry: &Geometry,
-    p: &Params,
+    (p, generative): (&Params, &Generative),
     memory: &mut Beginnings<ascending::Shape>,
     observer: &mut dyn Observer,
 ) -> Outcome {
@@ -170,7 +180,7 @@ fn ascend(
         geometry.mount_height_m,
         geometry.beamwidth_rad,
         geometry.bin_m,
-        &crate::params::measured::UP,
+        generative,
     );
     let best = choose(&model, &search, best, p).map(|mut flight| {
         let (rise, score) = stairs.rise(&flight);
@@ -182,7 +192,7 @@ fn ascend(
     let measured = accepted
         .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
     let best = best.as_ref().map(|b| &b.0);
-    let doubts = doubts(echoes, geometry, &search, measured.as_ref());
+    let doubts = doubts(&model, &search, measured.as_ref());
     let ended = Ended {
         search: &search,
         best,
@@ -263,19 +273,11 @@ const VARS: (f32, f32) = (1.0, 0.5);
 /// What else may stand there.
 #[inline(never)]
 fn doubts(
-    echoes: &[Echo],
-    geometry: &Geometry,
+    model: &crate::posterior::Model<'_>,
     search: &Search<'_, Ascending<'_>>,
     measured: Option<&Measured>,
 ) -> [f32; horizon::CELLS] {
-    use crate::posterior::{Kind, Model, Staircase, assess};
-    let model = Model::new(
-        echoes,
-        geometry.mount_height_m,
-        geometry.beamwidth_rad,
-        geometry.bin_m,
-        &crate::params::measured::UP,
-    );
+    use crate::posterior::{Kind, Staircase, assess};
     let mut bases: heapless::Vec<Staircase, 32> = heapless::Vec::new();
     let mut told: heapless::Vec<(f32, f32), 16> = heapless::Vec::new();
     let open = search.leaders.iter().max_by(|a, b| a.score.total_cmp(&b.score));
@@ -331,7 +333,7 @@ fn doubts(
         }
         let _ = bases.push(best.1);
     }
-    assess(&model, &bases, &told).hazards()
+    assess(model, &bases, &told).hazards()
 }
 
 /// A search that has come to its end.
