@@ -1,8 +1,8 @@
 //! What the measurement model takes each echo for under a staircase: what its numbers are counted
 //! from.
 //!
-//! An echo belongs to the point feature that claims more than half of it, else to the class of
-//! extended features with the largest density. The shares are those of [`Model::riser`].
+//! An echo belongs to the point feature that claims most of it, if that is more than the part of any
+//! class of extended features; else to the class of these with the largest density. The shares are those of [`Model::riser`].
 
 use super::model::{BEHIND_M, Model, NEAR, Seen, logistic};
 use super::places::{Class, Place, before};
@@ -102,7 +102,7 @@ impl Model<'_> {
         }
         let mut owner = [None; MAX_ECHOES];
         for (i, claim) in claims.iter().enumerate() {
-            let Some((echo, share)) = claim.echo.filter(|e| e.1 > 0.5) else {
+            let Some((echo, share)) = claim.echo.filter(|e| self.most(s, e.0, e.1)) else {
                 continue;
             };
             if let Some(owner) = owner.get_mut(echo)
@@ -124,6 +124,22 @@ impl Model<'_> {
             self.tell_extended(s, e, tell);
         }
         exposure
+    }
+
+    /// Whether a share of an echo is larger than that of every class of extended features.
+    fn most(&self, s: &Staircase, echo: usize, share: f32) -> bool {
+        let Some(e) = self.echoes.get(echo) else {
+            return false;
+        };
+        let parts = self.parts(s, self.tread_of(s, e), e);
+        let largest = parts.iter().copied().fold(0.0, math::max);
+        share > (1.0 - share) * largest / parts.iter().sum::<f32>()
+    }
+
+    /// Number of the riser behind the tread that an echo lies over.
+    fn tread_of(&self, s: &Staircase, e: &Seen) -> usize {
+        let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_M;
+        (0..s.len()).take_while(behind).count()
     }
 
     /// Riser `k`'s features, one after the other as in the likelihood, each with the echo that it
@@ -223,8 +239,7 @@ impl Model<'_> {
     }
 
     fn tell_extended(&self, s: &Staircase, e: &Seen, tell: &mut dyn FnMut(Sample)) {
-        let behind = |k: &usize| e.x_m > s.x(*k) + BEHIND_M;
-        let k = (0..s.len()).take_while(behind).count();
+        let k = self.tread_of(s, e);
         let parts = self.parts(s, k, e);
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let class = largest.map_or(EXTENDED - 1, |(class, _)| class);

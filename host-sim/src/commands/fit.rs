@@ -51,6 +51,9 @@ pub struct Args {
     /// Keep the measurement model as it is and count the hazards only
     #[arg(long, conflicts_with = "measured")]
     keep: bool,
+    /// Count the measurement model only
+    #[arg(long, conflicts_with = "keep")]
+    only_model: bool,
 }
 
 /// What there is to count from.
@@ -78,6 +81,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         true => &measured::UP,
         false => measurement_model(args, &source, &output)?,
     };
+    if args.only_model {
+        return Ok(ExitCode::SUCCESS);
+    }
     let [training, calibration] = source.parts(|recording, _| fit::lesson(recording, model))?;
     let lessons = Lessons {
         training,
@@ -108,9 +114,9 @@ fn measurement_model(args: &Args, source: &Source, output: &Path) -> Result<&'st
         let c = measurement::contrast(&held_back, table);
         let _ = writeln!(
             told,
-            "{name}: {} scans held back: log-likelihood {:.3}; lead over nothing {:.3}, the last step \
-             less {:.3}, an odd rise {:.3}",
-            c.scans, c.truth, c.nothing, c.less_last, c.odd_rise
+            "{name}: {} scans held back: log-likelihood {:.3}; cost against nothing {:.4}, the last \
+             step less {:.4}, one more {:.4}, an odd rise {:.4}",
+            c.scans, c.truth, c.cost[0], c.cost[1], c.cost[2], c.cost[3]
         );
     }
     emit(&told);
@@ -144,7 +150,7 @@ impl Source {
     /// What `look` makes of each scan, for training and for calibration.
     fn parts<R: Send>(
         &self,
-        look: impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Sync,
+        look: impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Send + Sync,
     ) -> Result<[Vec<R>; 2]> {
         let paths = match self {
             Self::Simulated(scenes) => {
@@ -169,7 +175,7 @@ impl Source {
 fn simulated<R: Send>(
     draw: Draw,
     count: u64,
-    look: &(impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Sync),
+    look: &(impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Send + Sync),
 ) -> Result<Vec<R>> {
     let seeds = || draw.seeds().take(count as usize);
     let jobs: Vec<(Kind, u64)> = Kind::ALL
@@ -186,7 +192,7 @@ fn simulated<R: Send>(
 /// What `make` makes of each job, in their order.
 fn in_parallel<J: Sync, R: Send>(
     jobs: &[J],
-    make: impl Fn(&J) -> Result<Option<R>> + Sync,
+    make: impl Fn(&J) -> Result<Option<R>> + Send + Sync,
 ) -> Result<Vec<Option<R>>> {
     let bar = progress(jobs.len() as u64);
     let made = jobs

@@ -162,7 +162,7 @@ fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_
         around(start.across_m, sigma::ACROSS_M),
         over(start.across_sigma_m, floor::ACROSS_M, sigma::ACROSS_M),
         around(start.across_per_width_m, sigma::WIDTH_M),
-        around(start.sigma_per_width_m, sigma::WIDTH_M),
+        over(start.sigma_per_width_m, floor::WIDTH_M, sigma::WIDTH_M),
     ];
     let peak = from_means(&priors, |x| {
         let vr = x[1] * x[1] + floor::RANGE_M * floor::RANGE_M;
@@ -171,7 +171,7 @@ fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_
             let (wide, noise) = (f64::from(hit.wide), f64::from(hit.noise_m));
             let dr = f64::from(hit.range_m) - x[0];
             let dc = f64::from(hit.across_m) - x[2] - x[4] * wide;
-            let by_width = x[5] * wide;
+            let by_width = x[5].hypot(floor::WIDTH_M) * wide;
             let vc = x[3] * x[3] + least + by_width * by_width + noise * noise;
             log_tailed(dr * dr / vr + dc * dc / vc) - 0.5 * (vr * vc).ln()
         };
@@ -183,7 +183,7 @@ fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_
     p.across_m = number(told, "across m", peak.of(2));
     p.across_sigma_m = told.spread("across sigma m", floor::ACROSS_M, peak.of(3));
     p.across_per_width_m = number(told, "across per width m", peak.of(4));
-    p.sigma_per_width_m = told.spread("sigma per width m", 0.0, peak.of(5));
+    p.sigma_per_width_m = told.spread("sigma per width m", floor::WIDTH_M, peak.of(5));
 }
 
 /// Where the echoes of hidden risers lie: at the lower end of what can be seen, at the top, anywhere.
@@ -196,7 +196,7 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
     let priors = [
         around(start.range_m, sigma::RANGE_M),
         over(start.range_sigma_m, floor::RANGE_M, sigma::RANGE_M),
-        around(start.sigma_per_width_m, sigma::WIDTH_M),
+        over(start.sigma_per_width_m, floor::WIDTH_M, sigma::WIDTH_M),
         share(0),
         around(ends[0][1], sigma::ACROSS_M),
         over(ends[0][2], floor::HIDDEN_M, sigma::ACROSS_M),
@@ -214,7 +214,7 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
         let vr = x[1] * x[1] + floor::RANGE_M * floor::RANGE_M;
         let log = |(hit, _): &(Hit, Level)| {
             let noise = f64::from(hit.noise_m);
-            let by_width = x[2] * f64::from(hit.wide);
+            let by_width = x[2].hypot(floor::WIDTH_M) * f64::from(hit.wide);
             let va = noise * noise + by_width * by_width;
             let [low, top] = hit.above_m.map(f64::from);
             let dx = f64::from(hit.range_m) - x[0];
@@ -237,7 +237,7 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
     let (value, error) = peak.of(0);
     p.range_m = told.number("range m", value, error);
     p.range_sigma_m = told.spread("range sigma m", floor::RANGE_M, peak.of(1));
-    p.sigma_per_width_m = told.spread("sigma per width m", 0.0, peak.of(2));
+    p.sigma_per_width_m = told.spread("sigma per width m", floor::WIDTH_M, peak.of(2));
     (p.across_m, p.across_sigma_m) = (0.0, 0.0);
     let shares = shares(&peak.at);
     let ends = [("low", 3), ("top", 6)];

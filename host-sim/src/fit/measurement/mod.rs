@@ -95,20 +95,17 @@ fn label(sighting: &Sighting, g: &Generative) -> Option<Labelled> {
 pub struct Contrast {
     /// Scans with steps.
     pub scans: usize,
-    /// Log-likelihood of the truth, …
+    /// Log-likelihood of the truth.
     pub truth: f64,
-    /// … above that of nothing, …
-    pub nothing: f64,
-    /// … of the flight less its last step, …
-    pub less_last: f64,
-    /// … of the likelier of two flights with a rise 3 cm higher or lower, all that follows with it.
-    pub odd_rise: f64,
+    /// -ln of the truth's share against nothing, the flight less its last step, one step more, and a
+    /// rise 3 cm higher or lower with all that follows.
+    pub cost: [f64; 4],
 }
 
 /// An odd rise, metres.
 const ODD_M: f32 = 0.03;
-/// A lead of more nats is as good as any other.
-const ENOUGH: f64 = 10.0;
+/// The going that a further step is taken to have where there is one only, metres.
+const GOING_M: f32 = 0.28;
 
 /// The contrast of a table on scans that it was not counted from.
 pub fn contrast(sightings: &[Sighting], g: &Generative) -> Contrast {
@@ -117,45 +114,58 @@ pub fn contrast(sightings: &[Sighting], g: &Generative) -> Contrast {
         .filter_map(|sighting| {
             let model = sighting.model(g);
             let truth = standing(&model, &sighting.truth, sighting.build)?;
-            (!sighting.truth.steps.is_empty()).then(|| leads(&model, &truth))
+            (!sighting.truth.steps.is_empty()).then(|| {
+                let seen = sighting.truth.steps.len();
+                (f64::from(model.whole(&truth)), costs(&model, &truth, seen))
+            })
         })
         .collect();
-    let mut mean = [0.0; 4];
-    for leads in &each {
-        for (mean, lead) in mean.iter_mut().zip(leads) {
-            *mean += lead / each.len() as f64;
+    let mut mean = Contrast {
+        scans: each.len(),
+        ..Contrast::default()
+    };
+    for (truth, costs) in &each {
+        mean.truth += truth / each.len() as f64;
+        for (mean, cost) in mean.cost.iter_mut().zip(costs) {
+            *mean += cost / each.len() as f64;
         }
     }
-    let [truth, nothing, less_last, odd_rise] = mean;
-    Contrast {
-        scans: each.len(),
-        truth,
-        nothing,
-        less_last,
-        odd_rise,
-    }
+    mean
 }
 
-/// The truth's log-likelihood, and by how much it leads the others: where that is more than enough,
-/// no more than that.
-fn leads(model: &Model<'_>, truth: &Staircase) -> [f64; 4] {
+/// The truth's cost against each of its rivals; of its steps, the first `seen` are in sight.
+fn costs(model: &Model<'_>, truth: &Staircase, seen: usize) -> [f64; 4] {
+    let mut truth = *truth;
+    while truth.len() > seen {
+        truth = truth.less_last();
+    }
     let of = |s: &Staircase| f64::from(model.whole(s));
-    let here = of(truth);
+    let here = of(&truth);
+    let n = truth.len();
     let odd = |by: f32| {
-        let mut s = *truth;
-        let from = s.len() / 2;
-        s.top_m.iter_mut().skip(from).for_each(|top| *top += by);
+        let mut s = truth;
+        s.top_m.iter_mut().skip(n / 2).for_each(|top| *top += by);
         of(&s)
     };
     let nothing = Staircase {
         wall_m: truth.wall_m,
         ..Staircase::nothing()
     };
+    let last = n.saturating_sub(1);
+    let going = match n {
+        0 | 1 => GOING_M,
+        _ => truth.x(last) - truth.x(n - 2),
+    };
+    let rise = truth.level(n) - truth.level(last);
+    let more = truth.with(n, truth.x(last) + going, truth.level(n) + rise);
     let rivals = [
-        of(&nothing),
-        of(&truth.less_last()),
-        odd(ODD_M).max(odd(-ODD_M)),
+        vec![of(&nothing)],
+        vec![of(&truth.less_last())],
+        vec![of(&more)],
+        vec![odd(ODD_M), odd(-ODD_M)],
     ];
-    let [nothing, less_last, odd_rise] = rivals.map(|rival| (here - rival).min(ENOUGH));
-    [here, nothing, less_last, odd_rise]
+    rivals.map(|rivals| {
+        let odds: f64 = rivals.iter().map(|rival| (rival - here).exp()).sum();
+        odds.ln_1p()
+    })
 }

@@ -102,6 +102,9 @@ pub mod floor {
     pub const RANGE_M: f64 = 0.002;
     /// Across the line of sight, metres.
     pub const ACROSS_M: f64 = 0.0015;
+    /// What a wide lobe adds across the line of sight, metres per unit: labels cut off the tails, and
+    /// an echo that lies farther out than its spread allows speaks for a wrong height all the louder.
+    pub const WIDTH_M: f64 = 0.05;
     /// Of what a hidden riser shows, metres.
     pub const HIDDEN_M: f64 = 0.004;
     /// Off a surface, metres.
