@@ -13,12 +13,19 @@ const FRESNEL_M: f32 = 0.04;
 /// Classes of point features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Class {
+    /// Foot of a riser, or of a wall.
     Corner,
+    /// Edge of a tread below the mirror.
     Nosing,
+    /// Face at the mirror's height.
     Flash,
+    /// Edge of a tread above a flash.
     Top,
+    /// What can be seen of a riser whose foot the tread before it hides.
     Hidden,
+    /// Edge of a floating tread below the mirror.
     EdgeBelow,
+    /// The same above it.
     EdgeAbove,
 }
 
