@@ -96,9 +96,9 @@ fn differences(u: &[f64], here: f64, value: &impl Fn(&[f64]) -> f64) -> (Vec<f64
     };
     let mut slope = vec![0.0; count];
     let mut curvature = Matrix::new(count);
-    for i in 0..count {
+    for (i, slope) in slope.iter_mut().enumerate() {
         let (up, down) = (moved(&[(i, 1.0)]), moved(&[(i, -1.0)]));
-        slope[i] = (up - down) / (2.0 * APART);
+        *slope = (up - down) / (2.0 * APART);
         curvature.add(i, i, -(up + down - 2.0 * here) / (APART * APART));
         for j in 0..i {
             let (same, across) = (
