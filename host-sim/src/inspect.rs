@@ -115,7 +115,18 @@ impl Observer for Witness {
 
 /// Lets the estimator work on a finished map once more while `observer` looks.
 pub fn repeat(map: &PolarMap, config: &Config, scan: u32, observer: &mut dyn Observer) -> Outcome {
-    let mut estimator = Box::new(Likelihood::new());
+    repeat_with(Likelihood::new(), map, config, scan, observer)
+}
+
+/// The same with another estimator than the scanner's.
+pub fn repeat_with(
+    estimator: Likelihood,
+    map: &PolarMap,
+    config: &Config,
+    scan: u32,
+    observer: &mut dyn Observer,
+) -> Outcome {
+    let mut estimator = Box::new(estimator);
     estimator.begin(map);
     for k in 0..map.rows() {
         estimator.row(map, k);

@@ -7,8 +7,8 @@ use anyhow::{Context, Result, bail, ensure};
 use stairscan::answer::Reasons;
 use stairscan::config::Config;
 use stairscan::pipeline::Pipeline;
-use stairscan::report::command::Measure;
 use stairscan::report::Sentence;
+use stairscan::report::command::Measure;
 use stairscan::scan::{Board, BytePort, Hardware, Identity, Micros, Reports, Scanner};
 
 use crate::answer::Answer;

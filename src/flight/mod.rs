@@ -47,6 +47,7 @@ use crate::grid::{Geometry, PolarMap};
 use crate::math;
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
+use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::posterior::{Cloud, Model, View};
 use ascending::Ascending;
@@ -69,6 +70,7 @@ pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
     params: &'static Params,
+    measured: &'static Generative,
 }
 
 #[derive(Debug)]
@@ -100,7 +102,14 @@ impl Likelihood {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
             params,
+            measured: &measured::UP,
         }
+    }
+
+    /// The same with another measurement model in the depth plane: to fit what rests on it.
+    pub const fn measuring(mut self, measured: &'static Generative) -> Self {
+        self.measured = measured;
+        self
     }
 }
 
@@ -149,7 +158,7 @@ impl Estimator for Likelihood {
                     bias_rad: 0.0,
                     height_m: 0.0,
                 };
-                ascend(echoes, chart, p, (memory, cloud), observer)
+                ascend(echoes, chart, (p, self.measured), (memory, cloud), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
@@ -163,34 +172,12 @@ impl Estimator for Likelihood {
     }
 }
 
-/// What a map looks at: the outermost rows less half a beam, and the farthest bins less what the
-/// window's main lobe needs.
-fn view(map: &PolarMap) -> View {
-    let geometry = map.geometry();
-    let ends = [0, map.rows().saturating_sub(1)].map(|k| map.angle_rad(k));
-    let tangent = |angle_rad: f32| {
-        let (sin, cos) = math::sin_cos(angle_rad);
-        -sin / math::max(cos, f32::EPSILON)
-    };
-    let half = 0.5 * geometry.beamwidth_rad;
-    let [first, last] = ends;
-    View {
-        height_m: geometry.mount_height_m,
-        lowest: tangent(math::max(first, last) - half),
-        highest: tangent(math::min(first, last) + half),
-        farthest_m: geometry.range_m(map.bins() as f32 - UNSEEN_BINS),
-    }
-}
-
-/// Bins at the far end of the range that show no peak.
-const UNSEEN_BINS: f32 = 8.0;
-
 /// The best stairs going up, if they explain the echoes better than everything else.
 #[inline(never)]
 fn ascend(
     echoes: &mut [Echo],
     chart: Chart<'_>,
-    p: &Params,
+    (p, generative): (&Params, &Generative),
     (memory, cloud): (&mut Beginnings<ascending::Shape>, &mut Cloud),
     observer: &mut dyn Observer,
 ) -> Outcome {
@@ -211,7 +198,7 @@ fn ascend(
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
-    let model = Model::new(echoes, view(chart.map), geometry, &measured::UP);
+    let model = Model::new(echoes, View::of(chart.map), geometry, generative);
     let bases = belief::bases(&model, &search);
     let best = belief::choose(&search, &bases, best).map(|mut flight| {
         let (rise, score) = stairs.rise(&flight);

@@ -3,21 +3,25 @@
 //! | module | does |
 //! |---|---|
 //! | `staircase` | a hypothesis, and where it contradicts an answer |
-//! | `model` | how likely the echoes are under a hypothesis |
+//! | `model`, `places` | how likely the echoes are under a hypothesis |
+//! | [`labels`] | what the model takes each echo for: what its numbers are counted from |
 //! | `prior` | what stairs people build |
 //! | `refine` | the Gaussian over a hypothesis's continuous part |
 //! | `proposals` | what else may stand there |
 //! | `cloud` | weighted particles, resampled, and what they say of an answer |
 
 mod cloud;
+pub mod labels;
 mod model;
+mod places;
 mod prior;
 mod proposals;
 mod refine;
 mod staircase;
 
 pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, Told};
-pub use model::Model;
-pub use proposals::{Base, Proposals};
+pub use model::{LEAST_DB, Model, level_density, tailed};
+pub use places::Class;
+pub use proposals::{Base, Proposals, weight};
 pub use refine::refine;
 pub use staircase::{Edge, Kind, MAX_STEPS, Sigmas, Staircase, View};

@@ -12,28 +12,18 @@
 //! where p₀ is the probability that a riser shows nothing at all: one that is seen shows at least
 //! one echo. What one feature has claimed of an echo, the next one cannot have.
 
+use super::places::{Class, Place, before};
+use super::prior::ln;
 use super::staircase::{Kind, Staircase, View};
 use crate::echoes::{Echo, MAX_ECHOES};
 use crate::grid::Geometry;
 use crate::math;
-use crate::params::generative::{Extended, Generative, POINTS, Point};
+use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Classes of point features.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Class {
-    Corner,
-    Nosing,
-    Flash,
-    Top,
-    Hidden,
-    EdgeBelow,
-    EdgeAbove,
-}
-
 /// Below this level no echo is detected, dB.
-const LEAST_DB: f32 = 2.8;
+pub const LEAST_DB: f32 = 2.8;
 /// Width of a clean lobe, in units of a point scatterer's.
 const CLEAN_WIDTH: f32 = 1.03;
 /// Area that is scanned, m².
@@ -41,17 +31,13 @@ const AREA_M2: f32 = 4.4;
 /// Extent of the scan: range in metres times angle in radians.
 const EXTENT: f32 = 3.3;
 /// Echoes so far behind a riser still belong to the tread before it, metres.
-const BEHIND_M: f32 = 0.02;
+pub(super) const BEHIND_M: f32 = 0.02;
 /// Range gate of a feature, metres.
 const GATE_M: f32 = 0.06;
 /// Cross gate, metres.
 const CROSS_GATE_M: f32 = 0.20;
 /// Echoes near one riser.
-const NEAR: usize = 16;
-/// Thickness of an open tread, metres.
-const THICK_M: f32 = 0.045;
-/// A face must show this much about the mirror's height to flash, metres.
-const FRESNEL_M: f32 = 0.04;
+pub(super) const NEAR: usize = 16;
 /// Below a brink echoes are so many times as dense as in the air.
 const BELOW: f32 = 3.0;
 /// 1 / √(2π).
@@ -64,9 +50,11 @@ const LEAST: f32 = 1e-12;
 pub struct Seen {
     pub x_m: f32,
     pub y_m: f32,
-    range_m: f32,
-    across_m: f32,
-    wide: f32,
+    pub range_m: f32,
+    /// Standard deviation across the line of sight, metres.
+    pub across_m: f32,
+    /// Width of the lobe above a point's.
+    pub wide: f32,
     pub snr_db: f32,
     /// Densities that do not depend on the staircase.
     noise: f32,
@@ -80,20 +68,20 @@ pub struct Seen {
 
 /// The echoes of a scan under the model.
 pub struct Model<'p> {
+    /// The echoes in order of their distance.
     pub echoes: Vec<Seen, MAX_ECHOES>,
     /// What can be seen.
     pub view: View,
     /// Mirror above the ground, metres.
-    height_m: f32,
+    pub(super) height_m: f32,
     /// Strongest echo over 30 dB, tens of dB.
-    q: f32,
-    beam_rad: f32,
-    cell_m: f32,
-    g: &'p Generative,
+    pub(super) q: f32,
+    pub(super) beam_rad: f32,
+    pub(super) cell_m: f32,
+    /// Rates of the extended features at this level, per metre or per scan.
+    rates: [f32; EXTENDED],
+    pub(super) g: &'p Generative,
 }
-
-/// The point features of one riser: class, place, room around it.
-type Places = Vec<(Class, f32, f32, f32), 3>;
 
 /// What the echo that is a feature says.
 #[derive(Clone, Copy, Debug)]
@@ -106,7 +94,7 @@ pub struct Best {
     pub sigma_m: f32,
 }
 
-fn logistic(x: f32) -> f32 {
+pub(super) fn logistic(x: f32) -> f32 {
     1.0 / (1.0 + math::exp(-x))
 }
 
@@ -115,12 +103,8 @@ pub fn above(z: f32) -> f32 {
     logistic(-1.702 * z)
 }
 
-fn ln(x: f32) -> f32 {
-    core::f32::consts::LN_2 * math::log2(x)
-}
-
 /// A Gaussian with wide tails, not normalised by its standard deviations.
-fn tailed(z2: f32) -> f32 {
+pub fn tailed(z2: f32) -> f32 {
     if z2 > 120.0 {
         return 1e-9;
     }
@@ -130,7 +114,7 @@ fn tailed(z2: f32) -> f32 {
 }
 
 /// Density of a level, cut off at the detection threshold, with a flat share.
-fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
+pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
     let tail = math::max(above((LEAST_DB - mean) / sigma), 0.02);
     (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / 50.0
@@ -147,13 +131,22 @@ impl<'p> Model<'p> {
             q: (strongest - 30.0) / 10.0,
             beam_rad: 0.9 * geometry.beamwidth_rad,
             cell_m: 0.02 * geometry.bin_m / 0.0117,
+            rates: [0.0; EXTENDED],
             g,
         };
+        for (rate, p) in model.rates.iter_mut().zip(&g.extended) {
+            *rate = math::exp(p.rate + p.rate_per_ten_db * model.q);
+        }
         for e in echoes.iter().filter(|e| e.range_m > 0.12) {
             let _ = model.echoes.push(model.seen(e));
         }
         shell_sort(&mut model.echoes, |a, b| a.x_m < b.x_m);
         model
+    }
+
+    /// Strongest echo over 30 dB, tens of dB.
+    pub fn q(&self) -> f32 {
+        self.q
     }
 
     fn seen(&self, e: &Echo) -> Seen {
@@ -193,82 +186,72 @@ impl<'p> Model<'p> {
     }
 
     /// Level that the strongest echo predicts at a range, tens of dB over 30 dB.
-    fn expected_q(&self, range_m: f32) -> f32 {
+    pub(super) fn expected_q(&self, range_m: f32) -> f32 {
         self.q - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, 0.3))
     }
 
-    fn in_scan(&self, x: f32, y: f32) -> bool {
-        let slope = (y - self.height_m) / math::max(x, 0.02);
-        slope < self.view.highest
-            && slope > self.view.lowest
-            && math::hypot(x, y - self.height_m) < self.view.farthest_m
-    }
-
-    /// Lowest height that can be seen at `x` where the level is `base` behind an edge at `edge`.
-    fn sight(&self, x: f32, base: f32, edge: f32) -> f32 {
-        if base > self.height_m && edge.is_finite() && edge > 0.0 {
-            self.height_m + (base - self.height_m) * x / math::max(edge, 0.05)
-        } else {
-            base
-        }
-    }
-
-    /// Lower and upper end of what can be seen of riser `k`'s face.
-    fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
-        let (top, base) = (s.level(k + 1), s.level(k));
-        if s.open {
-            return (top - THICK_M, top);
-        }
-        let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
-        (self.sight(s.x(k), base, edge), top)
-    }
-
     /// Density of an echo before riser `k` from everything that is no point feature.
-    fn background(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
+    pub(super) fn background(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
+        math::max(self.parts(s, k, e).iter().sum(), LEAST)
+    }
+
+    /// The same by class: face, tread, floor, air, inside, noise.
+    pub(super) fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
         let [face, tread, floor, ..] = &self.g.extended;
-        let mut base = s.level(k);
+        let base = self.base(s, k, e.x_m);
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
-        if s.kind == Kind::Ramp {
-            base = s.slope * math::max(e.x_m - s.wall_m, 0.0);
-        }
         let low = self.sight(e.x_m, base, edge);
         let mut inside = above((e.y_m - low + 0.015) / (0.012 + e.across_m));
         if s.open && k > 0 {
             inside *= 0.35;
         }
-        let gone = s.kind == Kind::Drop && e.x_m > s.wall_m;
-        if gone {
-            inside = 0.0;
+        if s.kind == Kind::Drop && e.x_m > s.wall_m {
+            return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];
         }
-        let mut total = e.noise + (1.0 - inside) * e.air + inside * e.inside;
+        let mut parts = [
+            0.0,
+            0.0,
+            0.0,
+            (1.0 - inside) * e.air,
+            inside * e.inside,
+            e.noise,
+        ];
+        let [on_face, on_tread, on_floor, ..] = &mut parts;
         let lever = e.across_m * e.x_m / math::max(e.range_m, 0.05);
         if k > 0 && base < self.height_m {
             let sigma = math::hypot(tread.off_sigma_m, lever);
             let z = (e.y_m - base) / sigma;
-            total += e.tread * tailed(z * z) * GAUSS / sigma;
+            *on_tread = e.tread * tailed(z * z) * GAUSS / sigma;
         }
-        if gone {
-            total += BELOW * e.air;
-        } else if k == 0 || s.open {
+        if k == 0 || s.open {
             let sigma = math::hypot(floor.off_sigma_m, lever);
             let z = (e.y_m - if k == 0 { base } else { 0.0 }) / sigma;
             let share = if k == 0 { 1.0 } else { 0.3 };
-            total += share * e.floor * tailed(z * z) * GAUSS / sigma;
+            *on_floor = share * e.floor * tailed(z * z) * GAUSS / sigma;
         }
         for i in [k.checked_sub(1), Some(k)].into_iter().flatten() {
             if i >= s.len() {
                 continue;
             }
             let (b, t) = self.face_span(s, i);
-            total += self.face(face, e, s.x(i) - 0.3 * s.overhang_m, b, t);
+            *on_face += self.face(face, e, s.x(i) - 0.3 * s.overhang_m, b, t);
         }
         if s.wall().is_finite() && k == s.len() && e.y_m > base - 0.03 {
             let z = (e.x_m - s.wall()) / 0.008;
             if z * z < 60.0 {
-                total += 0.25 * e.face * tailed(z * z) * GAUSS / 0.008;
+                *on_face += 0.25 * e.face * tailed(z * z) * GAUSS / 0.008;
             }
         }
-        math::max(total, LEAST)
+        parts
+    }
+
+    /// Level of what lies below `x` before riser `k`.
+    pub(super) fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
+        if s.kind == Kind::Ramp {
+            s.slope * math::max(x - s.wall_m, 0.0)
+        } else {
+            s.level(k)
+        }
     }
 
     /// Density as part of a face at `x` from `b` to `t`.
@@ -289,14 +272,23 @@ impl<'p> Model<'p> {
 
     /// Log-likelihood of the echoes before riser `k` (or of the landing), and of their number.
     pub fn tread(&self, s: &Staircase, k: usize) -> f32 {
-        let [face, tread, floor, ..] = &self.g.extended;
-        let rate = |p: &Extended| math::exp(p.rate + p.rate_per_ten_db * self.q);
-        let n = s.len();
         let start = k.checked_sub(1).map_or(f32::NEG_INFINITY, |k| s.x(k));
         let mut total = 0.0;
         for e in self.between(start + BEHIND_M, s.x(k) + BEHIND_M) {
             total += ln(self.background(s, k, e));
         }
+        let exposure = self.exposure(s, k);
+        for (exposure, rate) in exposure.iter().zip(&self.rates) {
+            total -= exposure * rate;
+        }
+        total
+    }
+
+    /// How much of face, tread and floor there is before riser `k`: expected echoes over their rate.
+    pub(super) fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
+        let n = s.len();
+        let mut out = [0.0; 3];
+        let [face, tread, floor] = &mut out;
         if k == 0 {
             let mut end = 2.2;
             if s.kind != Kind::Ramp && n == 0 {
@@ -306,7 +298,7 @@ impl<'p> Model<'p> {
                 end = math::min(end, s.x(0));
             }
             let reach = |x: f32| math::exp(-1.5 * (x - 0.6));
-            total -= rate(floor) * (reach(0.34) - reach(math::max(end, 0.34))) / 1.5;
+            *floor = (reach(0.34) - reach(math::max(end, 0.34))) / 1.5;
         } else if s.level(k) < self.height_m {
             let x = s.x(k - 1);
             let next = if k < n {
@@ -314,18 +306,18 @@ impl<'p> Model<'p> {
             } else {
                 math::min(x + 0.6, 2.4)
             };
-            total -= rate(tread) * math::max(next - x, 0.0);
+            *tread = math::max(next - x, 0.0);
         }
         if k < n {
             let (b, t) = self.face_span(s, k);
             if t > b && self.in_scan(s.x(k), t) {
-                total -= rate(face) * 10.0 * (t - b);
+                *face = 10.0 * (t - b);
             }
         }
-        total
+        out
     }
 
-    fn between(&self, from: f32, to: f32) -> &[Seen] {
+    pub(super) fn between(&self, from: f32, to: f32) -> &[Seen] {
         let first = self.echoes.partition_point(|e| e.x_m <= from);
         let end = self.echoes.partition_point(|e| e.x_m <= to);
         self.echoes.get(first..end).unwrap_or(&[])
@@ -341,158 +333,36 @@ impl<'p> Model<'p> {
         self.points(s, k, k >= s.len(), &places)
     }
 
-    /// The point features that riser `k` may show: class, place, room around it.
-    fn places(&self, s: &Staircase, k: usize) -> Places {
-        let mut places = Places::new();
-        let h = self.height_m;
-        let (x, b) = (s.x(k), s.level(k));
-        let wall = k >= s.len();
-        let x = if wall { s.wall() } else { x };
-        if wall && !x.is_finite() {
-            return places;
-        }
-        let mut push = |class, x, y, room| {
-            if self.in_scan(x, y) {
-                let _ = places.push((class, x, y, room));
-            }
-        };
-        if wall {
-            let b = if s.open { 0.0 } else { b };
-            if b < h - 0.005 {
-                push(Class::Corner, x, b, 2.0);
-                push(Class::Flash, x, h, 2.0);
-            }
-        } else {
-            let t = s.level(k + 1);
-            if s.open {
-                let class = if t < h {
-                    Class::EdgeBelow
-                } else {
-                    Class::EdgeAbove
-                };
-                push(class, x, t, 2.0);
-            } else if b < h - 0.005 {
-                if t > h {
-                    push(Class::Corner, x, b, self.room(x, b, x, h));
-                    let margin = math::min(t - h, h - b) / FRESNEL_M;
-                    push(Class::Flash, x, h, math::min(margin, 2.0));
-                    if t > h + 0.01 {
-                        let room = self.room(x - s.overhang_m, t, x, h);
-                        push(Class::Top, x - s.overhang_m, t, room);
-                    }
-                } else {
-                    let room = self.room(x, b, x - s.overhang_m, t);
-                    push(Class::Corner, x, b, room);
-                    push(Class::Nosing, x - s.overhang_m, t, room);
-                }
-            } else {
-                let (low, top) = self.face_span(s, k);
-                if top > low {
-                    push(
-                        Class::Hidden,
-                        x,
-                        0.5 * (low + top),
-                        math::min((top - low) / 0.05, 2.0),
-                    );
-                }
-            }
-        }
-        places
-    }
-
-    /// Of each point feature of riser `k`: the echo that most likely is it, if one more likely is than
-    /// not.
-    pub fn features(&self, s: &Staircase, k: usize, mut each: impl FnMut(Class, &Best)) {
-        let near = self.between(s.x(k) - 0.12, s.x(k) + 0.10);
-        for (class, x, y, _) in self.places(s, k) {
-            let Some(p) = self.g.points.get(class as usize) else {
-                continue;
-            };
-            let range = math::hypot(x, y - self.height_m);
-            let mut best = (1.0, None);
-            for e in near {
-                let density = match class {
-                    Class::Hidden => self.hidden(s, k, e, x),
-                    _ => self.point(p, e, x, y, range),
-                };
-                if density > 0.0 {
-                    let level = e.point.get(class as usize).copied().unwrap_or(0.0);
-                    let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
-                    let odds = density * level / self.background(s, tread.min(s.len()), e);
-                    if odds > best.0 {
-                        best = (odds, Some(e));
-                    }
-                }
-            }
-            if let (_, Some(e)) = best {
-                let lever = math::max(e.x_m, 0.05) / e.range_m;
-                let off = p.across_m + p.across_per_width_m * e.wide;
-                let wide = p.sigma_per_width_m * e.wide;
-                let variance =
-                    p.across_sigma_m * p.across_sigma_m + wide * wide + e.across_m * e.across_m;
-                each(
-                    class,
-                    &Best {
-                        x_m: e.x_m,
-                        level_m: e.y_m - off / lever,
-                        sigma_m: math::sqrt(variance) / lever,
-                    },
-                );
-            }
-        }
-    }
-
-    /// Distance of two features in beams and range cells.
-    fn room(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
-        let range = math::hypot(x, y - self.height_m);
-        let cross = (x * (other_y - self.height_m) - (y - self.height_m) * other_x)
-            / math::max(range, 0.05);
-        let other = math::hypot(other_x, other_y - self.height_m);
-        let angle = cross / math::max(range, 0.05) / self.beam_rad;
-        math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
-    }
-
-    fn points(
-        &self,
-        s: &Staircase,
-        k: usize,
-        wall: bool,
-        places: &[(Class, f32, f32, f32)],
-    ) -> f32 {
+    fn points(&self, s: &Staircase, k: usize, wall: bool, places: &[Place]) -> f32 {
         let mut used = [0f32; NEAR];
         let (mut gone, mut found) = (1.0f32, 0.0f32);
         let mut odds = 0.0;
-        let x = if wall { s.wall_m } else { s.x(k) };
+        let x = if wall { s.wall() } else { s.x(k) };
         let near = self.between(x - 0.12, x + 0.10);
         let mut backgrounds = [0f32; NEAR];
-        for (i, &(class, fx, fy, room)) in places.iter().enumerate() {
-            let Some(p) = self.g.points.get(class as usize) else {
+        for (i, place) in places.iter().enumerate() {
+            let Some(p) = self.g.points.get(place.class as usize) else {
                 continue;
             };
-            let range = math::hypot(fx, fy - self.height_m);
-            let q = self.expected_q(range);
-            let seen = logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * (room - 1.0))
-                .clamp(0.02, 0.985);
+            let q = self.expected_q(place.range_m);
+            let seen =
+                logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * (place.room - 1.0))
+                    .clamp(0.02, 0.985);
             if i == 0 {
                 let [a, b, c, d] = self.g.hidden.nothing;
-                let hidden = if class == Class::Hidden { c } else { 0.0 };
-                odds = a + b * q + hidden + d * (math::min(self.shown(s, k), 35.0) - 15.0) * 0.1;
+                let hidden = if place.class == Class::Hidden { c } else { 0.0 };
+                odds = a + b * q + hidden + d * before(self.shown(s, k));
             }
             let mut gains = [0f32; NEAR];
             let mut sum = 0.0;
             let echoes = near.iter().zip(&mut gains).zip(&used).zip(&mut backgrounds);
             for (((e, gain), used), b) in echoes {
-                let density = match class {
-                    Class::Hidden => self.hidden(s, k, e, fx),
-                    _ => self.point(p, e, fx, fy, range),
-                };
+                let density = self.density(s, k, place, p, e);
                 if density > 0.0 {
-                    let level = e.point.get(class as usize).copied().unwrap_or(0.0);
-                    let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
                     if *b <= 0.0 {
-                        *b = self.background(s, tread.min(s.len()), e);
+                        *b = self.behind(s, k, e);
                     }
-                    *gain = seen * density * level / *b * (1.0 - used);
+                    *gain = seen * density / *b * (1.0 - used);
                     sum += *gain;
                 }
             }
@@ -509,15 +379,63 @@ impl<'p> Model<'p> {
         found + ln(math::max(share, LEAST))
     }
 
-    /// Level of the riser before, its flash apart, dB.
-    fn shown(&self, s: &Staircase, k: usize) -> f32 {
-        if k == 0 || k >= s.len() {
-            return 15.0;
+    /// Density of an echo near riser `k` from everything that is no point feature.
+    fn behind(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
+        let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
+        self.background(s, tread.min(s.len()), e)
+    }
+
+    /// Of each point feature of riser `k`: the echo that most likely is it, if one more likely is than
+    /// not.
+    pub fn features(&self, s: &Staircase, k: usize, mut each: impl FnMut(Class, &Best)) {
+        let near = self.between(s.x(k) - 0.12, s.x(k) + 0.10);
+        for place in self.places(s, k) {
+            let Some(p) = self.g.points.get(place.class as usize) else {
+                continue;
+            };
+            let mut best = (1.0, None);
+            for e in near {
+                let density = self.density(s, k, &place, p, e);
+                if density > 0.0 {
+                    let odds = density / self.behind(s, k, e);
+                    if odds > best.0 {
+                        best = (odds, Some(e));
+                    }
+                }
+            }
+            if let (_, Some(e)) = best {
+                let lever = math::max(e.x_m, 0.05) / e.range_m;
+                let off_m = p.across_m + p.across_per_width_m * e.wide;
+                let wide = math::hypot(p.sigma_per_width_m * e.wide, e.across_m);
+                each(
+                    place.class,
+                    &Best {
+                        x_m: e.x_m,
+                        level_m: e.y_m - off_m / lever,
+                        sigma_m: math::hypot(p.across_sigma_m, wide) / lever,
+                    },
+                );
+            }
         }
-        let x = s.x(k - 1);
-        let near = self.between(x - 0.025, x + 0.025).iter();
-        let apart = near.filter(|e| (e.y_m - self.height_m).abs() > 0.03);
-        apart.map(|e| e.snr_db).fold(3.0, math::max)
+    }
+
+    /// Density of an echo as one of riser `k`'s point features.
+    pub(super) fn density(
+        &self,
+        s: &Staircase,
+        k: usize,
+        place: &Place,
+        p: &Point,
+        e: &Seen,
+    ) -> f32 {
+        let density = match place.class {
+            Class::Hidden => self.hidden(s, k, e, place.x_m),
+            _ => self.point(p, e, place.x_m, place.y_m, place.range_m),
+        };
+        if density <= 0.0 {
+            return 0.0;
+        }
+        density * e.point.get(place.class as usize).copied().unwrap_or(0.0)
     }
 
     /// Density of an echo as a point feature, levels apart.

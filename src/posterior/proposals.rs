@@ -17,6 +17,11 @@ const SPOT_DB: f32 = 5.0;
 /// Two places nearer to each other are one, metres.
 const APART_M: f32 = 0.015;
 
+/// Logarithm of prior times likelihood.
+pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
+    prior(s) + model.whole(s)
+}
+
 /// A hypothesis, its likelihood riser by riser, and its weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Base {

@@ -1,5 +1,6 @@
 //! A staircase as a hypothesis: where its risers stand and how high their tops are.
 
+use crate::grid::PolarMap;
 use crate::math;
 use heapless::Vec;
 
@@ -65,6 +66,30 @@ pub struct View {
     pub highest: f32,
     /// Farthest edge that is seen, metres from the mirror.
     pub farthest_m: f32,
+}
+
+/// Bins at the far end of the range that show no peak.
+const UNSEEN_BINS: f32 = 8.0;
+
+impl View {
+    /// What a map looks at: its outermost rows less half a beam, and its bins less those that show no
+    /// peak.
+    pub fn of(map: &PolarMap) -> Self {
+        let geometry = map.geometry();
+        let last = map.rows().saturating_sub(1);
+        let (first, last) = (map.angle_rad(0), map.angle_rad(last));
+        let tangent = |angle_rad: f32| {
+            let (sin, cos) = math::sin_cos(angle_rad);
+            -sin / math::max(cos, f32::EPSILON)
+        };
+        let half = 0.5 * geometry.beamwidth_rad;
+        Self {
+            height_m: geometry.mount_height_m,
+            lowest: tangent(math::max(first, last) - half),
+            highest: tangent(math::min(first, last) + half),
+            farthest_m: geometry.range_m(map.bins() as f32 - UNSEEN_BINS),
+        }
+    }
 }
 
 /// An edge of a staircase that counts as a step.

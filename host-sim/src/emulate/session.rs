@@ -247,10 +247,7 @@ impl<'a> Session<'a> {
         self.wait_for(&format!("the answer to {line}"), |sentence| {
             !matches!(
                 sentence,
-                Sentence::Scan(_)
-                    | Sentence::Step(_)
-                    | Sentence::Maybe(_)
-                    | Sentence::Boot { .. }
+                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Maybe(_) | Sentence::Boot { .. }
             )
         })
     }

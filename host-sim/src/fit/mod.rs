@@ -5,21 +5,30 @@
 //! on other scenes, maps what the hazards add up to onto how often answers were right.
 
 pub mod logistic;
+pub mod measurement;
 mod table;
 
 use anyhow::Result;
+use stairscan::answer::Outcome;
 use stairscan::config::Plane;
+use stairscan::echoes::Echo;
+use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
 use stairscan::observer::{Event, Observer};
+use stairscan::params::generative::Generative;
 use stairscan::params::hazard::{FEATURES, Weights};
+use stairscan::params::measured;
+use stairscan::posterior::View;
+use stairscan::report::sentence::write_scan;
 
 use crate::answer::Answer;
 use crate::inspect;
 use crate::recording::{Recording, Truth};
-use crate::replay::{self, Options};
+use crate::replay::{self, Options, Scanned};
 use crate::scene::random::Kind;
 use crate::score;
 use logistic::Fit;
+use measurement::{Build, Sighting};
 
 pub use table::write;
 
@@ -51,46 +60,102 @@ pub struct Lesson {
     pub wrong: Option<usize>,
 }
 
-/// Listens for cells.
+/// Listens for cells and echoes.
 #[derive(Default)]
-struct Listener(Vec<Cell>);
+struct Listener {
+    cells: Vec<Cell>,
+    echoes: Vec<Echo>,
+}
 
 impl Observer for Listener {
     fn event(&mut self, event: Event<'_>) {
-        if let Event::Cell(cell) = event {
-            self.0.push(*cell);
+        match event {
+            Event::Cell(cell) => self.cells.push(*cell),
+            Event::Scatterer(scatterer) => self.echoes.push(scatterer.echo),
+            _ => {}
         }
     }
 }
 
-/// What the first scan of a recording teaches; nothing if it is a `fault` or has no truth.
+/// The first scan of a recording that has a truth and is no `fault`, seen by an estimator with the
+/// measurement model `g`.
 ///
 /// # Errors
 /// Names what in the recording no scan can be made of.
-pub fn lesson(recording: &Recording) -> Result<Option<Lesson>> {
+fn witness<R>(
+    recording: &Recording,
+    g: &'static Generative,
+    look: impl Fn(&Scanned<'_>, Truth, Outcome, Listener) -> Result<R>,
+) -> Result<Option<R>> {
     let options = Options {
         scans: Some(1),
         ..Options::default()
     };
-    let mut lesson = None;
+    let mut seen = None;
     replay::answers(recording, &options, |scanned| {
-        let mut listener = Listener::default();
-        let scan = scanned.answer.scan.scan;
-        inspect::repeat(scanned.pipeline.map(), scanned.config, scan, &mut listener);
-        if let Some(truth) = &scanned.recording().meta.truth
-            && !scanned.answer.is_fault()
-        {
-            let cells = listener.0;
-            let wrong = first_wrong(scanned.answer, truth, &cells);
-            lesson = Some(Lesson {
-                name: recording.name.clone(),
-                plane: scanned.config.mount.plane,
-                cells,
-                wrong,
-            });
+        let Some(truth) = scanned.recording().meta.truth else {
+            return;
+        };
+        if scanned.answer.is_fault() {
+            return;
         }
+        let mut listener = Listener::default();
+        let estimator = Likelihood::new().measuring(g);
+        let scan = scanned.answer.scan.scan;
+        let (map, config) = (scanned.pipeline.map(), scanned.config);
+        let mut outcome = inspect::repeat_with(estimator, map, config, scan, &mut listener);
+        outcome.link();
+        seen = Some(look(scanned, truth, outcome, listener));
     })?;
-    Ok(lesson)
+    seen.transpose()
+}
+
+/// What the first scan of a recording shows of the measurement model; nothing if it is a `fault`, has
+/// no truth or looks straight down.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn sighting(recording: &Recording, build: Option<Build>) -> Result<Option<Sighting>> {
+    let sighting = witness(recording, &measured::UP, |scanned, truth, _, listener| {
+        let map = scanned.pipeline.map();
+        let geometry = *map.geometry();
+        Ok((geometry.plane == Plane::Depth).then(|| Sighting {
+            name: recording.name.clone(),
+            echoes: listener.echoes,
+            geometry,
+            view: View::of(map),
+            truth,
+            build,
+        }))
+    })?;
+    Ok(sighting.flatten())
+}
+
+/// What the first scan of a recording teaches under the measurement model `g`; nothing if it is a
+/// `fault` or has no truth.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Lesson>> {
+    witness(recording, g, |scanned, truth, outcome, listener| {
+        let answer = answer_of(&recording.name, &outcome)?;
+        let wrong = first_wrong(&answer, &truth, &listener.cells);
+        Ok(Lesson {
+            name: recording.name.clone(),
+            plane: scanned.config.mount.plane,
+            cells: listener.cells,
+            wrong,
+        })
+    })
+}
+
+/// An outcome as it is reported.
+fn answer_of(name: &str, outcome: &Outcome) -> Result<Answer> {
+    let mut sentences = Vec::new();
+    write_scan(1, 0, outcome, |line| {
+        sentences.push(line.trim_end().to_owned())
+    });
+    Answer::parse(name, sentences)
 }
 
 /// The first cell in which an answer goes wrong for good. Where a cell ends between a step and its
