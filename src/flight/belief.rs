@@ -5,31 +5,55 @@ use super::dimensions::Measured;
 use super::search::Search;
 use super::stairs::{Flight, MAX_FLIGHT};
 use crate::answer::{MAX_MAYBES, Maybe};
+use crate::echoes::Echo;
+use crate::grid::PolarMap;
 use crate::math;
+use crate::params::generative::Generative;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Model, Proposals, Staircase, Told, refine,
+    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Model, Proposals, Sigmas, Staircase, Told, View,
+    refine, weight,
 };
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Hypotheses that begin the posterior: the best flight of each length, with its refined dimensions.
-pub type Bases = Vec<Base, MAX_FLIGHT>;
+/// Hypotheses that begin the posterior: the best flight of each length with its refined dimensions,
+/// level ground, the answer, and either with walls behind.
+type Bases = Vec<Base, { MAX_FLIGHT + 2 * WALLS + 2 }>;
+
+/// Working memory of the posterior: too large for a small stack, so it comes from outside.
+pub struct Posterior {
+    model: Model<'static>,
+    bases: Bases,
+    cloud: Cloud,
+}
+
+impl core::fmt::Debug for Posterior {
+    fn fmt(&self, f: &mut core::fmt::Formatter<'_>) -> core::fmt::Result {
+        f.debug_struct("Posterior").finish_non_exhaustive()
+    }
+}
 
 /// How much the measurement model's word counts beside the search's score, which rests on the same
 /// echoes.
 const SHARE: f32 = 0.5;
 /// Riser heights from which the refinement begins, as multiples of the search's.
-const STRETCHES: [f32; 3] = [0.92, 1.0, 1.08];
+const STRETCHES: [f32; 2] = [0.95, 1.05];
 /// Overhangs that are tried beside what the echoes say, metres.
-const OVERHANGS_M: [f32; 3] = [0.0, 0.02, 0.04];
+const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
 /// Places where something may stand that are told apart, and what is told of: from this probability on.
 const MAX_PLACES: usize = 16;
 /// See [`MAX_PLACES`].
 const LEAST_MAYBE: f32 = 0.05;
 /// Two steps are the same within this distance, metres: design contract of scoring.
 const SAME_M: f32 = 0.10;
-/// Only hypotheses within so many nats of the likeliest are looked around.
-const NEAR_NATS: f32 = 5.0;
+/// Flights that the search puts so far behind its best are not looked at again, nats.
+const RIVAL_NATS: f32 = 7.0;
+/// So many hypotheses are looked around that are not like each other …
+const LOOKED: usize = 3;
+/// … if they are within so many nats of the likeliest.
+const NEAR_NATS: f32 = 4.0;
+/// A wall stands at least this far behind the last riser, metres: the shortest landing.
+const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
 const WALLS: usize = 2;
 /// See [`WALLS`].
@@ -49,44 +73,71 @@ fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
     s
 }
 
-/// The search's leaders, refined and weighed.
-#[inline(never)]
-pub fn bases(model: &Model<'_>, search: &Search<'_, Ascending<'_>>) -> Bases {
-    let mut bases = Bases::new();
-    for flight in &search.leaders {
-        let start = staircase(flight);
-        let refined = STRETCHES.map(|stretch| {
-            let mut s = start;
-            s.top_m.iter_mut().for_each(|top| *top *= stretch);
-            let (s, sigmas) = refine(model, &s);
-            Base::new(model, s, sigmas)
-        });
-        let by_weight = |a: &Base, b: &Base| a.log_weight.total_cmp(&b.log_weight);
-        let Some(best) = refined.into_iter().max_by(by_weight) else {
-            continue;
-        };
-        let overhangs = OVERHANGS_M.map(|overhang_m| {
-            let mut s = best.staircase;
-            s.overhang_m = overhang_m;
-            Base::new(model, s, best.sigmas)
-        });
-        let best = overhangs.into_iter().chain([best]).max_by(by_weight);
-        // As many as there are leaders.
-        let _ = best.map(|b| bases.push(b));
+impl Posterior {
+    /// Without echoes.
+    pub const fn new(g: &'static Generative) -> Self {
+        Self {
+            model: Model::empty(g),
+            bases: Bases::new(),
+            cloud: Cloud::new(),
+        }
     }
-    bases
-}
 
-/// The leader that explains the echoes best.
-pub fn choose(
-    search: &Search<'_, Ascending<'_>>,
-    bases: &Bases,
-    best: Option<Flight<ascending::Shape>>,
-) -> Option<Flight<ascending::Shape>> {
-    let worth = |(f, b): &(&Flight<ascending::Shape>, &Base)| f.score + SHARE * b.log_weight;
-    let pairs = search.leaders.iter().zip(bases);
-    let top = pairs.max_by(|a, b| worth(a).total_cmp(&worth(b)));
-    best.and(top.map(|(f, _)| f.clone()))
+    /// Takes in a scan's echoes and the search's leaders, refined and weighed; returns the leader that
+    /// explains the echoes best.
+    #[inline(never)]
+    pub fn choose(
+        &mut self,
+        echoes: &[Echo],
+        map: &PolarMap,
+        search: &Search<'_, Ascending<'_>>,
+    ) -> Option<Flight<ascending::Shape>> {
+        self.model.take(echoes, View::of(map), map.geometry());
+        self.bases.clear();
+        let mut best = (f32::NEG_INFINITY, None);
+        let scores = search.leaders.iter().map(|f| f.score);
+        let top = scores.fold(f32::NEG_INFINITY, math::max);
+        let rivals = |f: &&Flight<ascending::Shape>| f.score > top - RIVAL_NATS;
+        for flight in search.leaders.iter().filter(rivals) {
+            let base = self.refined(&staircase(flight));
+            let worth = flight.score + SHARE * base.log_weight;
+            if worth > best.0 {
+                best = (worth, Some(flight));
+            }
+            // There is room for one of each length.
+            let _ = self.bases.push(base);
+        }
+        best.1.cloned()
+    }
+
+    /// The likeliest of a flight's refinements from several heights and overhangs.
+    #[inline(never)]
+    fn refined(&self, start: &Staircase) -> Base {
+        let mut best: Option<Base> = None;
+        let mut offer = |s: Staircase, sigmas: Sigmas| {
+            let base = Base::new(&self.model, s, sigmas);
+            match &best {
+                Some(best) if best.log_weight >= base.log_weight => {}
+                _ => best = Some(base),
+            }
+            best.unwrap_or(base)
+        };
+        let mut top = None;
+        for stretch in STRETCHES {
+            let mut s = *start;
+            s.top_m.iter_mut().for_each(|top| *top *= stretch);
+            let (s, sigmas) = refine(&self.model, &s);
+            top = Some(offer(s, sigmas));
+        }
+        let top = top.unwrap_or_else(|| offer(*start, [0.0; MAX_STEPS]));
+        let mut last = top;
+        for overhang_m in OVERHANGS_M {
+            let mut s = top.staircase;
+            s.overhang_m = overhang_m;
+            last = offer(s, top.sigmas);
+        }
+        last
+    }
 }
 
 /// The strongest echoes behind everything near, where a wall may stand.
@@ -114,88 +165,91 @@ pub struct Belief {
     pub maybes: Vec<Maybe, MAX_MAYBES>,
 }
 
-/// What the particles say of the answer: `cloud` is filled and resampled.
-#[inline(never)]
-pub fn belief(
-    model: &Model<'_>,
-    bases: &Bases,
-    measured: Option<&Measured>,
-    cloud: &mut Cloud,
-) -> Belief {
-    let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
-    let mut answer = Staircase::nothing();
-    let mut sigmas = [0.0; MAX_STEPS];
-    if let Some(m) = measured {
-        let steps = &m.outcome.steps;
-        let same = bases.iter().find(|b| b.staircase.len() == steps.len());
-        answer = same.map_or(answer, |b| b.staircase);
-        let levels = answer.top_m.iter_mut().zip(&mut sigmas);
-        for (step, (top, sigma)) in steps.iter().zip(levels) {
-            // As many as a staircase has.
-            let _ = edges.push(Edge {
-                x_m: step.distance_m,
-                y_m: step.height_m,
-                seen: true,
-            });
-            (*top, *sigma) = (step.height_m, step.height_sigma_m);
+impl Posterior {
+    /// What the particles say of the answer, after [`Posterior::choose`].
+    #[inline(never)]
+    pub fn judge(&mut self, measured: Option<&Measured>) -> Belief {
+        let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
+        let mut answer = Staircase::nothing();
+        let mut sigmas = [0.0; MAX_STEPS];
+        if let Some(m) = measured {
+            let steps = &m.outcome.steps;
+            let same = self.bases.iter().find(|b| b.staircase.len() == steps.len());
+            answer = same.map_or(answer, |b| b.staircase);
+            let levels = answer.top_m.iter_mut().zip(&mut sigmas);
+            for (step, (top, sigma)) in steps.iter().zip(levels) {
+                // As many as a staircase has.
+                let _ = edges.push(Edge {
+                    x_m: step.distance_m,
+                    y_m: step.height_m,
+                    seen: true,
+                });
+                (*top, *sigma) = (step.height_m, step.height_sigma_m);
+            }
         }
-    }
-    let told = Told {
-        edges: &edges,
-        view: model.view,
-    };
-    cloud.clear();
-    let mut proposals = Proposals {
-        model,
-        told: &told,
-        cloud,
-    };
-    let walls = walls(model);
-    let mut all: Vec<Base, { MAX_FLIGHT + 8 }> = Vec::new();
-    for &wall_m in &walls {
-        let s = Staircase {
-            wall_m,
-            ..Staircase::nothing()
+        let told = Told {
+            edges: &edges,
+            view: self.model.view,
         };
-        let _ = all.push(Base::new(model, s, sigmas));
-    }
-    if !answer.is_empty() {
-        let behind = answer.last_x() + 0.28;
-        for &wall_m in walls.iter().filter(|w| **w > behind) {
-            let s = Staircase { wall_m, ..answer };
-            let _ = all.push(Base::new(model, s, sigmas));
+        self.add_ground(&answer, &sigmas);
+        self.spread(&told);
+        self.cloud.resample();
+        Belief {
+            doubts: self.cloud.doubts(),
+            maybes: maybes(&self.cloud, &told),
         }
     }
-    for base in bases {
-        let _ = all.push(*base);
-    }
-    for from in RAMPS_FROM_M {
-        for slope in SLOPES {
-            let s = Staircase {
-                kind: Kind::Ramp,
-                slope,
-                wall_m: from,
-                ..Staircase::nothing()
-            };
-            let base = Base::new(model, s, sigmas);
-            proposals.cloud.add(&s, base.log_weight, &sigmas, &told);
+
+    /// Level ground and the answer, either with a wall behind.
+    #[inline(never)]
+    fn add_ground(&mut self, answer: &Staircase, sigmas: &Sigmas) {
+        let behind = answer.last_x() + LANDING_M;
+        for &wall_m in &walls(&self.model) {
+            let fits = !answer.is_empty() && wall_m > behind;
+            let ground = Some(Staircase::nothing());
+            for s in [ground, fits.then_some(*answer)].into_iter().flatten() {
+                let mut s = s;
+                s.wall_m = wall_m;
+                // There is room for each wall and none, twice.
+                let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
+            }
         }
     }
-    let top = all
-        .iter()
-        .map(|b| b.log_weight)
-        .fold(f32::NEG_INFINITY, math::max);
-    for base in &all {
-        let cloud = &mut *proposals.cloud;
-        cloud.add(&base.staircase, base.log_weight, &base.sigmas, &told);
-        if base.log_weight > top - NEAR_NATS {
-            proposals.around(base);
+
+    /// Fills the cloud with what may stand there: the hypotheses, what is near the likeliest of them,
+    /// and ramps.
+    #[inline(never)]
+    fn spread(&mut self, told: &Told<'_>) {
+        let Self {
+            model,
+            bases,
+            cloud,
+        } = self;
+        cloud.clear();
+        let sigmas = [0.0; MAX_STEPS];
+        for from in RAMPS_FROM_M {
+            for slope in SLOPES {
+                let mut ramp = Staircase::nothing();
+                (ramp.kind, ramp.slope, ramp.wall_m) = (Kind::Ramp, slope, from);
+                cloud.add(&ramp, weight(model, &ramp), &sigmas, told);
+            }
         }
-    }
-    cloud.resample();
-    Belief {
-        doubts: cloud.doubts(),
-        maybes: maybes(cloud, &told),
+        let weights = bases.iter().map(|b| b.log_weight);
+        let top = weights.fold(f32::NEG_INFINITY, math::max);
+        for base in bases.iter() {
+            cloud.add(&base.staircase, base.log_weight, &base.sigmas, told);
+        }
+        let mut looked: Vec<&Base, LOOKED> = Vec::new();
+        while !looked.is_full() {
+            let fresh = |b: &&Base| !looked.iter().any(|l| b.staircase.is_like(&l.staircase));
+            let near = bases.iter().filter(|b| b.log_weight > top - NEAR_NATS);
+            let next = near.filter(fresh);
+            let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
+            let Some(base) = next else { break };
+            Proposals { model, told, cloud }.around(base);
+            // There is room, or the loop would have ended.
+            let _ = looked.push(base);
+        }
     }
 }
 

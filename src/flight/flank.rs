@@ -153,9 +153,7 @@ impl Chart<'_> {
             let lobe = peak * ratio(-BEAM_DB * q.t * q.t);
             q.t < 0.0 && q.power > least && q.power > (lobe + 1.0) * ratio(p.flank_excess_db)
         };
-        let run = points.chunk_by(|a, b| exceeds(a) == exceeds(b));
-        let run = run.filter(|run| run.first().is_some_and(exceeds));
-        let run = run.max_by_key(|run| run.len())?;
+        let run = longest(&points, exceeds);
         let (first, last) = (run.first()?, run.last()?);
         let highest = run.iter().map(|q| q.power).fold(0.0, math::max);
         if last.t - first.t < p.flank_span || highest > peak * ratio(-p.flank_weaker_db) {
@@ -182,6 +180,24 @@ impl Chart<'_> {
             math::hypot(noise_m, p.flank_sigma_m),
         ))
     }
+}
+
+/// The longest stretch of points that exceed; the last of several as long.
+fn longest(points: &[Point], exceeds: impl Fn(&Point) -> bool) -> &[Point] {
+    // `chunk_by` would do, but for its path to a panic.
+    let (mut best, mut rest): (&[Point], _) = (&[], points);
+    while let Some(first) = rest.first() {
+        let same = exceeds(first);
+        let len = rest.iter().take_while(|p| exceeds(p) == same).count();
+        let Some((run, behind)) = rest.split_at_checked(len) else {
+            break;
+        };
+        if same && len >= best.len() {
+            best = run;
+        }
+        rest = behind;
+    }
+    best
 }
 
 /// Power ratio of `db` decibels.

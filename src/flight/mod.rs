@@ -49,9 +49,8 @@ use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
-use crate::posterior::{Cloud, Model, View};
 use ascending::Ascending;
-use belief::Belief;
+use belief::{Belief, Posterior};
 use descending::Descending;
 use dimensions::Measured;
 use flank::Chart;
@@ -80,7 +79,7 @@ pub struct Likelihood {
 )]
 enum Phase {
     Rows(Collector),
-    Up(Beginnings<ascending::Shape>, Cloud),
+    Up(Beginnings<ascending::Shape>, Posterior),
     Down(Beginnings<descending::Shape>),
 }
 
@@ -146,11 +145,11 @@ impl Estimator for Likelihood {
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
         self.phase = match geometry.plane {
-            Plane::Depth => Phase::Up(Beginnings::new(), Cloud::new()),
+            Plane::Depth => Phase::Up(Beginnings::new(), Posterior::new(self.measured)),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
         let outcome = match &mut self.phase {
-            Phase::Up(memory, cloud) => {
+            Phase::Up(memory, posterior) => {
                 let chart = Chart {
                     map,
                     noise,
@@ -158,7 +157,7 @@ impl Estimator for Likelihood {
                     bias_rad: 0.0,
                     height_m: 0.0,
                 };
-                ascend(echoes, chart, (p, self.measured), (memory, cloud), observer)
+                ascend(echoes, chart, p, (memory, posterior), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
@@ -177,8 +176,8 @@ impl Estimator for Likelihood {
 fn ascend(
     echoes: &mut [Echo],
     chart: Chart<'_>,
-    (p, generative): (&Params, &Generative),
-    (memory, cloud): (&mut Beginnings<ascending::Shape>, &mut Cloud),
+    p: &Params,
+    (memory, posterior): (&mut Beginnings<ascending::Shape>, &mut Posterior),
     observer: &mut dyn Observer,
 ) -> Outcome {
     let geometry = chart.map.geometry();
@@ -197,21 +196,21 @@ fn ascend(
     let scene = &scene;
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
-    let best = search.best(memory);
-    let model = Model::new(echoes, View::of(chart.map), geometry, generative);
-    let bases = belief::bases(&model, &search);
-    let best = belief::choose(&search, &bases, best).map(|mut flight| {
-        let (rise, score) = stairs.rise(&flight);
-        flight.score = score;
-        (flight, rise)
-    });
+    let _ = search.best(memory);
+    let best = posterior
+        .choose(echoes, chart.map, &search)
+        .map(|mut flight| {
+            let (rise, score) = stairs.rise(&flight);
+            flight.score = score;
+            (flight, rise)
+        });
     observer.event(Event::Done(Stage::Search));
     let accepted = best.as_ref().filter(|(f, _)| f.score >= p.accept_up_nats);
     let measured = accepted.map(|(flight, rise)| {
         dimensions::ascending(&stairs, flight, *rise, &chart, found.bias_sigma_rad)
     });
     let best = best.as_ref().map(|b| &b.0);
-    let belief = belief::belief(&model, &bases, measured.as_ref(), cloud);
+    let belief = posterior.judge(measured.as_ref());
     let ended = Ended {
         search: &search,
         best,

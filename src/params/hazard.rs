@@ -17,8 +17,8 @@ pub struct Weights {
     pub slope: f32,
     /// … and where these are 0.
     pub offset: f32,
-    /// An answer is `ok` from this probability on: the least with which no `ok` answer to the common
-    /// forms among the scenes of the calibration was wrong. Above 1 if none would be `ok`.
+    /// An answer is `ok` from this probability on: the least with which no more than one `ok` answer in
+    /// 200 among the scenes of the calibration was wrong. Above 1 if none would be `ok`.
     pub ok_from: f32,
 }
 

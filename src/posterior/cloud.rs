@@ -7,7 +7,7 @@ use heapless::Vec;
 /// Particles that are kept.
 pub const PARTICLES: usize = 32;
 /// What is gathered before it is thinned out.
-const ROOM: usize = 2 * PARTICLES;
+const ROOM: usize = PARTICLES + PARTICLES / 2;
 /// Stretches of the way ahead over which conflicts with the answer are summed up.
 pub const CELLS: usize = 29;
 /// Where the first of them ends, metres from the mirror …
@@ -83,6 +83,7 @@ impl Cloud {
 
     /// Takes a particle in. What it says of the answer counts here, before resampling, which would only
     /// add variance.
+    #[inline(never)]
     pub fn add(
         &mut self,
         staircase: &Staircase,
@@ -101,7 +102,7 @@ impl Cloud {
         }
         let weight = math::exp(log_weight - self.heaviest);
         let mut left = weight;
-        for conflict in staircase.conflicts(told.edges, &told.view, sigmas) {
+        for conflict in &staircase.conflicts(told.edges, &told.view, sigmas) {
             if let Some(sum) = self.conflicts.get_mut(cell(conflict.x_m)) {
                 *sum += left * conflict.probability;
             }
@@ -127,6 +128,7 @@ impl Cloud {
     /// Leaves [`PARTICLES`] of them at most: those above a threshold as they are, of the others some,
     /// systematically, each with the threshold for weight (the resampling of a discrete state that
     /// keeps rivals alive and whose error is least, Fearnhead and Clifford 2003).
+    #[inline(never)]
     pub fn resample(&mut self) {
         if self.particles.len() <= PARTICLES {
             return;

@@ -4,10 +4,9 @@
 //! An echo belongs to the point feature that claims most of it, if that is more than the part of any
 //! class of extended features; else to the class of these with the largest density. The shares are those of [`Model::riser`].
 
-use super::model::{BEHIND_M, Model, NEAR, Seen, logistic};
+use super::model::{BEHIND_M, MAX_SEEN, Model, NEAR, Seen, logistic};
 use super::places::{Class, Place, before};
 use super::staircase::{MAX_STEPS, Staircase};
-use crate::echoes::MAX_ECHOES;
 use crate::math;
 use crate::params::generative::EXTENDED;
 use heapless::Vec;
@@ -100,7 +99,7 @@ impl Model<'_> {
         for k in 0..=s.len() {
             self.claim(s, k, &mut claims);
         }
-        let mut owner = [None; MAX_ECHOES];
+        let mut owner = [None; MAX_SEEN];
         for (i, claim) in claims.iter().enumerate() {
             let Some((echo, share)) = claim.echo.filter(|e| self.most(s, e.0, e.1)) else {
                 continue;
@@ -181,12 +180,12 @@ impl Model<'_> {
         s: &Staircase,
         k: usize,
         claims: &[Claim],
-        owner: &[Option<(usize, f32)>; MAX_ECHOES],
+        owner: &[Option<(usize, f32)>; MAX_SEEN],
         tell: &mut dyn FnMut(Sample),
     ) {
         let (mut riser, mut nothing) = (None, true);
         for (i, claim) in claims.iter().enumerate().filter(|(_, c)| c.riser == k) {
-            let echo = claim.echo.map_or(MAX_ECHOES, |e| e.0);
+            let echo = claim.echo.map_or(MAX_SEEN, |e| e.0);
             let mine = owner.get(echo).copied().flatten().is_some_and(|o| o.0 == i);
             let e = self.echoes.get(echo).filter(|_| mine);
             let q = self.expected_q(claim.place.range_m);

@@ -15,7 +15,7 @@
 use super::places::{Class, Place, before};
 use super::prior::ln;
 use super::staircase::{Kind, Staircase, View};
-use crate::echoes::{Echo, MAX_ECHOES};
+use crate::echoes::Echo;
 use crate::grid::Geometry;
 use crate::math;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
@@ -24,6 +24,11 @@ use heapless::Vec;
 
 /// Below this level no echo is detected, dB.
 pub const LEAST_DB: f32 = 2.8;
+/// Most echoes that the model looks at, the strongest: what a staircase's features show and as many
+/// again of everything else.
+pub const MAX_SEEN: usize = 40;
+/// Nearer than this the mirror's own echo covers everything, metres.
+const NEAREST_M: f32 = 0.12;
 /// Width of a clean lobe, in units of a point scatterer's.
 const CLEAN_WIDTH: f32 = 1.03;
 /// Area that is scanned, m².
@@ -38,12 +43,19 @@ const GATE_M: f32 = 0.06;
 const CROSS_GATE_M: f32 = 0.20;
 /// Echoes near one riser.
 pub(super) const NEAR: usize = 16;
+/// So many standard deviations off leave nothing.
+const SURE: f32 = 6.0;
+/// Beyond this squared deviation only the tails are left.
+const CORE: f32 = 25.0;
 /// Below a brink echoes are so many times as dense as in the air.
 const BELOW: f32 = 3.0;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
 /// Least density, so that its logarithm is finite.
 const LEAST: f32 = 1e-12;
+
+/// Sums over the echoes from each number on.
+pub type Sums = [f32; MAX_SEEN + 1];
 
 /// An echo as the model sees it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -64,12 +76,16 @@ pub struct Seen {
     floor: f32,
     face: f32,
     point: [f32; POINTS],
+    /// One over the standard deviations off tread, floor and face, per metre.
+    per_tread: f32,
+    per_floor: f32,
+    per_face: f32,
 }
 
 /// The echoes of a scan under the model.
 pub struct Model<'p> {
     /// The echoes in order of their distance.
-    pub echoes: Vec<Seen, MAX_ECHOES>,
+    pub echoes: Vec<Seen, MAX_SEEN>,
     /// What can be seen.
     pub view: View,
     /// Mirror above the ground, metres.
@@ -100,6 +116,9 @@ pub(super) fn logistic(x: f32) -> f32 {
 
 /// Upper tail of the normal distribution.
 pub fn above(z: f32) -> f32 {
+    if z.abs() > SURE {
+        return if z > 0.0 { 0.0 } else { 1.0 };
+    }
     logistic(-1.702 * z)
 }
 
@@ -109,8 +128,11 @@ pub fn tailed(z2: f32) -> f32 {
         return 1e-9;
     }
     let wide = 1.0 / (1.0 + z2 / 128.0);
-    let wide = wide * wide;
-    0.92 * math::exp(-0.5 * z2) + 0.005 * wide * wide
+    let wide = 0.005 * (wide * wide) * (wide * wide);
+    if z2 > CORE {
+        return wide;
+    }
+    0.92 * math::exp(-0.5 * z2) + wide
 }
 
 /// Density of a level, cut off at the detection threshold, with a flat share.
@@ -121,27 +143,47 @@ pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
 }
 
 impl<'p> Model<'p> {
-    /// Takes in the echoes.
-    pub fn new(echoes: &[Echo], view: View, geometry: &Geometry, g: &'p Generative) -> Self {
-        let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
-        let mut model = Self {
+    /// Without echoes.
+    pub const fn empty(g: &'p Generative) -> Self {
+        Self {
             echoes: Vec::new(),
-            view,
-            height_m: view.height_m,
-            q: (strongest - 30.0) / 10.0,
-            beam_rad: 0.9 * geometry.beamwidth_rad,
-            cell_m: 0.02 * geometry.bin_m / 0.0117,
+            view: View::NOTHING,
+            height_m: 0.0,
+            q: 0.0,
+            beam_rad: 0.0,
+            cell_m: 0.0,
             rates: [0.0; EXTENDED],
             g,
-        };
-        for (rate, p) in model.rates.iter_mut().zip(&g.extended) {
-            *rate = math::exp(p.rate + p.rate_per_ten_db * model.q);
         }
-        for e in echoes.iter().filter(|e| e.range_m > 0.12) {
-            let _ = model.echoes.push(model.seen(e));
-        }
-        shell_sort(&mut model.echoes, |a, b| a.x_m < b.x_m);
+    }
+
+    /// With these echoes.
+    pub fn new(echoes: &[Echo], view: View, geometry: &Geometry, g: &'p Generative) -> Self {
+        let mut model = Self::empty(g);
+        model.take(echoes, view, geometry);
         model
+    }
+
+    /// Takes in a scan's echoes, which come strongest first: as many as there is room for.
+    #[inline(never)]
+    pub fn take(&mut self, echoes: &[Echo], view: View, geometry: &Geometry) {
+        let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
+        self.view = view;
+        self.height_m = view.height_m;
+        self.q = (strongest - 30.0) / 10.0;
+        self.beam_rad = 0.9 * geometry.beamwidth_rad;
+        self.cell_m = 0.02 * geometry.bin_m / 0.0117;
+        for (rate, p) in self.rates.iter_mut().zip(&self.g.extended) {
+            *rate = math::exp(p.rate + p.rate_per_ten_db * self.q);
+        }
+        self.echoes.clear();
+        for e in echoes.iter().filter(|e| e.range_m > NEAREST_M) {
+            let seen = self.seen(e);
+            if self.echoes.push(seen).is_err() {
+                break;
+            }
+        }
+        shell_sort(&mut self.echoes, |a, b| a.x_m < b.x_m);
     }
 
     /// Strongest echo over 30 dB, tens of dB.
@@ -149,6 +191,7 @@ impl<'p> Model<'p> {
         self.q
     }
 
+    #[inline(never)]
     fn seen(&self, e: &Echo) -> Seen {
         let [face, tread, floor, air, inside, noise] = &self.g.extended;
         let s = e.snr_db;
@@ -162,21 +205,27 @@ impl<'p> Model<'p> {
         for (value, p) in point.iter_mut().zip(&self.g.points) {
             *value = level_density(s, self.level(p, e.range_m), p.snr_sigma_db, 0.05);
         }
+        let across_m = e.range_m * math::hypot(1.5 * e.angle_sigma_rad, 0.0015);
+        let per_range = across_m / math::max(e.range_m, 0.05);
+        let (up_m, along_m) = (per_range * e.x_m, per_range * (self.height_m - e.y_m));
         Seen {
             x_m: e.x_m,
             y_m: e.y_m,
             range_m: e.range_m,
-            across_m: e.range_m * math::hypot(1.5 * e.angle_sigma_rad, 0.0015),
+            across_m,
             wide: (e.width - CLEAN_WIDTH).clamp(0.0, 0.5),
             snr_db: s,
             noise: math::exp(noise.rate - (s - LEAST_DB) / noise.snr_sigma_db)
                 / (EXTENT * math::max(e.range_m, 0.1) * noise.snr_sigma_db),
             air: level(air, 0.0, 0.05) / AREA_M2,
             inside: level(inside, 0.0, 0.01) / AREA_M2,
-            tread: level(tread, 0.0, 0.002),
-            floor: level(floor, -8.0 * far, 0.005) * math::exp(-1.5 * far),
-            face: 10.0 * level(face, 0.0, 0.05),
+            tread: GAUSS * level(tread, 0.0, 0.002),
+            floor: GAUSS * level(floor, -8.0 * far, 0.005) * math::exp(-1.5 * far),
+            face: GAUSS * 10.0 * level(face, 0.0, 0.05),
             point,
+            per_tread: 1.0 / math::hypot(tread.off_sigma_m, up_m),
+            per_floor: 1.0 / math::hypot(floor.off_sigma_m, up_m),
+            per_face: 1.0 / math::hypot(face.off_sigma_m, along_m),
         }
     }
 
@@ -196,8 +245,8 @@ impl<'p> Model<'p> {
     }
 
     /// The same by class: face, tread, floor, air, inside, noise.
+    #[inline(never)]
     pub(super) fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
-        let [face, tread, floor, ..] = &self.g.extended;
         let base = self.base(s, k, e.x_m);
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
         let low = self.sight(e.x_m, base, edge);
@@ -217,29 +266,26 @@ impl<'p> Model<'p> {
             e.noise,
         ];
         let [on_face, on_tread, on_floor, ..] = &mut parts;
-        let lever = e.across_m * e.x_m / math::max(e.range_m, 0.05);
         if k > 0 && base < self.height_m {
-            let sigma = math::hypot(tread.off_sigma_m, lever);
-            let z = (e.y_m - base) / sigma;
-            *on_tread = e.tread * tailed(z * z) * GAUSS / sigma;
+            let z = (e.y_m - base) * e.per_tread;
+            *on_tread = e.tread * tailed(z * z) * e.per_tread;
         }
         if k == 0 || s.open {
-            let sigma = math::hypot(floor.off_sigma_m, lever);
-            let z = (e.y_m - if k == 0 { base } else { 0.0 }) / sigma;
+            let z = (e.y_m - if k == 0 { base } else { 0.0 }) * e.per_floor;
             let share = if k == 0 { 1.0 } else { 0.3 };
-            *on_floor = share * e.floor * tailed(z * z) * GAUSS / sigma;
+            *on_floor = share * e.floor * tailed(z * z) * e.per_floor;
         }
         for i in [k.checked_sub(1), Some(k)].into_iter().flatten() {
             if i >= s.len() {
                 continue;
             }
             let (b, t) = self.face_span(s, i);
-            *on_face += self.face(face, e, s.x(i) - 0.3 * s.overhang_m, b, t);
+            *on_face += Self::face(e, s.x(i) - 0.3 * s.overhang_m, b, t);
         }
         if s.wall().is_finite() && k == s.len() && e.y_m > base - 0.03 {
             let z = (e.x_m - s.wall()) / 0.008;
             if z * z < 60.0 {
-                *on_face += 0.25 * e.face * tailed(z * z) * GAUSS / 0.008;
+                *on_face += 0.25 * e.face * tailed(z * z) / 0.008;
             }
         }
         parts
@@ -255,33 +301,60 @@ impl<'p> Model<'p> {
     }
 
     /// Density as part of a face at `x` from `b` to `t`.
-    fn face(&self, p: &Extended, e: &Seen, x: f32, b: f32, t: f32) -> f32 {
+    fn face(e: &Seen, x: f32, b: f32, t: f32) -> f32 {
         if t <= b + 0.01 {
             return 0.0;
         }
-        let lever = e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, 0.05);
-        let sigma = math::hypot(p.off_sigma_m, lever);
-        let z = (e.x_m - x) / sigma;
+        let z = (e.x_m - x) * e.per_face;
         if z * z > 100.0 {
             return 0.0;
         }
         let soft = 0.008 + e.across_m;
         let within = above((b - e.y_m) / soft) - above((t - e.y_m) / soft);
-        e.face * math::max(within, 0.0) * tailed(z * z) * GAUSS / sigma
+        e.face * math::max(within, 0.0) * tailed(z * z) * e.per_face
     }
 
     /// Log-likelihood of the echoes before riser `k` (or of the landing), and of their number.
     pub fn tread(&self, s: &Staircase, k: usize) -> f32 {
+        self.within(s, k, f32::NEG_INFINITY, f32::INFINITY) - self.expected(s, k)
+    }
+
+    /// Log-likelihood of the echoes before riser `k` that lie between two distances.
+    #[inline(never)]
+    pub fn within(&self, s: &Staircase, k: usize, from_m: f32, to_m: f32) -> f32 {
         let start = k.checked_sub(1).map_or(f32::NEG_INFINITY, |k| s.x(k));
+        let from = math::max(start + BEHIND_M, from_m);
+        let to = math::min(s.x(k) + BEHIND_M, to_m);
         let mut total = 0.0;
-        for e in self.between(start + BEHIND_M, s.x(k) + BEHIND_M) {
+        for e in self.between(from, to) {
             total += ln(self.background(s, k, e));
         }
-        let exposure = self.exposure(s, k);
-        for (exposure, rate) in exposure.iter().zip(&self.rates) {
-            total -= exposure * rate;
-        }
         total
+    }
+
+    /// Log-likelihoods of all echoes on the tread before riser `k`, wherever that begins, summed up
+    /// from the farthest: entry i holds those from number i on.
+    #[inline(never)]
+    pub fn sums(&self, s: &Staircase, k: usize) -> Sums {
+        let mut sums = [0.0; MAX_SEEN + 1];
+        let mut sum = 0.0;
+        let places = sums.iter_mut().zip(&self.echoes);
+        for (place, e) in places.rev() {
+            sum += ln(self.background(s, k, e));
+            *place = sum;
+        }
+        sums
+    }
+
+    /// Number of the first echo beyond a distance.
+    pub fn first_beyond(&self, x_m: f32) -> usize {
+        self.echoes.partition_point(|e| e.x_m <= x_m)
+    }
+
+    /// How many echoes are expected on the tread before riser `k`, and on its face.
+    pub fn expected(&self, s: &Staircase, k: usize) -> f32 {
+        let exposure = self.exposure(s, k);
+        exposure.iter().zip(&self.rates).map(|(e, r)| e * r).sum()
     }
 
     /// How much of face, tread and floor there is before riser `k`: expected echoes over their rate.
@@ -333,6 +406,7 @@ impl<'p> Model<'p> {
         self.points(s, k, k >= s.len(), &places)
     }
 
+    #[inline(never)]
     fn points(&self, s: &Staircase, k: usize, wall: bool, places: &[Place]) -> f32 {
         let mut used = [0f32; NEAR];
         let (mut gone, mut found) = (1.0f32, 0.0f32);
@@ -387,15 +461,16 @@ impl<'p> Model<'p> {
 
     /// Of each point feature of riser `k`: the echo that most likely is it, if one more likely is than
     /// not.
+    #[inline(never)]
     pub fn features(&self, s: &Staircase, k: usize, mut each: impl FnMut(Class, &Best)) {
         let near = self.between(s.x(k) - 0.12, s.x(k) + 0.10);
-        for place in self.places(s, k) {
+        for place in &self.places(s, k) {
             let Some(p) = self.g.points.get(place.class as usize) else {
                 continue;
             };
             let mut best = (1.0, None);
             for e in near {
-                let density = self.density(s, k, &place, p, e);
+                let density = self.density(s, k, place, p, e);
                 if density > 0.0 {
                     let odds = density / self.behind(s, k, e);
                     if odds > best.0 {
@@ -420,6 +495,7 @@ impl<'p> Model<'p> {
     }
 
     /// Density of an echo as one of riser `k`'s point features.
+    #[inline(never)]
     pub(super) fn density(
         &self,
         s: &Staircase,

@@ -1,7 +1,7 @@
 //! Where a staircase shows point features, and what can be seen of it.
 
 use super::model::Model;
-use super::staircase::{Kind, Staircase};
+use super::staircase::Staircase;
 use crate::math;
 use heapless::Vec;
 
@@ -77,6 +77,7 @@ impl Model<'_> {
     }
 
     /// Where riser `k` shows point features; `k` may be the wall behind the last one.
+    #[inline(never)]
     pub(super) fn places(&self, s: &Staircase, k: usize) -> Vec<Place, 3> {
         let mut places = Vec::new();
         let h = self.height_m;

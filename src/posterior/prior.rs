@@ -39,12 +39,14 @@ fn departure(z: f32, core: f32, wide: f32, share: f32) -> f32 {
 }
 
 /// Overhangs are mostly none.
+#[inline(never)]
 pub fn overhang(overhang_m: f32) -> f32 {
     let z = overhang_m / 0.002;
     ln(0.5 * math::exp(-0.5 * z * z) + 0.5 * 0.15)
 }
 
 /// Density of the going to one more riser, per metre, where the mean of the flight's is known or not.
+#[inline(never)]
 pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
     let within = |low: f32, high: f32| {
         if (low..=high).contains(&going_m) {
@@ -65,6 +67,7 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
 }
 
 /// Logarithm of a hypothesis's prior, times the volume that the echoes leave it.
+#[inline(never)]
 pub fn prior(s: &Staircase) -> f32 {
     let n = s.len();
     let wall = if s.wall().is_finite() {

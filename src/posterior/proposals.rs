@@ -4,7 +4,7 @@
 //! likelihood is looked at anew.
 
 use super::cloud::{Cloud, Told};
-use super::model::Model;
+use super::model::{BEHIND_M, Model, Sums};
 use super::prior::{GOES_ON, going, ln, overhang, prior};
 use super::staircase::{Kind, MAX_STEPS, Sigmas, Staircase};
 use crate::math;
@@ -37,6 +37,7 @@ pub struct Base {
 const PLACED_M: f32 = 0.01;
 
 impl Base {
+    #[inline(never)]
     pub fn new(model: &Model<'_>, staircase: Staircase, sigmas: Sigmas) -> Self {
         let mut steps = [0.0; MAX_STEPS + 1];
         let mut total = prior(&staircase);
@@ -53,6 +54,7 @@ impl Base {
     }
 
     /// What risers from number `from` to before `to` say.
+    #[inline(never)]
     fn part(&self, from: usize, to: usize) -> f32 {
         self.steps.get(from..to).map_or(0.0, |s| s.iter().sum())
     }
@@ -85,6 +87,7 @@ impl Proposals<'_> {
         }
     }
 
+    #[inline(never)]
     fn put(&mut self, s: &Staircase, log_weight: f32, sigmas: &Sigmas) {
         self.cloud.add(s, log_weight, sigmas, self.told);
     }
@@ -95,6 +98,7 @@ impl Proposals<'_> {
     }
 
     /// Places on a grid of `step_m` from `from_m` to `to_m`, and of echoes there.
+    #[inline(never)]
     fn spots(&self, from_m: f32, to_m: f32, step_m: f32, echo_m: f32) -> Spots {
         let mut spots = Spots::new();
         let mut x = from_m;
@@ -116,6 +120,7 @@ impl Proposals<'_> {
     }
 
     /// The flight less its last steps.
+    #[inline(never)]
     fn less(&mut self, base: &Base) {
         let mut longer = base.staircase;
         let mut weight = base.log_weight;
@@ -132,34 +137,81 @@ impl Proposals<'_> {
     }
 
     /// One more riser behind the last, at an echo or where nothing shows it.
+    #[inline(never)]
     fn behind(&mut self, base: &Base) {
         let s = &base.staircase;
-        let (n, x, h) = (s.len(), s.last_x(), s.level(s.len()));
-        let (mean, rise) = (s.going(), s.rise());
-        let old = base.part(n, n + 1);
-        let end = math::min(x + 1.6, s.wall_m - 0.1);
+        let (x, mean) = (s.last_x(), s.going());
+        let end = math::min(x + 1.6, s.wall() - 0.1);
         let near = self.spots(x + 0.20, math::min(x + 0.60, end), 0.04, 0.006);
         let far = self.spots(x + 0.60, end, f32::INFINITY, 0.006);
-        for (at, step) in near.into_iter().chain(far.into_iter().skip(1)) {
-            let landing = if at > x + 0.4 { 0.03 } else { 0.0 };
-            let density = GOES_ON * (going(at - x, mean) + landing) * step;
-            for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
-                if density * share > 1e-5 {
-                    let new = s.with(n, at, h + rise + off);
-                    let part = self.part(&new, n, n + 2);
-                    let weight = base.log_weight + ln(density * share) + part - old;
-                    self.put(&new, weight, &base.sigmas);
+        let top = s.level(s.len()) + s.rise();
+        for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
+            let more = self.more(base, top + off, Kind::Stairs);
+            for &(at, step) in near.iter().chain(far.iter().skip(1)) {
+                let landing = if at > x + 0.4 { 0.03 } else { 0.0 };
+                let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
+                if odds > 1e-5 {
+                    let (new, weight) = self.added(base, &more, at);
+                    self.put(&new, weight + ln(odds), &base.sigmas);
                 }
             }
         }
     }
 
+    /// One more riser behind the last whose top is at `top_m`, wherever it stands.
+    fn more(&self, base: &Base, top_m: f32, kind: Kind) -> More {
+        let s = &base.staircase;
+        let n = s.len();
+        let mut far = s.with(n, s.last_x(), top_m);
+        far.kind = kind;
+        let hides = top_m > self.model.view.height_m;
+        More {
+            top_m,
+            kind,
+            // What can be seen behind an edge above the mirror depends on where that stands.
+            sums: (!hides).then(|| (self.model.sums(s, n), self.model.sums(&far, n + 1))),
+        }
+    }
+
+    /// That riser at `x_m`, and the logarithm of its weight but for its odds.
+    #[inline(never)]
+    fn added(&self, base: &Base, more: &More, x_m: f32) -> (Staircase, f32) {
+        let (model, s) = (self.model, &base.staircase);
+        let n = s.len();
+        let mut new = s.with(n, x_m, more.top_m);
+        new.kind = more.kind;
+        let old = base.part(n, n + 1);
+        let part = match &more.sums {
+            None => self.part(&new, n, n + 2),
+            Some((before, behind)) => {
+                let (from, to) = (x_m - NEAR_M, x_m + NEAR_M);
+                let at = |sums: &Sums, x| sums.get(model.first_beyond(x)).copied().unwrap_or(0.0);
+                let start = if n > 0 {
+                    s.last_x() + BEHIND_M
+                } else {
+                    f32::NEG_INFINITY
+                };
+                let from = math::max(from, start);
+                at(before, start) - at(before, from)
+                    + model.within(&new, n, from, to)
+                    + model.within(&new, n + 1, from, to)
+                    + at(behind, to)
+                    - model.expected(&new, n)
+                    - model.expected(&new, n + 1)
+                    + model.riser(&new, n)
+                    + model.riser(&new, n + 1)
+            }
+        };
+        (new, base.log_weight + part - old)
+    }
+
     /// One more riser before the first.
+    #[inline(never)]
     fn front(&mut self, base: &Base) {
         let s = &base.staircase;
         let (n, first) = (s.len(), s.x(0));
         let old = base.part(0, 1);
-        for (x, dx) in self.spots(0.3, first - 0.15, 0.12, 0.012) {
+        for &(x, dx) in &self.spots(0.3, first - 0.15, 0.12, 0.012) {
             for h in [0.05, 0.10, 0.15] {
                 if h < s.level(1) - 0.03 {
                     let new = s.with(0, x, h);
@@ -187,6 +239,7 @@ impl Proposals<'_> {
     }
 
     /// One more riser between two.
+    #[inline(never)]
     fn between(&mut self, base: &Base) {
         let s = &base.staircase;
         for k in 1..s.len() {
@@ -205,6 +258,7 @@ impl Proposals<'_> {
     }
 
     /// One rise higher or lower than the others, the rest moved along or not.
+    #[inline(never)]
     fn odd(&mut self, base: &Base) {
         let s = &base.staircase;
         let n = s.len();
@@ -230,6 +284,7 @@ impl Proposals<'_> {
     }
 
     /// Other overhangs of all treads.
+    #[inline(never)]
     fn overhangs(&mut self, base: &Base) {
         let s = &base.staircase;
         if s.open {
@@ -244,34 +299,39 @@ impl Proposals<'_> {
         }
     }
 
-    /// One step, box or threshold, or a flight of three, where nothing is told.
+    /// One step, box or threshold, a flight of three, or a drop, where nothing is told.
+    #[inline(never)]
     fn floor(&mut self, base: &Base) {
         let s = &base.staircase;
         let old = base.part(0, 1);
-        let end = math::min(2.6, s.wall_m - 0.15);
+        let end = math::min(2.6, s.wall() - 0.15);
         let sigmas = [PLACED_M; MAX_STEPS];
-        for (x, dx) in self.spots(0.24, end, 0.12, 0.006) {
-            let brink = Staircase {
-                kind: Kind::Drop,
-                wall_m: x,
-                ..*s
-            };
+        let spots = self.spots(0.24, end, 0.12, 0.006);
+        for (h, share, kind) in FLOOR {
+            let more = self.more(base, h, kind);
+            for &(x, dx) in &spots {
+                // Boxes and thresholds that show nothing change nothing.
+                if kind == Kind::Stairs || dx < ECHO_M {
+                    let (new, weight) = self.added(base, &more, x);
+                    self.put(&new, weight + ln(0.8 * share * dx / 2.5), &sigmas);
+                }
+            }
+        }
+        for &(x, dx) in &spots {
+            let mut brink = *s;
+            (brink.kind, brink.wall_m) = (Kind::Drop, x);
             let weight = ln(DROP * dx / 2.5) + self.part(&brink, 0, 1) - old;
             self.put(&brink, base.log_weight + weight, &sigmas);
-            for (h, share, kind) in FLOOR {
-                let mut new = s.with(0, x, h);
-                new.kind = kind;
-                let weight = ln(0.8 * share * dx / 2.5) + self.part(&new, 0, 2) - old;
-                self.put(&new, base.log_weight + weight, &sigmas);
-            }
-            for (rise, open) in [(0.11, false), (0.17, false), (0.17, true)] {
+            for (rise, open) in [(0.17, false), (0.17, true)] {
+                if dx > ECHO_M && open {
+                    continue;
+                }
                 let mut new = *s;
-                for k in 0..3u8 {
-                    let k = f32::from(k);
-                    new = new.with(usize::from(k as u8), x + 0.28 * k, rise * (k + 1.0));
+                for (k, number) in [0.0, 1.0, 2.0].into_iter().enumerate() {
+                    new = new.with(k, x + 0.28 * number, rise * (number + 1.0));
                 }
                 new.open = open;
-                let weight = ln(0.5 * if open { 0.2 } else { 0.4 } * dx / 2.5);
+                let weight = ln(0.5 * if open { 0.2 } else { 0.8 } * dx / 2.5);
                 let part = self.part(&new, 0, 4) - old;
                 self.put(&new, base.log_weight + weight + part, &sigmas);
             }
@@ -279,6 +339,18 @@ impl Proposals<'_> {
     }
 }
 
+/// One more riser behind the last of a hypothesis, wherever it stands.
+struct More {
+    top_m: f32,
+    kind: Kind,
+    /// Of the echoes from each number on: on the tread before it, and on the one behind it.
+    sums: Option<(Sums, Sums)>,
+}
+
+/// Farther from a riser than this its face changes nothing, metres.
+const NEAR_M: f32 = 0.10;
+/// Of the way, an echo stands for less than this, metres; the places between are farther apart.
+const ECHO_M: f32 = 0.02;
 /// The ground ends somewhere ahead so often.
 const DROP: f32 = 0.1;
 /// What may stand alone on the floor: height, metres, how often, and what that is called.

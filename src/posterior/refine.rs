@@ -30,6 +30,7 @@ impl Reading {
 
 /// The hypothesis with its levels, places and overhang moved to where the echoes put them, and the
 /// levels' standard deviations.
+#[inline(never)]
 pub fn refine(model: &Model<'_>, start: &Staircase) -> (Staircase, Sigmas) {
     let mut s = *start;
     let mut sigmas = [RISE_SIGMA_M; MAX_STEPS];

@@ -72,6 +72,14 @@ pub struct View {
 const UNSEEN_BINS: f32 = 8.0;
 
 impl View {
+    /// Nothing is seen.
+    pub const NOTHING: Self = Self {
+        height_m: 0.0,
+        lowest: 0.0,
+        highest: 0.0,
+        farthest_m: 0.0,
+    };
+
     /// What a map looks at: its outermost rows less half a beam, and its bins less those that show no
     /// peak.
     pub fn of(map: &PolarMap) -> Self {
@@ -122,6 +130,16 @@ impl Staircase {
             wall_m: f32::INFINITY,
             ..Self::default()
         }
+    }
+
+    /// Whether another one has its risers in the same places, and the same wall behind.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let places = self.x_m.iter().zip(&other.x_m).take(self.len());
+        self.kind == other.kind
+            && self.steps == other.steps
+            && self.open == other.open
+            && self.wall_m == other.wall_m
+            && places.map(|(a, b)| (a - b).abs()).all(|off| off < RIGHT_M)
     }
 
     /// Where a wall stands, metres; infinitely far off if none does.
@@ -175,6 +193,7 @@ impl Staircase {
 
     /// The same with a riser at `x_m` whose top is at `top_m`, as number `k`; itself if it has as
     /// many as it can.
+    #[inline(never)]
     pub fn with(&self, k: usize, x_m: f32, top_m: f32) -> Self {
         let mut out = *self;
         let n = self.len();
@@ -184,11 +203,9 @@ impl Staircase {
         out.kind = Kind::Stairs;
         out.steps = (n + 1) as u8;
         for (places, value) in [(&mut out.x_m, x_m), (&mut out.top_m, top_m)] {
-            if let Some(rest) = places.get_mut(k..=n) {
-                rest.rotate_right(1);
-                if let Some(first) = rest.first_mut() {
-                    *first = value;
-                }
+            let mut moved = value;
+            for place in places.iter_mut().take(n + 1).skip(k) {
+                core::mem::swap(place, &mut moved);
             }
         }
         out
@@ -234,6 +251,7 @@ impl Staircase {
 
     /// Where this, if it is true with levels known to `sigmas`, makes an answer wrong: steps that are
     /// missing, made up, or farther off than [`RIGHT_M`].
+    #[inline(never)]
     pub fn conflicts(&self, told: &[Edge], view: &View, sigmas: &Sigmas) -> Conflicts {
         let mut conflicts = Conflicts::new();
         let mut used = [false; MAX_STEPS];

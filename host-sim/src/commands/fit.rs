@@ -25,9 +25,9 @@ use crate::scene::random::{Kind, random_with};
 use crate::seeds::Draw;
 
 /// Scenes of each kind that hazards are counted from …
-const TRAINING: u64 = 160;
+const TRAINING: u64 = 100;
 /// … and that they are calibrated on.
-const CALIBRATION: u64 = 80;
+const CALIBRATION: u64 = 60;
 
 /// Arguments of `fit`.
 #[derive(clap::Args, Debug)]
@@ -57,9 +57,13 @@ pub struct Args {
 }
 
 /// What there is to count from.
+/// A simulated scan, and how its stairs are built.
+type Sample = (Recording, Option<Build>);
+
+/// What is counted from.
 enum Source {
-    /// Scenes of every kind, by their number.
-    Simulated(u64),
+    /// Scenes of every kind, simulated once: for training and for calibration.
+    Simulated([Vec<Sample>; 2]),
     /// Recordings.
     Recorded(Vec<PathBuf>),
 }
@@ -138,7 +142,11 @@ fn write(path: &Path, text: &str) -> Result<()> {
 impl Source {
     fn new(args: &Args) -> Result<Self> {
         if args.on.is_empty() {
-            return Ok(Self::Simulated(args.scenes));
+            let calibration = args.scenes * CALIBRATION / TRAINING;
+            return Ok(Self::Simulated([
+                simulated(Draw::Tuning, args.scenes)?,
+                simulated(Draw::Validation, calibration)?,
+            ]));
         }
         let mut paths = Vec::new();
         for directory in &args.on {
@@ -153,12 +161,12 @@ impl Source {
         look: impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Send + Sync,
     ) -> Result<[Vec<R>; 2]> {
         let paths = match self {
-            Self::Simulated(scenes) => {
-                let calibration = scenes * CALIBRATION / TRAINING;
-                return Ok([
-                    simulated(Draw::Tuning, *scenes, &look)?,
-                    simulated(Draw::Validation, calibration, &look)?,
-                ]);
+            Self::Simulated([training, calibration]) => {
+                let look = |samples: &Vec<Sample>| -> Result<Vec<R>> {
+                    let made = in_parallel(samples, |(recording, build)| look(recording, *build))?;
+                    Ok(made.into_iter().flatten().collect())
+                };
+                return Ok([look(training)?, look(calibration)?]);
             }
             Self::Recorded(paths) => paths,
         };
@@ -171,12 +179,8 @@ impl Source {
     }
 }
 
-/// What `look` makes of simulated scenes of every kind.
-fn simulated<R: Send>(
-    draw: Draw,
-    count: u64,
-    look: &(impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Send + Sync),
-) -> Result<Vec<R>> {
+/// Scenes of every kind, `count` of each.
+fn simulated(draw: Draw, count: u64) -> Result<Vec<Sample>> {
     let seeds = || draw.seeds().take(count as usize);
     let jobs: Vec<(Kind, u64)> = Kind::ALL
         .iter()
@@ -184,7 +188,7 @@ fn simulated<R: Send>(
         .collect();
     let made = in_parallel(&jobs, |&(kind, seed)| {
         let build = Build::of(&random_with(kind, kind.variety(), seed));
-        look(&random_scan(kind, kind.variety(), seed)?, build)
+        Ok(Some((random_scan(kind, kind.variety(), seed)?, build)))
     })?;
     Ok(made.into_iter().flatten().collect())
 }
@@ -227,7 +231,7 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
     let least = fit::threshold(&calibration.iter().collect::<Vec<_>>(), &weights);
     weights.ok_from = least.from;
     let mut told = format!(
-        "ok from {:.3} on: {} scans of common forms for calibration, {} of them wrong\n",
+        "ok from {:.3} on: {} scans for calibration, {} of them wrong\n",
         least.from, least.ok, least.wrong
     );
     table(&mut told, "hazard", training.len(), &hazards);

@@ -25,7 +25,6 @@ use crate::answer::Answer;
 use crate::inspect;
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options, Scanned};
-use crate::scene::random::Kind;
 use crate::score;
 use logistic::Fit;
 use measurement::{Build, Sighting};
@@ -35,17 +34,6 @@ pub use table::write;
 /// How far a feature's weight is taken to lie from 0 before anything is counted: standard deviation,
 /// log-odds. Features are of the order of 1, and e³ is a strong effect.
 const PRIOR_SIGMA: f64 = 3.0;
-
-/// The forms that a chair meets every day.
-const COMMON: [Kind; 7] = [
-    Kind::Ascending,
-    Kind::None,
-    Kind::Uneven,
-    Kind::Soft,
-    Kind::Landing,
-    Kind::Beside,
-    Kind::Clutter,
-];
 
 /// What one scan teaches.
 #[derive(Clone, Debug)]
@@ -206,15 +194,12 @@ pub struct Threshold {
     pub wrong: usize,
 }
 
-/// The least probability with which none of the `ok` answers to common forms is wrong. Over all kinds
-/// a few in a hundred `ok` answers are, whatever the threshold: what the model cannot see in odd forms.
+/// One `ok` in so many may be wrong up to its horizon.
+const OK_IN: f64 = 200.0;
+
+/// The least probability, in thousandths, with which so few of the `ok` answers are wrong, half an
+/// error more than seen (Jeffreys).
 pub fn threshold(lessons: &[&Lesson], weights: &Weights) -> Threshold {
-    let common = |l: &&&Lesson| {
-        COMMON
-            .iter()
-            .any(|kind| l.name.starts_with(&kind.to_string()))
-    };
-    let lessons: Vec<&Lesson> = lessons.iter().filter(common).copied().collect();
     let courses: Vec<Vec<(f32, f32, bool)>> = lessons.iter().map(|l| course(l, weights)).collect();
     let judge = |from: f32| {
         let ends = courses
@@ -227,22 +212,13 @@ pub fn threshold(lessons: &[&Lesson], weights: &Weights) -> Threshold {
             wrong: ok.iter().filter(|(.., right)| !right).count(),
         }
     };
-    // In thousandths, from above to the first wrong one.
-    let mut best = Threshold {
+    let fine = |t: &Threshold| (t.wrong as f64 + 0.5) * OK_IN <= t.ok as f64 + 1.0;
+    let all = (900..1000_u16).map(|thousandths| judge(f32::from(thousandths) / 1000.0));
+    all.into_iter().find(fine).unwrap_or(Threshold {
         from: 2.0,
         ok: 0,
         wrong: 0,
-    };
-    for thousandths in (900..1000_u16).rev() {
-        let now = judge(f32::from(thousandths) / 1000.0);
-        if now.wrong > 0 {
-            break;
-        }
-        if now.ok > 0 {
-            best = now;
-        }
-    }
-    best
+    })
 }
 
 /// Of each cell of a lesson: where it ends, the probability that the answer is right up to there,
