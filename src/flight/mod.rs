@@ -212,6 +212,8 @@ fn ascend(
     });
     let best = best.as_ref().map(|b| &b.0);
     let belief = belief::belief(&model, &bases, measured.as_ref(), cloud);
+    let view = &model.view;
+    observer.event(Event::Posterior { cloud, view });
     let ended = Ended {
         search: &search,
         best,
