@@ -220,13 +220,14 @@ fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
     profile_view(scan.recording, k, &mut processor).map(Some)
 }
 
-/// Places that must be in view: true and reported steps.
+/// Places that must be in view: true and reported steps, and what else may well stand there.
 fn points_of_interest(scan: &ScanView<'_>) -> Vec<Point> {
     let truth = scan.recording.meta.truth.iter();
     let real = truth.flat_map(|t| t.steps.iter().map(|s| (s.distance_m, s.height_m)));
     let reported = staircase::steps(scan.answer);
     let reported = reported.iter().map(|s| (s.distance_m, s.height_m));
-    real.chain(reported).collect()
+    let doubtful = posterior::points_of_interest(scan.posterior, scan.answer);
+    real.chain(reported).chain(doubtful).collect()
 }
 
 /// The scan in a few words.

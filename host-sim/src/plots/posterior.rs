@@ -7,7 +7,7 @@ use plotters::style::RGBColor;
 use super::colour::HUES;
 use super::page::{Frame, Swatch, number};
 use super::particles::Point;
-use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
+use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 use super::staircase::surface_to_draw;
 use crate::answer::{Answer, metres};
 use crate::score::MATCH_M;
@@ -36,6 +36,8 @@ pub struct PosteriorView {
 const RIVALS: usize = 3;
 /// What is less likely is not drawn: it is told as 0 %.
 const LEAST: f64 = 0.005;
+/// What is as likely as this is brought into view: what is told as a `MAYBE`.
+const LEAST_IN_VIEW: f64 = 0.05;
 /// The rivals' colours.
 const INKS: [RGBColor; RIVALS] = [HUES[5], HUES[7], HUES[6]];
 /// The colour of `MAYBE`s.
@@ -46,26 +48,42 @@ fn percent(probability: f64) -> String {
     format!("{} %", number(100.0 * probability, 0))
 }
 
+/// Whether a hypothesis says the same as the edges of an answer.
+fn same(hypothesis: &HypothesisView, told: &[Point]) -> bool {
+    let mut pairs = hypothesis.edges.iter().zip(told);
+    hypothesis.edges.len() == told.len() && pairs.all(|(a, b)| (a.0 - b.0).abs() <= MATCH_M)
+}
+
 /// The likeliest hypotheses that say something else than the edges of an answer, and how they are drawn.
 pub fn rivals<'a>(
     posterior: &'a PosteriorView,
     told: &[Point],
 ) -> Vec<(Stroke, &'a HypothesisView)> {
-    let same = |h: &HypothesisView| {
-        let pairs = h.edges.iter().zip(told);
-        h.edges.len() == told.len() && pairs.into_iter().all(|(a, b)| near(a, b))
-    };
-    let likely = posterior
-        .hypotheses
-        .iter()
-        .filter(|h| h.probability >= LEAST);
-    let rivals = likely.filter(|h| !same(h));
+    let likely = (posterior.hypotheses.iter()).filter(|h| h.probability >= LEAST);
+    let rivals = likely.filter(|h| !same(h, told));
     let faint = |ink| Stroke::solid(ink, 2.2).dashed(9.0, 6.0).alpha(0.6);
     INKS.into_iter().map(faint).zip(rivals).collect()
 }
 
-fn near(a: &Point, b: &Point) -> bool {
-    (a.0 - b.0).abs() <= MATCH_M
+/// How likely what an answer says is, in words for the legend; nothing without a posterior.
+pub fn share(posterior: &PosteriorView, told: &[Point]) -> String {
+    let alike = posterior.hypotheses.iter().filter(|h| same(h, told));
+    match posterior.hypotheses.as_slice() {
+        [] => String::new(),
+        _ => format!(", {}", percent(alike.map(|h| h.probability).sum())),
+    }
+}
+
+/// Places that must be in view: `MAYBE`s, and edges of rivals that are as likely.
+pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Point> {
+    let likely = posterior.hypotheses.iter().take(1 + RIVALS);
+    let likely = likely.filter(|h| h.probability >= LEAST_IN_VIEW);
+    let maybes = answer.maybes.iter();
+    let maybes = maybes.map(|m| (metres(m.distance), metres(m.height)));
+    likely
+        .flat_map(|h| h.edges.iter().copied())
+        .chain(maybes)
+        .collect()
 }
 
 /// The rivals and `MAYBE`s for the legend.
@@ -82,22 +100,32 @@ pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swa
     legend
 }
 
-/// Draws the rivals' staircases, each with its probability where it first departs from the answer.
+/// Draws the rivals' staircases, each with its probability at its end.
 pub fn draw_rivals(
     sheet: &Sheet<'_>,
     frame: &Frame,
     rivals: &[(Stroke, &HypothesisView)],
-    told: &[Point],
 ) -> Result<()> {
-    // The likeliest last, on top; none on another's words.
-    for (k, (stroke, rival)) in rivals.iter().enumerate().rev() {
-        let line = surface_to_draw(frame, &rival.edges);
+    const APART: Spot = (70.0, 26.0);
+    let right = frame.at.0 + frame.size.0;
+    let mut words: Vec<Spot> = Vec::new();
+    for (stroke, rival) in rivals {
+        let line = match rival.edges.as_slice() {
+            [] => vec![frame.spot(frame.x.0, 0.0), frame.spot(frame.x.1, 0.0)],
+            edges => surface_to_draw(frame, edges),
+        };
         sheet.line(&line, *stroke)?;
-        let other = |e: &&Point| !told.iter().any(|t| near(t, e));
-        let departs = rival.edges.iter().find(other).or(rival.edges.last());
-        let at = departs.map_or((frame.x.1, 0.0), |&e| e);
-        let at = frame.spot(at.0.min(frame.x.1), at.1.clamp(frame.y.0, frame.y.1));
-        let at = (at.0 - 8.0, at.1 + 20.0 + 24.0 * k as f64);
+        let end = line.last().copied().unwrap_or(frame.at);
+        let mut at = (end.0.min(right) - 6.0, end.1 - 18.0);
+        let overlap =
+            |w: &Spot, at: Spot| (w.0 - at.0).abs() < APART.0 && (w.1 - at.1).abs() < APART.1;
+        // Each shift passes at least one of them.
+        for _ in 0..words.len() {
+            if words.iter().any(|w| overlap(w, at)) {
+                at.1 += APART.1;
+            }
+        }
+        words.push(at);
         let face = Face::plain(20.0).right().ink(stroke.ink);
         sheet.note(&percent(rival.probability), at, face)?;
     }
@@ -139,25 +167,21 @@ pub fn draw_maybes(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<
     Ok(())
 }
 
-/// Writes the probability of each number of steps into the upper right corner.
+/// Writes the probability of each number of steps into the upper left corner, where stairs that lead up
+/// leave room.
 pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) -> Result<()> {
     const LINE: f64 = 27.0;
-    let mut at = (frame.at.0 + frame.size.0 - 14.0, frame.at.1 + 22.0);
-    let likely = posterior.counts.iter().enumerate();
-    let likely: Vec<(usize, &f64)> = likely.filter(|(_, p)| **p >= LEAST).collect();
+    let mut at = (frame.at.0 + 14.0, frame.at.1 + 22.0);
+    let counts = posterior.counts.iter().enumerate();
+    let likely: Vec<(usize, &f64)> = counts.filter(|(_, p)| **p >= LEAST).collect();
+    let face = Face::plain(20.0).left();
     if !likely.is_empty() {
-        let face = Face::plain(20.0).right().ink(FAINT);
-        sheet.note("posterior", at, face)?;
+        sheet.note("number of steps", at, face.ink(FAINT))?;
     }
     for (count, probability) in likely {
         at.1 += LINE;
-        let steps = match count {
-            0 => "no steps".to_owned(),
-            1 => "1 step".to_owned(),
-            n => format!("{n} steps"),
-        };
-        let text = format!("{steps}: {}", percent(*probability));
-        sheet.note(&text, at, Face::plain(20.0).right().ink(INK))?;
+        let text = format!("{count}:  {}", percent(*probability));
+        sheet.note(&text, at, face)?;
     }
     Ok(())
 }
@@ -189,5 +213,24 @@ mod tests {
         };
         assert_eq!(rivals(&[(0.6, 0.15), (0.91, 0.31)]), [0.2, 0.1, 0.096]);
         assert_eq!(rivals(&[]), [0.6, 0.2, 0.096]);
+    }
+
+    #[test]
+    fn the_answers_own_share_is_told() {
+        let hypothesis = |probability, edges: &[Point]| HypothesisView {
+            name: String::new(),
+            probability,
+            edges: edges.to_vec(),
+        };
+        let posterior = PosteriorView {
+            counts: Vec::new(),
+            hypotheses: vec![
+                hypothesis(0.6, &[(0.6, 0.15)]),
+                hypothesis(0.3, &[]),
+                hypothesis(0.1, &[(0.61, 0.17)]),
+            ],
+        };
+        assert_eq!(share(&posterior, &[(0.6, 0.15)]), ", 70 %");
+        assert_eq!(share(&PosteriorView::default(), &[]), "");
     }
 }

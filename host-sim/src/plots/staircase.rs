@@ -65,9 +65,8 @@ pub fn draw(
     let real = Stroke::solid(TRUE, 2.0);
     let mut words = words.clone();
     if !reported.is_empty() {
-        words
-            .legend
-            .push((Swatch::Line(found), "reconstructed".into()));
+        let label = format!("reconstructed{}", posterior::share(posterior, &edges));
+        words.legend.push((Swatch::Line(found), label));
         let mark = Swatch::Mark(Shape::Dot, 7.0, CONCLUDED);
         words.legend.push((mark, "edge, box of ±2σ".into()));
     }
@@ -87,7 +86,7 @@ pub fn draw(
         if let Some(truth) = truth {
             draw_truth(sheet, frame, truth)?;
         }
-        posterior::draw_rivals(sheet, frame, &rivals, &edges)?;
+        posterior::draw_rivals(sheet, frame, &rivals)?;
         posterior::draw_maybes(sheet, frame, answer)?;
         posterior::draw_counts(sheet, frame, posterior)?;
         if edges.is_empty() {
