@@ -106,7 +106,6 @@ pub fn draw_rivals(
     frame: &Frame,
     rivals: &[(Stroke, &HypothesisView)],
 ) -> Result<()> {
-    const APART: Spot = (70.0, 26.0);
     let right = frame.at.0 + frame.size.0;
     let mut words: Vec<Spot> = Vec::new();
     for (stroke, rival) in rivals {
@@ -116,20 +115,22 @@ pub fn draw_rivals(
         };
         sheet.line(&line, *stroke)?;
         let end = line.last().copied().unwrap_or(frame.at);
-        let mut at = (end.0.min(right) - 6.0, end.1 - 18.0);
-        let overlap =
-            |w: &Spot, at: Spot| (w.0 - at.0).abs() < APART.0 && (w.1 - at.1).abs() < APART.1;
-        // Each shift passes at least one of them.
-        for _ in 0..words.len() {
-            if words.iter().any(|w| overlap(w, at)) {
-                at.1 += APART.1;
-            }
-        }
+        let at = free(&words, (end.0.min(right) - 6.0, end.1 - 18.0));
         words.push(at);
         let face = Face::plain(20.0).right().ink(stroke.ink);
         sheet.note(&percent(rival.probability), at, face)?;
     }
     Ok(())
+}
+
+/// The first place from `at` downwards where a probability covers none of those at `words`.
+fn free(words: &[Spot], mut at: Spot) -> Spot {
+    const APART: Spot = (70.0, 26.0);
+    let covers = |w: &&Spot, at: Spot| (w.0 - at.0).abs() < APART.0 && (w.1 - at.1).abs() < APART.1;
+    while let Some(word) = words.iter().find(|w| covers(w, at)) {
+        at.1 = word.1 + APART.1;
+    }
+    at
 }
 
 fn maybe_stroke() -> Stroke {
@@ -213,6 +214,14 @@ mod tests {
         };
         assert_eq!(rivals(&[(0.6, 0.15), (0.91, 0.31)]), [0.2, 0.1, 0.096]);
         assert_eq!(rivals(&[]), [0.6, 0.2, 0.096]);
+    }
+
+    #[test]
+    fn probabilities_do_not_cover_each_other() {
+        let words = [(100.0, 50.0), (120.0, 80.0), (400.0, 106.0)];
+        assert_eq!(free(&words, (110.0, 30.0)), (110.0, 106.0));
+        assert_eq!(free(&words, (110.0, 20.0)), (110.0, 20.0));
+        assert_eq!(free(&words, (300.0, 50.0)), (300.0, 50.0));
     }
 
     #[test]

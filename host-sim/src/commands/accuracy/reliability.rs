@@ -5,12 +5,12 @@ use std::fmt::Write as _;
 use crate::scene::random::Kind;
 use crate::score::{Bin, Reliability, SetScore, Share};
 
-/// `1.42 m`: the median horizon of the answers that are `ok`.
+/// `1.42 m`: the median horizon of the answers that are `ok`; a dash without any.
 pub fn horizon(set: &SetScore) -> String {
     match set.ok_horizon_m {
         None => "–".into(),
         Some(m) if m.is_finite() => format!("{m:.2} m"),
-        Some(_) => "all".into(),
+        Some(_) => "not told".into(),
     }
 }
 
@@ -137,7 +137,10 @@ mod tests {
         silent.confidence = None;
         let set = SetScore::new("all", [silent].iter());
         let text = tables(&[], &set);
-        assert!(text.contains("median horizon of an `ok` all"), "{text}");
+        assert!(
+            text.contains("median horizon of an `ok` not told"),
+            "{text}"
+        );
         assert!(text.ends_with("No answer tells a confidence.\n"), "{text}");
     }
 }
