@@ -7,7 +7,7 @@ use plotters::style::RGBColor;
 use super::colour::HUES;
 use super::page::{Frame, Swatch, number};
 use super::particles::Point;
-use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
+use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use super::staircase::surface_to_draw;
 use crate::answer::{Answer, metres};
 use crate::score::MATCH_M;
@@ -40,8 +40,8 @@ const LEAST: f64 = 0.005;
 const LEAST_IN_VIEW: f64 = 0.05;
 /// The rivals' colours.
 const INKS: [RGBColor; RIVALS] = [HUES[5], HUES[7], HUES[6]];
-/// The colour of `MAYBE`s.
-const MAYBE: RGBColor = HUES[3];
+/// The colour of `MAYBE`s: of no scatterer and no staircase.
+const MAYBE: RGBColor = INK;
 
 /// `97 %` of a probability.
 fn percent(probability: f64) -> String {
