@@ -1,10 +1,10 @@
 //! Looks over the shoulder of the likelihood estimator: what it took each scatterer for, and how
-//! the winner stands against its rivals.
+//! the winner stands against its rivals, in nats and in probability.
 
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::answer::Outcome;
+use stairscan::answer::{Maybe, Outcome};
 use stairscan::config::Config;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
@@ -14,7 +14,8 @@ use stairscan::observer::{Event, Observer};
 use stairscan::range::FULL_SCALE;
 
 use crate::answer::Answer;
-use crate::plots::{ExplanationView, InspectView, Point, ScattererView, Verdict};
+use crate::plots::{ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict};
+use crate::posterior;
 
 /// One scan as the estimator sees it.
 #[derive(Clone, Debug)]
@@ -107,6 +108,9 @@ impl Observer for Witness {
                     winner: hypothesis.winner,
                     edges,
                 });
+            }
+            Event::Posterior { cloud, view } => {
+                self.view.posterior = posterior::view(cloud, view);
             }
             Event::Cell(_) | Event::Done(_) | Event::Particles { .. } => {}
         }
@@ -205,12 +209,35 @@ impl Inspection {
             }
             text.push('\n');
         }
+        if let Some(view) = self.posterior() {
+            text.push_str(&posterior::text(view));
+        }
+        text.push_str(&self.maybes());
         let _ = writeln!(
             text,
             "\n{} {}",
             self.outcome.status.as_str(),
             self.outcome.reasons
         );
+        text
+    }
+
+    /// What the posterior says; `None` where the estimator has none: of what leads down.
+    fn posterior(&self) -> Option<&PosteriorView> {
+        Some(&self.view.posterior).filter(|p| !p.counts.is_empty())
+    }
+
+    /// What may stand there though the answer does not hold it, as a table for people.
+    fn maybes(&self) -> String {
+        let mut text = String::new();
+        for maybe in &self.outcome.maybes {
+            if text.is_empty() {
+                text.push_str("\n  probability  maybe\n");
+            }
+            let percent = 100.0 * maybe.probability;
+            let at = (maybe.distance_m, maybe.height_m);
+            let _ = writeln!(text, "  {percent:9.1} %  ({:.3}, {:.3})", at.0, at.1);
+        }
         text
     }
 
@@ -242,12 +269,21 @@ impl Inspection {
                 "edges": e.edges.iter().map(edge).collect::<Vec<_>>(),
             })
         };
+        let maybe = |m: &Maybe| {
+            json!({
+                "distance_m": decimal(m.distance_m.into()),
+                "height_m": decimal(m.height_m.into()),
+                "probability": decimal(m.probability.into()),
+            })
+        };
         json!({
             "recording": answer.recording,
             "scan": answer.part.unwrap_or(answer.scan.scan),
             "noise_dbfs": decimal(self.noise_db),
             "angle_bias_deg": self.calibration.map(|c| decimal(c.0)),
             "mount_height_error_m": self.calibration.map(|c| decimal(c.1)),
+            "posterior": self.posterior().map(posterior::json),
+            "maybe": self.outcome.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
             "scatterers": self.scatterers.iter().map(scatterer).collect::<Vec<_>>(),
         })
@@ -305,5 +341,35 @@ mod tests {
             assert!(text.contains(scatterer["role"].as_str().unwrap()));
             assert!(scatterer["x_m"].is_f64() && scatterer["snr_db"].is_f64());
         }
+    }
+
+    #[test]
+    fn the_posterior_stands_in_table_and_json() {
+        let (inspection, answer) = inspection("stair_a");
+        let json = inspection.json(&answer);
+        let sum = |list: &Value, of: &dyn Fn(&Value) -> f64| -> f64 {
+            list.as_array().unwrap().iter().map(of).sum()
+        };
+        let posterior = &json["posterior"];
+        let counts = &posterior["counts"];
+        assert!((sum(counts, &|p| p.as_f64().unwrap()) - 1.0).abs() < 1e-3);
+        assert!(counts[3].as_f64().unwrap() > 0.5, "{counts}");
+        let hypotheses = &posterior["hypotheses"];
+        let mass = sum(hypotheses, &|h| h["probability"].as_f64().unwrap());
+        assert!((mass - 1.0).abs() < 1e-3, "{hypotheses}");
+        let likeliest = &hypotheses[0];
+        assert_eq!(likeliest["edges"].as_array().unwrap().len(), 3);
+        let text = inspection.text();
+        assert!(text.contains(likeliest["name"].as_str().unwrap()), "{text}");
+        let maybes = json["maybe"].as_array().unwrap();
+        assert_eq!(maybes.len(), answer.maybes.len());
+    }
+
+    /// Going down there is no posterior: its place says so.
+    #[test]
+    fn no_posterior_is_null() {
+        let (inspection, answer) = inspection("descending");
+        assert!(inspection.json(&answer)["posterior"].is_null());
+        assert!(!inspection.text().contains("hypothesis\n"));
     }
 }

@@ -9,6 +9,7 @@ pub mod images;
 pub mod inspect;
 pub mod playback;
 pub mod plots;
+pub mod posterior;
 pub mod recording;
 pub mod replay;
 pub mod scene;

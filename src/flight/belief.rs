@@ -8,6 +8,7 @@ use crate::answer::{MAX_MAYBES, Maybe};
 use crate::echoes::Echo;
 use crate::grid::PolarMap;
 use crate::math;
+use crate::observer::{Event, Observer};
 use crate::params::generative::Generative;
 use crate::posterior::{
     Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Model, Proposals, Sigmas, Staircase, Told, View,
@@ -198,6 +199,14 @@ impl Posterior {
             doubts: self.cloud.doubts(),
             maybes: maybes(&self.cloud, &told),
         }
+    }
+
+    /// Tells the observer the particles.
+    pub fn tell(&self, observer: &mut dyn Observer) {
+        observer.event(Event::Posterior {
+            cloud: &self.cloud,
+            view: &self.model.view,
+        });
     }
 
     /// Level ground and the answer, either with a wall behind.

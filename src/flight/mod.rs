@@ -211,6 +211,7 @@ fn ascend(
     });
     let best = best.as_ref().map(|b| &b.0);
     let belief = posterior.judge(measured.as_ref());
+    posterior.tell(observer);
     let ended = Ended {
         search: &search,
         best,

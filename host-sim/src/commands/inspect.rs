@@ -77,6 +77,7 @@ fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
                 map,
                 answer,
                 paper,
+                posterior: &inspection.view().posterior,
             };
             let file = dir.join(format!("{}-inspect.png", recording.name));
             drawn = plots::write_inspect(&file, &scan, inspection.view());

@@ -4,10 +4,12 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
+use stairscan::config::EstimatorKind;
 
 use super::{Format, Settings, emit};
 use crate::answer::Answer;
-use crate::plots::{self, PaperView, ScanView};
+use crate::inspect::Inspection;
+use crate::plots::{self, PaperView, PosteriorView, ScanView};
 use crate::recording::Recording;
 use crate::replay::{self, Scanned};
 
@@ -82,12 +84,17 @@ fn draw(dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<PathBuf>> {
         answer,
         ..
     } = *scanned;
+    let map = pipeline.map();
+    let inspection = (config.estimator == EstimatorKind::Likelihood)
+        .then(|| Inspection::of(map, config, answer.scan.scan));
+    let posterior = inspection.map_or(PosteriorView::default(), |i| i.view().posterior.clone());
     let scan = ScanView {
         recording: &scanned.recording(),
         config,
-        map: pipeline.map(),
+        map,
         answer,
-        paper: &PaperView::of(pipeline.map(), config, answer.scan.scan),
+        paper: &PaperView::of(map, config, answer.scan.scan),
+        posterior: &posterior,
     };
     plots::write_scan(dir, &scan)
 }
