@@ -71,8 +71,10 @@ pub fn bases(model: &Model<'_>, search: &Search<'_, Ascending<'_>>) -> Bases {
             Base::new(model, s, best.sigmas)
         });
         let best = overhangs.into_iter().chain([best]).max_by(by_weight);
-        // As many as there are leaders.
-        let _ = best.map(|b| bases.push(b));
+        if let Some(best) = best {
+            // As many as there are leaders.
+            let _ = bases.push(best);
+        }
     }
     bases
 }

@@ -71,6 +71,8 @@ pub struct Likelihood {
     echoes: Echoes,
     params: &'static Params,
     measured: &'static Generative,
+    /// Whether the particles have a say.
+    particles: bool,
 }
 
 #[derive(Debug)]
@@ -103,12 +105,20 @@ impl Likelihood {
             echoes: Echoes::new(),
             params,
             measured: &measured::UP,
+            particles: true,
         }
     }
 
     /// The same with another measurement model in the depth plane: to fit what rests on it.
     pub const fn measuring(mut self, measured: &'static Generative) -> Self {
         self.measured = measured;
+        self
+    }
+
+    /// The same without the posterior: the search's best flight is the answer, no cell is doubted more
+    /// than another, and nothing may stand there besides. To see what the particles are good for.
+    pub const fn without_particles(mut self) -> Self {
+        self.particles = false;
         self
     }
 }
@@ -158,7 +168,8 @@ impl Estimator for Likelihood {
                     bias_rad: 0.0,
                     height_m: 0.0,
                 };
-                ascend(echoes, chart, (p, self.measured), (memory, cloud), observer)
+                let measured = self.particles.then_some(self.measured);
+                ascend(echoes, chart, (p, measured), (memory, cloud), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
@@ -177,7 +188,7 @@ impl Estimator for Likelihood {
 fn ascend(
     echoes: &mut [Echo],
     chart: Chart<'_>,
-    (p, generative): (&Params, &Generative),
+    (p, generative): (&Params, Option<&Generative>),
     (memory, cloud): (&mut Beginnings<ascending::Shape>, &mut Cloud),
     observer: &mut dyn Observer,
 ) -> Outcome {
@@ -198,9 +209,13 @@ fn ascend(
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
-    let model = Model::new(echoes, View::of(chart.map), geometry, generative);
-    let bases = belief::bases(&model, &search);
-    let best = belief::choose(&search, &bases, best).map(|mut flight| {
+    let model = generative.map(|g| Model::new(echoes, View::of(chart.map), geometry, g));
+    let bases = model.as_ref().map(|model| belief::bases(model, &search));
+    let chosen = match &bases {
+        Some(bases) => belief::choose(&search, bases, best),
+        None => best,
+    };
+    let best = chosen.map(|mut flight| {
         let (rise, score) = stairs.rise(&flight);
         flight.score = score;
         (flight, rise)
@@ -211,7 +226,10 @@ fn ascend(
         dimensions::ascending(&stairs, flight, *rise, &chart, found.bias_sigma_rad)
     });
     let best = best.as_ref().map(|b| &b.0);
-    let belief = belief::belief(&model, &bases, measured.as_ref(), cloud);
+    let belief = match (&model, &bases) {
+        (Some(model), Some(bases)) => belief::belief(model, bases, measured.as_ref(), cloud),
+        _ => Belief::default(),
+    };
     let ended = Ended {
         search: &search,
         best,

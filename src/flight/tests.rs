@@ -307,3 +307,25 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_kerb_that_shows_only_its_corner_may_stand_there() {
+    let config = Config::default();
+    let told = |points: &[(f32, f32, f64)]| {
+        let outcome = estimate(&scene(&config, points), &config, false);
+        assert!(outcome.steps.is_empty(), "{outcome:?}");
+        outcome.maybes
+    };
+    for x in [1.0, 1.2, 1.4] {
+        let floor = (0..10).map(|k| (0.4 + 0.1 * k as f32, 0.0, 15.0));
+        let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
+        assert!(told(&points).is_empty(), "the floor alone, up to {x} m");
+        points.push((x, 0.0, 36.0));
+        let maybes = told(&points);
+        assert_eq!(maybes.len(), 1, "{maybes:?}");
+        let kerb = maybes[0];
+        assert!((kerb.distance_m - x).abs() < 0.03, "{kerb:?}");
+        assert!((0.02..0.15).contains(&kerb.height_m), "{kerb:?}");
+        assert!((0.05..=0.5).contains(&kerb.probability), "{kerb:?}");
+    }
+}

@@ -1,7 +1,7 @@
 //! Where a staircase shows point features, and what can be seen of it.
 
 use super::model::Model;
-use super::staircase::{Kind, Staircase};
+use super::staircase::Staircase;
 use crate::math;
 use heapless::Vec;
 
