@@ -9,7 +9,16 @@ use crate::estimate::Estimate;
 use proptest::prelude::*;
 
 fn estimate(map: &PolarMap, config: &Config, backwards: bool) -> Outcome {
-    let mut estimator = Box::new(Likelihood::new());
+    estimate_with(Likelihood::new(), map, config, backwards)
+}
+
+fn estimate_with(
+    estimator: Likelihood,
+    map: &PolarMap,
+    config: &Config,
+    backwards: bool,
+) -> Outcome {
+    let mut estimator = Box::new(estimator);
     estimator.begin(map);
     for k in 0..map.rows() {
         estimator.row(map, if backwards { map.rows() - 1 - k } else { k });
@@ -327,5 +336,8 @@ fn a_kerb_that_shows_only_its_corner_may_stand_there() {
         assert!((kerb.distance_m - x).abs() < 0.03, "{kerb:?}");
         assert!((0.02..0.15).contains(&kerb.height_m), "{kerb:?}");
         assert!((0.05..=0.5).contains(&kerb.probability), "{kerb:?}");
+        let search = Likelihood::new().without_particles();
+        let without = estimate_with(search, &scene(&config, &points), &config, false);
+        assert!(without.maybes.is_empty(), "{without:?}");
     }
 }
