@@ -142,16 +142,16 @@ fn refining_finds_the_levels_and_is_honest_about_them() {
         let start = regular(truth.len(), truth.x(0) + 0.004, 0.29, rise + off);
         let (found, sigmas) = refine(&model, &start);
         assert_eq!(found.len(), truth.len());
-        for k in 0..truth.len() {
+        for (k, sigma) in sigmas.iter().enumerate().take(truth.len()) {
             assert!(
                 (found.x(k) - truth.x(k)).abs() < 0.01,
                 "{found:?} {truth:?}"
             );
             let error = found.level(k + 1) - truth.level(k + 1);
-            let z = error / sigmas[k];
+            let z = error / sigma;
             squares += z * z;
             errors += error.abs();
-            sigma_sum += sigmas[k];
+            sigma_sum += sigma;
             number += 1.0;
         }
     }
@@ -290,9 +290,9 @@ proptest! {
         let all = weight(&model, &s);
         prop_assert!(all.is_finite(), "{all}");
         let (found, sigmas): (Staircase, Sigmas) = refine(&model, &s);
-        for k in 0..found.len() {
+        for (k, sigma) in sigmas.iter().enumerate().take(found.len()) {
             prop_assert!(found.x(k).is_finite() && found.level(k + 1).is_finite());
-            prop_assert!(sigmas[k].is_finite() && sigmas[k] > 0.0);
+            prop_assert!(sigma.is_finite() && *sigma > 0.0);
         }
         let mut number = 0;
         let exposure = model.label(&s, &mut |_| number += 1);
