@@ -123,6 +123,18 @@ fn weights_a_million_apart_leave_the_heaviest() {
 }
 
 #[test]
+fn steps_that_cannot_be_seen_are_not_counted() {
+    let mut cloud = Cloud::new();
+    let told = Told {
+        edges: &[],
+        view: VIEW,
+    };
+    // The first hides the second.
+    cloud.add(&flight(&[(0.5, 0.55), (0.9, 0.6)]), 0.0, &SURE, &told);
+    assert_eq!(cloud.counts()[..3], [0.0, 1.0, 0.0]);
+}
+
+#[test]
 fn an_emptied_cloud_is_as_new() {
     let mut cloud = cloud(&[(1, 50.0), (2, 49.0)]);
     cloud.clear();

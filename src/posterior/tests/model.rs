@@ -74,13 +74,15 @@ fn a_floor_outweighs_stairs_and_a_gap_in_it_says_nothing_of_them() {
 
 #[test]
 fn an_echo_is_not_counted_twice() {
-    // A kerb so low that one echo is where both its corner and its nosing are expected.
+    // A face that ends 3 cm above the mirror: its flash and its edge are expected at the same place.
     let geometry = geometry();
-    let kerb = flight(&[(0.8, 0.012)]);
-    let one = [echo(0.8, 0.006, 30.0)];
-    let two = [echo(0.8, 0.0, 30.0), echo(0.8, 0.012, 30.0)];
-    let gain = |echoes: &[Echo]| model(echoes, &geometry).riser(&kerb, 0);
-    assert!(gain(&one) > 0.0 && gain(&two) > gain(&one));
+    let s = flight(&[(0.8, 0.2), (1.1, 0.43)]);
+    let at = echo(1.1, 0.402, 38.0);
+    let gain = |echoes: &[Echo]| model(echoes, &geometry).riser(&s, 1);
+    let (one, two) = (gain(&[at]), gain(&[at, at]));
+    // Were one echo both, a second one would add no more than the doubled density of each.
+    let doubled = 2.0 * core::f32::consts::LN_2;
+    assert!(one > 0.0 && two > one + 1.2 * doubled, "{one} {two}");
 }
 
 #[test]
@@ -212,11 +214,80 @@ fn proposals_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
     }
 }
 
+#[test]
+fn a_rise_that_is_odd_is_proposed() {
+    let geometry = geometry();
+    let truth = flight(&[(0.7, 0.16), (0.99, 0.35), (1.28, 0.51)]);
+    let echoes = echoes(&truth, &mut Dice::new(13), 0.2);
+    let model = model(&echoes, &geometry);
+    let mut cloud = Cloud::new();
+    let told = Told {
+        edges: &[],
+        view: VIEW,
+    };
+    let base = Base::new(&model, regular(3, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
+    Proposals {
+        model: &model,
+        told: &told,
+        cloud: &mut cloud,
+    }
+    .around(&base);
+    let near: f32 = cloud
+        .particles()
+        .filter(|(s, _)| s.len() == 3 && (s.level(2) - 0.35).abs() < 0.005)
+        .map(|(_, p)| p)
+        .sum();
+    assert!(near > 0.3, "{near}");
+}
+
+#[test]
+fn shorter_flights_weigh_what_they_weigh_alone() {
+    let geometry = geometry();
+    let truth = regular(2, 0.7, 0.29, 0.16);
+    let echoes = echoes(&truth, &mut Dice::new(17), 0.2);
+    let model = model(&echoes, &geometry);
+    let told = Told {
+        edges: &[],
+        view: VIEW,
+    };
+    let mut cloud = Cloud::new();
+    // Two steps too many, so that they are taken away one after the other.
+    let base = Base::new(&model, regular(4, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
+    Proposals {
+        model: &model,
+        told: &told,
+        cloud: &mut cloud,
+    }
+    .around(&base);
+    // A mark of the same weight.
+    let mark = Staircase {
+        kind: Kind::Box,
+        ..truth
+    };
+    cloud.add(&mark, weight(&model, &truth), &base.sigmas, &told);
+    let probability = |kind: Kind| {
+        let mut same = cloud
+            .particles()
+            .filter(|(s, _)| s.kind == kind && s.len() == 2 && s.x(0) == truth.x(0));
+        same.next().map_or(0.0, |(_, p)| p)
+    };
+    let (put, mark) = (probability(Kind::Stairs), probability(Kind::Box));
+    assert!(
+        mark > 0.1 && (put / mark - 1.0).abs() < 0.02,
+        "{put} {mark}"
+    );
+}
+
+/// Evenly from `low` to `high`.
+fn between(low: f32, high: f32) -> impl Strategy<Value = f32> {
+    any::<u16>().prop_map(move |v| low + (high - low) * f32::from(v) / f32::from(u16::MAX))
+}
+
 fn any_echo() -> impl Strategy<Value = Echo> {
-    let snr = prop_oneof![8 => 2.8f32..60.0, 1 => Just(0.0f32), 1 => 60.0f32..300.0];
-    let range = prop_oneof![12 => 0.1f32..3.2, 1 => Just(0.0f32), 1 => 0.12f32..0.13];
-    let sigma = prop_oneof![4 => 0.0005f32..0.02, 1 => Just(0.0f32), 1 => 0.02f32..3.0];
-    (snr, range, -0.4f32..1.7, 0.0f32..8.0, sigma).prop_map(
+    let snr = prop_oneof![8 => between(2.8, 60.0), 1 => Just(0.0f32), 1 => between(60.0, 300.0)];
+    let range = prop_oneof![12 => between(0.1, 3.2), 1 => Just(0.0f32), 1 => between(0.12, 0.13)];
+    let sigma = prop_oneof![4 => between(0.0005, 0.02), 1 => Just(0.0f32), 1 => between(0.02, 3.0)];
+    (snr, range, between(-0.4, 1.7), between(0.0, 8.0), sigma).prop_map(
         |(snr_db, range_m, angle_rad, width, angle_sigma_rad)| Echo {
             snr_db,
             range_m,
@@ -232,7 +303,7 @@ fn any_echo() -> impl Strategy<Value = Echo> {
 }
 
 fn any_staircase() -> impl Strategy<Value = Staircase> {
-    let riser = (0.0f32..0.6, -0.05f32..0.35);
+    let riser = (between(0.0, 0.6), between(-0.05, 0.35));
     let kinds = prop_oneof![
         4 => Just(Kind::Stairs),
         1 => Just(Kind::Nothing),
@@ -241,15 +312,15 @@ fn any_staircase() -> impl Strategy<Value = Staircase> {
         1 => Just(Kind::Box),
         1 => Just(Kind::Threshold),
     ];
-    let wall = prop_oneof![Just(f32::INFINITY), 0.0f32..3.0];
+    let wall = prop_oneof![Just(f32::INFINITY), between(0.0, 3.0)];
     let risers = prop::collection::vec(riser, 0..=MAX_STEPS);
     (
         kinds,
         risers,
         prop::bool::ANY,
-        0.0f32..0.08,
+        between(0.0, 0.08),
         wall,
-        0.0f32..0.3,
+        between(0.0, 0.3),
     )
         .prop_map(|(kind, risers, open, overhang_m, wall_m, slope)| {
             let mut s = Staircase::nothing();
