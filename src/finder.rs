@@ -12,6 +12,13 @@ use crate::paper::Paper;
 /// What one estimator keeps beside the map, during the scan and after it. Only one works at a
 /// time, so they share their memory.
 #[derive(Debug)]
+#[cfg_attr(
+    feature = "paper",
+    expect(
+        clippy::large_enum_variant,
+        reason = "there is no heap, and only one of them works at a time"
+    )
+)]
 #[repr(u8)]
 enum Scratch {
     /// Before the first scan: tag 0, so that a static of it costs no flash.

@@ -70,6 +70,8 @@ pub struct Likelihood {
     echoes: Echoes,
     params: &'static Params,
     measured: &'static Generative,
+    /// Whether the particles have a say.
+    particles: bool,
 }
 
 #[derive(Debug)]
@@ -102,12 +104,20 @@ impl Likelihood {
             echoes: Echoes::new(),
             params,
             measured: &measured::UP,
+            particles: true,
         }
     }
 
     /// The same with another measurement model in the depth plane: to fit what rests on it.
     pub const fn measuring(mut self, measured: &'static Generative) -> Self {
         self.measured = measured;
+        self
+    }
+
+    /// The same without the posterior: the search's best flight is the answer, no cell is doubted more
+    /// than another, and nothing may stand there besides. To see what the particles are good for.
+    pub const fn without_particles(mut self) -> Self {
+        self.particles = false;
         self
     }
 }
@@ -157,6 +167,7 @@ impl Estimator for Likelihood {
                     bias_rad: 0.0,
                     height_m: 0.0,
                 };
+                let posterior = self.particles.then_some(posterior);
                 ascend(echoes, chart, p, (memory, posterior), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
@@ -177,7 +188,7 @@ fn ascend(
     echoes: &mut [Echo],
     chart: Chart<'_>,
     p: &Params,
-    (memory, posterior): (&mut Beginnings<ascending::Shape>, &mut Posterior),
+    (memory, mut posterior): (&mut Beginnings<ascending::Shape>, Option<&mut Posterior>),
     observer: &mut dyn Observer,
 ) -> Outcome {
     let geometry = chart.map.geometry();
@@ -196,22 +207,28 @@ fn ascend(
     let scene = &scene;
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
-    let _ = search.best(memory);
-    let best = posterior
-        .choose(echoes, chart.map, &search)
-        .map(|mut flight| {
-            let (rise, score) = stairs.rise(&flight);
-            flight.score = score;
-            (flight, rise)
-        });
+    let best = search.best(memory);
+    let chosen = match &mut posterior {
+        Some(posterior) => posterior.choose(echoes, chart.map, &search),
+        None => best,
+    };
+    let best = chosen.map(|mut flight| {
+        let (rise, score) = stairs.rise(&flight);
+        flight.score = score;
+        (flight, rise)
+    });
     observer.event(Event::Done(Stage::Search));
     let accepted = best.as_ref().filter(|(f, _)| f.score >= p.accept_up_nats);
     let measured = accepted.map(|(flight, rise)| {
         dimensions::ascending(&stairs, flight, *rise, &chart, found.bias_sigma_rad)
     });
     let best = best.as_ref().map(|b| &b.0);
-    let belief = posterior.judge(measured.as_ref());
-    posterior.tell(observer);
+    let belief = posterior.map(|posterior| {
+        let belief = posterior.judge(measured.as_ref());
+        posterior.tell(observer);
+        belief
+    });
+    let belief = belief.unwrap_or_default();
     let ended = Ended {
         search: &search,
         best,

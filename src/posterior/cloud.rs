@@ -82,7 +82,7 @@ impl Cloud {
     }
 
     /// Takes a particle in. What it says of the answer counts here, before resampling, which would only
-    /// add variance.
+    /// add variance. One whose weight is no number, or nothing, is left out.
     #[inline(never)]
     pub fn add(
         &mut self,
@@ -91,6 +91,9 @@ impl Cloud {
         sigmas: &Sigmas,
         told: &Told<'_>,
     ) {
+        if !log_weight.is_finite() {
+            return;
+        }
         if log_weight > self.heaviest {
             let shrink = math::exp(math::max(self.heaviest - log_weight, -NOTHING));
             let sums = self.conflicts.iter_mut().chain(&mut self.counts);
@@ -142,7 +145,10 @@ impl Cloud {
                 .map(|p| math::min(of(p) / threshold, 1.0));
             shares.sum()
         };
-        let (mut low, mut high) = (0.0f32, 1.0f32);
+        // With the mean weight for threshold no more are kept than wanted. It is above the heaviest
+        // where all are about alike.
+        let total: f32 = self.particles.iter().map(of).sum();
+        let (mut low, mut high) = (0.0f32, math::max(total / PARTICLES as f32, 1.0));
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
             if kept(middle) > PARTICLES as f32 {

@@ -19,6 +19,9 @@ mod proposals;
 mod refine;
 mod staircase;
 
+#[cfg(test)]
+mod tests;
+
 pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, Told};
 pub use model::{LEAST_DB, Model, level_density, tailed};
 pub use places::Class;

@@ -25,7 +25,9 @@ pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
 /// A hypothesis, its likelihood riser by riser, and its weight.
 #[derive(Clone, Copy, Debug)]
 pub struct Base {
+    /// The hypothesis.
     pub staircase: Staircase,
+    /// Standard deviations of its levels, metres.
     pub sigmas: Sigmas,
     /// Log-likelihood of each riser with the tread before it, and of the landing.
     steps: [f32; MAX_STEPS + 1],
@@ -37,6 +39,7 @@ pub struct Base {
 const PLACED_M: f32 = 0.01;
 
 impl Base {
+    /// Weighs a hypothesis whose levels are known to `sigmas`.
     #[inline(never)]
     pub fn new(model: &Model<'_>, staircase: Staircase, sigmas: Sigmas) -> Self {
         let mut steps = [0.0; MAX_STEPS + 1];
@@ -62,8 +65,11 @@ impl Base {
 
 /// Puts proposals into a cloud.
 pub struct Proposals<'a> {
+    /// What weighs them.
     pub model: &'a Model<'a>,
+    /// The answer that they are held against.
     pub told: &'a Told<'a>,
+    /// Where they go.
     pub cloud: &'a mut Cloud,
 }
 

@@ -250,7 +250,7 @@ impl Staircase {
     }
 
     /// Where this, if it is true with levels known to `sigmas`, makes an answer wrong: steps that are
-    /// missing, made up, or farther off than [`RIGHT_M`].
+    /// missing, made up, or farther off than 3 cm.
     #[inline(never)]
     pub fn conflicts(&self, told: &[Edge], view: &View, sigmas: &Sigmas) -> Conflicts {
         let mut conflicts = Conflicts::new();
