@@ -8,6 +8,7 @@ use std::task::Poll;
 use stairscan::Iq;
 use stairscan::answer::{Outcome, Reason, Reasons, Status};
 use stairscan::config::{Config, ConfigError, RadarConfig};
+use stairscan::drive::{Drive, Odometry};
 use stairscan::report::command::Measure;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{ScanLine, Sentence};
@@ -158,7 +159,7 @@ impl DataPath for Data {
     fn lost(&mut self, row: u16) {
         self.0.0.borrow_mut().lost.push(row);
     }
-    fn finish(&mut self) -> Outcome {
+    fn conclude(&mut self, _: &Drive<'_>) -> Outcome {
         Outcome::clear()
     }
     fn self_test(&mut self) -> bool {

@@ -9,6 +9,8 @@
 //! | `ghosts` | what a strong echo shows where nothing is, one function per artefact |
 //! | `echo` | one point scatterer |
 //! | `detect` | maxima → echoes that need a scatterer of their own |
+//! | `place` | echoes as they were seen → as they lie from the mirror at the last row |
+//! | `sweeps` | this sweep's echoes and the last one's → whether the chair stands, or moves as is said |
 //! | `calibrate` | echoes of the floor → angle bias and mount height, taken out |
 
 mod angle_filter;
@@ -19,6 +21,8 @@ mod ghosts;
 mod lobe;
 mod maxima;
 mod noise;
+mod place;
+mod sweeps;
 
 #[cfg(test)]
 pub(crate) mod tests;
@@ -27,6 +31,7 @@ use crate::config::Config;
 use crate::grid::PolarMap;
 use crate::params::Params;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
+pub use sweeps::{Agreement, Sweeps};
 
 impl Default for Collector {
     fn default() -> Self {

@@ -36,7 +36,8 @@ mod tests;
 
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, Plane};
-use crate::echoes::{Collector, Echo, Echoes, calibrate};
+use crate::drive::Drive;
+use crate::echoes::{Collector, Echo, Echoes, Sweeps, calibrate};
 use crate::estimator::Estimator;
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
@@ -59,6 +60,7 @@ use trace::{Hypothesis, Scatterer, Stage};
 pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
+    sweeps: Sweeps,
     params: &'static Params,
 }
 
@@ -90,6 +92,7 @@ impl Likelihood {
         Self {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
+            sweeps: Sweeps::new(),
             params,
         }
     }
@@ -111,11 +114,12 @@ impl Estimator for Likelihood {
         }
     }
 
-    fn finish(
+    fn conclude(
         &mut self,
         map: &PolarMap,
         config: &Config,
         _scan: u32,
+        drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Phase::Rows(collector) = &mut self.phase else {
@@ -124,6 +128,7 @@ impl Estimator for Likelihood {
         let p = self.params;
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, echoes);
+        let agreement = self.sweeps.compare(map, config, drive, echoes);
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
@@ -131,13 +136,14 @@ impl Estimator for Likelihood {
             Plane::Depth => Phase::Up(Beginnings::new()),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
-        let outcome = match &mut self.phase {
+        let mut outcome = match &mut self.phase {
             Phase::Up(memory) => ascend(echoes, geometry, p, memory, observer),
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
         observer.event(Event::Done(Stage::Dimensions));
         if echoes.iter().any(|e| e.snr_db >= p.sure_echo_db) {
+            agreement.tell(&mut outcome);
             outcome
         } else {
             Outcome::fault(Reason::NoEcho)
