@@ -204,6 +204,12 @@ impl Timetable {
         }
     }
 
+    /// Whether chirp `chirp` is the first or the last of its scan.
+    fn at_an_end(&self, chirp: usize) -> bool {
+        let place = chirp % self.feed.per_scan;
+        place == 0 || place + 1 == self.feed.per_scan
+    }
+
     fn arrive(&mut self, chirp: usize, now: u64) {
         for line in self.feed.arriving(chirp, now) {
             self.port.extend(line.bytes());
@@ -225,6 +231,10 @@ impl Timetable {
     /// Chirp `chirp` is fired.
     pub fn fired(&mut self, chirp: usize, now: Micros) {
         let now = now.0.into();
+        if self.at_an_end(chirp) {
+            // What lies between two scans is a guess: it must not reach into them.
+            self.feed.sent_us = None;
+        }
         self.arrive(chirp, now);
         self.fired = self.feed.time_us(chirp).map(|plan| (plan, now));
         self.next = chirp + 1;

@@ -76,7 +76,7 @@ pub struct Drive<'a> {
     pub chirp_s: f32,
 }
 
-impl Drive<'_> {
+impl<'a> Drive<'a> {
     /// That of a chair which is known to stand.
     pub const STANDING: Self = Self {
         mode: Mode::Standing,
@@ -88,7 +88,7 @@ impl Drive<'_> {
     };
 
     /// The track, if it says where the chair was.
-    pub fn known(&self) -> Option<&Track> {
+    pub fn known(&self) -> Option<&'a Track> {
         self.track.filter(|_| self.input == Input::Good)
     }
 }

@@ -28,9 +28,11 @@ mod sweeps;
 pub(crate) mod tests;
 
 use crate::config::Config;
+use crate::drive::Drive;
 use crate::grid::PolarMap;
 use crate::params::Params;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
+use place::Ride;
 pub use sweeps::{Agreement, Sweeps};
 
 impl Default for Collector {
@@ -114,6 +116,7 @@ impl Collector {
         map: &PolarMap,
         config: &Config,
         params: &Params,
+        drive: &Drive<'_>,
         echoes: &mut Echoes,
     ) -> f32 {
         let end = if self.reversed {
@@ -136,7 +139,9 @@ impl Collector {
             noise,
             gain: self.filter.gain(),
         };
-        detect::detect(map, &mut self.finder, &background, config, params, echoes);
+        let ride = Ride::of(drive, &config.radar);
+        let seen = (config, ride.as_ref());
+        detect::detect(map, &mut self.finder, &background, seen, params, echoes);
         noise
     }
 }

@@ -5,9 +5,11 @@
 //! it is at mid chirp.
 
 use super::echo::Echo;
+use super::lobe::Walk;
 use crate::config::{Plane, RadarConfig};
-use crate::drive::{Place, Track};
+use crate::drive::{Drive, Place, Track};
 use crate::grid::{Geometry, PolarMap};
+use crate::math;
 
 /// How the chair went during a scan.
 #[derive(Clone, Copy, Debug)]
@@ -21,12 +23,43 @@ pub struct Ride<'a> {
     pub coupling_s: f32,
 }
 
-/// Carrier times duration over bandwidth of a chirp of `chirp_s` seconds.
-pub fn coupling_s(radar: &RadarConfig, chirp_s: f32) -> f32 {
-    chirp_s * radar.carrier_khz as f32 / radar.bandwidth_khz.max(1) as f32
-}
+impl<'a> Ride<'a> {
+    /// That of a chair whose motion is known.
+    pub fn of(drive: &Drive<'a>, radar: &RadarConfig) -> Option<Self> {
+        Some(Self::along(drive.known()?, drive, radar))
+    }
 
-impl Ride<'_> {
+    /// Along a track.
+    pub fn along(track: &'a Track, drive: &Drive<'a>, radar: &RadarConfig) -> Self {
+        let ratio = radar.carrier_khz as f32 / radar.bandwidth_khz.max(1) as f32;
+        Self {
+            track,
+            creep: None,
+            coupling_s: drive.chirp_s * ratio,
+        }
+    }
+
+    /// How something fixed at `range_m` moves from row to row while row `row` is seen.
+    pub fn walk(&self, map: &PolarMap, row: usize, range_m: f32) -> Walk {
+        let geometry = map.geometry();
+        let step = self.track.per_row(row as f32);
+        let (x, down) = {
+            let (x, y) = geometry.point(range_m, map.angle_rad(row));
+            (x, geometry.mount_height_m - y)
+        };
+        let squared = math::max(range_m * range_m, f32::MIN_POSITIVE);
+        // Angles count downwards, or from straight down to the front: nose up lifts the beam.
+        let down_rad = step.pitch_rad + step.travel_m * down / squared;
+        let rad = match geometry.plane {
+            Plane::Depth => down_rad,
+            Plane::Height => -down_rad,
+        };
+        Walk {
+            bins: -step.travel_m * x / (math::max(range_m, f32::MIN_POSITIVE) * geometry.bin_m),
+            steps: 1.0 - rad / geometry.step_rad,
+        }
+    }
+
     /// Where row `row` was seen.
     pub fn at(&self, row: f32) -> Place {
         self.with_creep(self.track.at(row))

@@ -7,7 +7,7 @@
 //! everywhere and change with every centimetre: strong echoes weigh more.
 
 use super::echo::Echo;
-use super::place::{Ride, coupling_s, row_of};
+use super::place::{Ride, row_of};
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, Plane};
 use crate::drive::{Drive, Input, Mode};
@@ -146,11 +146,7 @@ impl Sweeps {
             };
         };
         let known = input == Input::Good;
-        let mut ride = Ride {
-            track,
-            creep: None,
-            coupling_s: coupling_s(&config.radar, drive.chirp_s),
-        };
+        let mut ride = Ride::along(track, drive, &config.radar);
         let marks = marks(echoes, map, &ride, known);
         let plane = map.geometry().plane;
         let comparable = !self.marks.is_empty() && self.plane == plane && self.placed == known;

@@ -127,7 +127,7 @@ impl Estimator for Likelihood {
         };
         let p = self.params;
         let echoes = &mut self.echoes;
-        let noise = collector.finish(map, config, p, echoes);
+        let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
