@@ -37,7 +37,6 @@
 //! scanner reports. `examples/` has a program for each, and `docs/estimator.md` the words and the
 //! equations of the default estimator.
 #![cfg_attr(not(test), no_std)]
-extern crate std;
 
 pub mod answer;
 pub mod config;

@@ -74,11 +74,7 @@ impl Pipeline {
     }
 
     /// [`DataPath::conclude`] while somebody looks.
-    pub fn conclude_observed(
-        &mut self,
-        drive: &Drive<'_>,
-        observer: &mut dyn Observer,
-    ) -> Outcome {
+    pub fn conclude_observed(&mut self, drive: &Drive<'_>, observer: &mut dyn Observer) -> Outcome {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }

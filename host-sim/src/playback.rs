@@ -198,10 +198,7 @@ pub struct PlaybackLink<'a> {
 
 impl<'a> PlaybackLink<'a> {
     /// The link to `playback`, whose chirps come when a timetable says.
-    pub fn new(
-        playback: &'a Playback<'a>,
-        timetable: Option<Rc<RefCell<Timetable>>>,
-    ) -> Self {
+    pub fn new(playback: &'a Playback<'a>, timetable: Option<Rc<RefCell<Timetable>>>) -> Self {
         Self {
             player: Player::new(playback),
             radar: playback.radar(),

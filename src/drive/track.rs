@@ -182,7 +182,10 @@ mod tests {
                 }
                 for row in 0..rows {
                     let (found, there) = (track.at(f32::from(row)), place(arrival(row)));
-                    assert!((found.time_s - there.time_s).abs() < 2e-5, "{row} of {rows}");
+                    assert!(
+                        (found.time_s - there.time_s).abs() < 2e-5,
+                        "{row} of {rows}"
+                    );
                     assert!((found.travel_m - there.travel_m).abs() < 5e-6);
                     assert!((found.pitch_rad - there.pitch_rad).abs() < 5e-6);
                 }

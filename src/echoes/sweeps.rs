@@ -177,7 +177,6 @@ impl Sweeps {
         let there = share(&self.marks, marks, tolerance_m, |_, _| -moved_m);
         let elsewhere = votes.peak(tolerance_m);
         let elsewhere = share(&self.marks, marks, tolerance_m, |_, _| elsewhere - moved_m);
-        std::eprintln!("driven moved {moved_m:.3} there {there:.2} else {elsewhere:.2} at {:.3}", votes.peak(tolerance_m));
         if there >= DRIVING_SHARE && there >= elsewhere {
             Finding::Agreed
         } else {
@@ -195,9 +194,10 @@ impl Sweeps {
         let still = share(&self.marks, marks, SAME_PLACE_M, |_, _| 0.0);
         let votes = Votes::count(&self.marks, marks, way);
         let most = votes.peak(0.0);
-        let peak = share(&self.marks, marks, SAME_PLACE_M, |a, b| -most * between(a, b));
+        let peak = share(&self.marks, marks, SAME_PLACE_M, |a, b| {
+            -most * between(a, b)
+        });
         let fine = refine(&self.marks, marks, most, between);
-        std::eprintln!("creep still {still:.2} peak {most:.3} {peak:.2} fine {fine:.4} since {since_s:.2}");
         if still >= STANDING_SHARE && fine.abs() <= STANDING_M && still >= peak {
             return Creep {
                 finding: Finding::Agreed,
@@ -244,18 +244,11 @@ fn level(a: &Mark, b: &Mark) -> bool {
 
 /// Share of the weight of `new` that finds a mark of `old` at its height, and `shift` away forward
 /// within `tolerance_m`.
-fn share(
-    old: &[Mark],
-    new: &[Mark],
-    tolerance_m: f32,
-    shift: impl Fn(&Mark, &Mark) -> f32,
-) -> f32 {
+fn share(old: &[Mark], new: &[Mark], tolerance_m: f32, shift: impl Fn(&Mark, &Mark) -> f32) -> f32 {
     let (mut found, mut all) = (0.0, 0.0);
     for b in new {
         all += b.weight;
-        let meets = |a: &&Mark| {
-            level(a, b) && (b.x_m - a.x_m - shift(a, b)).abs() <= tolerance_m
-        };
+        let meets = |a: &&Mark| level(a, b) && (b.x_m - a.x_m - shift(a, b)).abs() <= tolerance_m;
         if old.iter().any(|a| meets(&a)) {
             found += b.weight;
         }
@@ -265,12 +258,7 @@ fn share(
 
 /// The way from sweep to sweep, `most` roughly, from all pairs that agree with it: least squares over
 /// their ways, each of a share of the time.
-fn refine(
-    old: &[Mark],
-    new: &[Mark],
-    most: f32,
-    between: impl Fn(&Mark, &Mark) -> f32,
-) -> f32 {
+fn refine(old: &[Mark], new: &[Mark], most: f32, between: impl Fn(&Mark, &Mark) -> f32) -> f32 {
     let (mut sum, mut squares) = (0.0, 0.0);
     for b in new {
         for a in old.iter().filter(|a| level(a, b)) {
@@ -290,11 +278,7 @@ fn refine(
 struct Votes([f32; 2 * BINS + 1]);
 
 impl Votes {
-    fn count(
-        old: &[Mark],
-        new: &[Mark],
-        way: impl Fn(&Mark, &Mark) -> Option<f32>,
-    ) -> Self {
+    fn count(old: &[Mark], new: &[Mark], way: impl Fn(&Mark, &Mark) -> Option<f32>) -> Self {
         let mut votes = Self([0.0; 2 * BINS + 1]);
         for b in new {
             for a in old.iter().filter(|a| level(a, b)) {

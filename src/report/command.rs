@@ -123,9 +123,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             bad("MOTION", field, "a motion sentence's field")
         });
     }
-    let mut words = body
-        .split([',', ' '])
-        .filter(|word| !word.is_empty());
+    let mut words = body.split([',', ' ']).filter(|word| !word.is_empty());
     let command = match words.next() {
         Some("start") => Command::Start,
         Some("stop") => Command::Stop,

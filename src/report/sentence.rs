@@ -566,7 +566,10 @@ impl<'a> Fields<'a> {
         self.0.next().ok_or(ParseError::Field(field))
     }
 
-    pub(super) fn number<T: core::str::FromStr>(&mut self, field: &'static str) -> Result<T, ParseError> {
+    pub(super) fn number<T: core::str::FromStr>(
+        &mut self,
+        field: &'static str,
+    ) -> Result<T, ParseError> {
         self.text(field)?
             .parse()
             .map_err(|_| ParseError::Field(field))

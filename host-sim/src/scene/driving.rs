@@ -61,7 +61,10 @@ impl Drive {
             scale: 1.0 + (SCALE_SD * rng.normal()).clamp(-SCALE_MOST, SCALE_MOST),
             slip: rng.between(0.0, TAU),
             swing: rng.between(0.0, TAU),
-            rocking: [rng.between(ROCKING_HZ[0], ROCKING_HZ[1]), rng.between(0.0, TAU)],
+            rocking: [
+                rng.between(ROCKING_HZ[0], ROCKING_HZ[1]),
+                rng.between(0.0, TAU),
+            ],
         }
     }
 
@@ -175,7 +178,9 @@ impl Scene {
                     near.move_by(&self.world, middle);
                     let echoes = here.view().echoes(&near, &mut Diffuse::Steady(seed));
                     let gain = receiver.gain(here.antenna_gain_dbi());
-                    let pairs = echoes.into_iter().map(|e| (e, here.tone(&receiver, gain, &e)));
+                    let pairs = echoes
+                        .into_iter()
+                        .map(|e| (e, here.tone(&receiver, gain, &e)));
                     let pairs = pairs.collect();
                     seen = Some((grain, here, pairs));
                 }
