@@ -192,6 +192,10 @@ impl Sweeps {
         }
         let there = at(0.0);
         let weight: f32 = marks.iter().map(|m| m.weight).sum();
+        let standing = moved_m.abs() <= STANDING_M && there >= STANDING_SHARE;
+        if standing && there * weight >= LEAST_LEAD {
+            return Finding::Agreed;
+        }
         if there < DRIVING_SHARE || there < rival {
             Finding::Moved
         } else if (there - rival) * weight < LEAST_LEAD {
