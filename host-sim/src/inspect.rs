@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 use stairscan::answer::Outcome;
 use stairscan::config::Config;
+use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
@@ -114,18 +115,24 @@ impl Observer for Witness {
 }
 
 /// Lets the estimator work on a finished map once more while `observer` looks.
-pub fn repeat(map: &PolarMap, config: &Config, scan: u32, observer: &mut dyn Observer) -> Outcome {
+pub fn repeat(
+    map: &PolarMap,
+    config: &Config,
+    scan: u32,
+    drive: &Drive<'_>,
+    observer: &mut dyn Observer,
+) -> Outcome {
     let mut estimator = Box::new(Likelihood::new());
     estimator.begin(map);
     for k in 0..map.rows() {
         estimator.row(map, k);
     }
-    estimator.finish(map, config, scan, observer)
+    estimator.conclude(map, config, scan, drive, observer)
 }
 
 impl Inspection {
     /// Lets the estimator work on a finished map once more, and listens.
-    pub fn of(map: &PolarMap, config: &Config, scan: u32) -> Self {
+    pub fn of(map: &PolarMap, config: &Config, scan: u32, drive: &Drive<'_>) -> Self {
         let mut witness = Witness {
             mount_height_m: config.mount.mount_height_m().into(),
             noise_db: 0.0,
@@ -133,7 +140,7 @@ impl Inspection {
             scatterers: Vec::new(),
             view: InspectView::default(),
         };
-        let outcome = repeat(map, config, scan, &mut witness);
+        let outcome = repeat(map, config, scan, drive, &mut witness);
         let mut view = witness.view;
         view.explanations
             .sort_by(|a, b| b.score.total_cmp(&a.score));

@@ -8,7 +8,7 @@ use std::rc::Rc;
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::answer::Reasons;
 use stairscan::config::Config;
-use stairscan::drive::{Mode, Odometry};
+use stairscan::drive::{Drive, Mode, Odometry};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::Measure;
 use stairscan::report::{Sentence, StepLine};
@@ -72,6 +72,8 @@ pub struct Scanned<'a> {
     pub config: &'a Config,
     /// Map and estimator.
     pub pipeline: &'a Pipeline,
+    /// What is known of the chair's motion.
+    pub drive: Drive<'a>,
     /// What it reported.
     pub answer: &'a Answer,
 }
@@ -212,6 +214,7 @@ fn follow(
             scan: scan % recording.scans(),
             config: playback.config_of(scan),
             pipeline: scanner.data(),
+            drive: scanner.drive(),
             answer: &answer,
         });
         answers.push(answer);

@@ -25,6 +25,8 @@ mod place;
 mod sweeps;
 
 #[cfg(test)]
+mod motion_tests;
+#[cfg(test)]
 pub(crate) mod tests;
 
 use crate::config::Config;

@@ -76,7 +76,8 @@ pub fn lesson(recording: &Recording) -> Result<Option<Lesson>> {
     replay::answers(recording, &options, |scanned| {
         let mut listener = Listener::default();
         let scan = scanned.answer.scan.scan;
-        inspect::repeat(scanned.pipeline.map(), scanned.config, scan, &mut listener);
+        let (map, drive) = (scanned.pipeline.map(), &scanned.drive);
+        inspect::repeat(map, scanned.config, scan, drive, &mut listener);
         if let Some(truth) = &scanned.recording().meta.truth
             && !scanned.answer.is_fault()
         {

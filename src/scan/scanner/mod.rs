@@ -26,7 +26,7 @@ mod states;
 
 pub use reports::Reports;
 
-use crate::drive::Odometry;
+use crate::drive::{Drive, Odometry};
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::link::RadarLink;
@@ -65,6 +65,11 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<'a
     /// The data path: map and estimator of the last scan.
     pub fn data(&self) -> &D {
         self.machine.data()
+    }
+
+    /// What is known of the chair's motion in the last scan.
+    pub fn drive(&self) -> Drive<'_> {
+        self.machine.drive()
     }
 
     /// The serial port.

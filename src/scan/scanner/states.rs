@@ -5,7 +5,7 @@ use core::task::Poll;
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::RadarConfig;
-use crate::drive::Odometry;
+use crate::drive::{Drive, Odometry};
 use crate::report::Sentence;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
@@ -73,6 +73,12 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
     /// The data path.
     pub fn data(&self) -> &D {
         &self.data
+    }
+
+    /// What is known of the chair's motion in the last scan.
+    pub fn drive(&self) -> Drive<'_> {
+        let chirp_us = self.settings.timing.chirp_duration;
+        self.odometry.drive(self.settings.motion, chirp_us)
     }
 
     /// Number of scans begun since boot.
@@ -372,12 +378,11 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     #[inline(never)]
     fn conclude(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish(now);
+        let chirp_us = self.settings.timing.chirp_duration;
         let mut outcome = match rows.fault {
             Some(reason) => Outcome::fault(reason),
             None => {
-                let settings = &self.settings;
-                let chirp = settings.timing.chirp_duration;
-                let drive = self.odometry.drive(settings.motion, chirp);
+                let drive = self.odometry.drive(self.settings.motion, chirp_us);
                 self.data.conclude(&drive)
             }
         };
