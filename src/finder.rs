@@ -14,6 +14,10 @@ use crate::paper::Paper;
 /// time, so they share their memory.
 #[derive(Debug)]
 #[repr(u8)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "only one works at a time, and there is no heap to box the larger one on"
+)]
 enum Scratch {
     /// Before the first scan: tag 0, so that a static of it costs no flash.
     Idle,
