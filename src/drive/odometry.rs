@@ -6,8 +6,8 @@
 //! through the last two sentences. Anything suspicious between two sentences makes the rows between
 //! them, and with them the scan, one without motion input.
 
+use super::known::{Drive, Input, Mode};
 use super::track::{Place, Track};
-use super::{Drive, Input, Mode};
 use crate::math::RAD_PER_DEG;
 use crate::scan::time::Micros;
 use heapless::Deque;
