@@ -201,7 +201,8 @@ impl Bench {
         let reports = Box::leak(Box::default());
         let data = Data(world.clone(), [Iq::default(); 200]);
         let now = Micros(u32::MAX - 1_000_000);
-        let scanner = Scanner::new(hardware, data, reports, Settings::default(), IDENTITY, now);
+        let memory = (reports, Box::leak(Box::new(Odometry::new())));
+        let scanner = Scanner::new(hardware, data, memory, Settings::default(), IDENTITY, now);
         Self {
             world,
             scanner,

@@ -266,7 +266,8 @@ mod tests {
         replay::answers(&recording, &options, |scanned| {
             let answer = scanned.answer;
             let map = scanned.pipeline.map();
-            let inspection = Inspection::of(map, scanned.config, answer.scan.scan);
+            let (config, drive) = (scanned.config, &scanned.drive);
+            let inspection = Inspection::of(map, config, answer.scan.scan, drive);
             seen = Some((inspection, answer.clone()));
         })
         .unwrap();

@@ -38,6 +38,9 @@ const TICK_M: f64 = 0.0005;
 const SLIP_M: f64 = 0.0015;
 const SLIP_WAY_M: f64 = 0.3;
 
+/// Echoes with their places on the grid of beat tones.
+type Heard = Vec<(Echo, Option<Tone>)>;
+
 /// How a chair drives during one recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive {
@@ -164,7 +167,7 @@ impl Scene {
         let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
         let mut whole = self.empty_recording(name);
         let (mut motion, mut sequence) = (Motion::default(), Sequence::default());
-        let mut seen: Option<(usize, Scene, Vec<(Echo, Option<Tone>)>)> = None;
+        let mut seen: Option<(usize, Scene, Heard)> = None;
         for scan in 0..drive.scans {
             for k in 0..rows {
                 let row = if scan % 2 == 0 { k } else { rows - 1 - k };
