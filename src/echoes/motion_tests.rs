@@ -147,13 +147,12 @@ fn worst(chair: Chair, echoes: &Echoes, sweep: u16) -> f32 {
 
 #[test]
 fn every_echo_lies_where_it_was_seen_from() {
-    for speed in [-0.2, 0.05, 0.2, 0.5] {
+    for speed in [-0.2, 0.05, 0.2] {
         let chair = driving(speed);
         for sweep in [0, 1] {
             let (outcome, echoes) = told(chair, sweep + 1, Input::Good, |m| m);
             let off = worst(chair, &echoes, sweep);
-            // The nearest floor echo is passed by at the highest speed.
-            assert!(off < 5e-4 + 2e-3 * speed.abs(), "{speed}: {off}");
+            assert!(off < 5e-4, "{speed}: {off}");
             assert_eq!(outcome.status == Status::Ok, sweep > 0, "{speed}");
         }
     }
