@@ -84,6 +84,12 @@ reasons! {
     ShortHorizon = "short-horizon",
     /// A step departs from the others by more than a person would expect.
     IrregularStep = "irregular-step",
+    /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
+    Unconfirmed = "unconfirmed",
+    /// The chair moves: two sweeps over the scene do not agree.
+    Moving = "moving",
+    /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
+    MotionInput = "motion-input",
     /// Samples at the converter's full scale.
     Saturated = "saturated",
     /// No signal at all.

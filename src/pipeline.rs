@@ -3,6 +3,7 @@
 use crate::Iq;
 use crate::answer::Outcome;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
+use crate::drive::Drive;
 use crate::finder::StairFinder;
 use crate::grid::PolarMap;
 use crate::health::Health;
@@ -72,12 +73,12 @@ impl Pipeline {
         self.finder.map()
     }
 
-    /// [`DataPath::finish`] while somebody looks.
-    pub fn finish_observed(&mut self, observer: &mut dyn Observer) -> Outcome {
+    /// [`DataPath::conclude`] while somebody looks.
+    pub fn conclude_observed(&mut self, drive: &Drive<'_>, observer: &mut dyn Observer) -> Outcome {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }
-        self.finder.finish(&self.config, self.scan, observer)
+        self.finder.finish(&self.config, self.scan, drive, observer)
     }
 
     /// The health of the last scan.
@@ -135,8 +136,8 @@ impl DataPath for Pipeline {
         self.finder.lost(row.into());
     }
 
-    fn finish(&mut self) -> Outcome {
-        self.finish_observed(&mut ())
+    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
+        self.conclude_observed(drive, &mut ())
     }
 
     fn self_test(&mut self) -> bool {

@@ -6,6 +6,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 use stairscan::answer::{Maybe, Outcome};
 use stairscan::config::Config;
+use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
@@ -118,8 +119,14 @@ impl Observer for Witness {
 }
 
 /// Lets the estimator work on a finished map once more while `observer` looks.
-pub fn repeat(map: &PolarMap, config: &Config, scan: u32, observer: &mut dyn Observer) -> Outcome {
-    repeat_with(Likelihood::new(), map, config, scan, observer)
+pub fn repeat(
+    map: &PolarMap,
+    config: &Config,
+    scan: u32,
+    drive: &Drive<'_>,
+    observer: &mut dyn Observer,
+) -> Outcome {
+    repeat_with(Likelihood::new(), map, config, scan, drive, observer)
 }
 
 /// The same with another estimator than the scanner's.
@@ -128,6 +135,7 @@ pub fn repeat_with(
     map: &PolarMap,
     config: &Config,
     scan: u32,
+    drive: &Drive<'_>,
     observer: &mut dyn Observer,
 ) -> Outcome {
     let mut estimator = Box::new(estimator);
@@ -135,12 +143,12 @@ pub fn repeat_with(
     for k in 0..map.rows() {
         estimator.row(map, k);
     }
-    estimator.finish(map, config, scan, observer)
+    estimator.conclude(map, config, scan, drive, observer)
 }
 
 impl Inspection {
     /// Lets the estimator work on a finished map once more, and listens.
-    pub fn of(map: &PolarMap, config: &Config, scan: u32) -> Self {
+    pub fn of(map: &PolarMap, config: &Config, scan: u32, drive: &Drive<'_>) -> Self {
         let mut witness = Witness {
             mount_height_m: config.mount.mount_height_m().into(),
             noise_db: 0.0,
@@ -148,7 +156,7 @@ impl Inspection {
             scatterers: Vec::new(),
             view: InspectView::default(),
         };
-        let outcome = repeat(map, config, scan, &mut witness);
+        let outcome = repeat(map, config, scan, drive, &mut witness);
         let mut view = witness.view;
         view.explanations
             .sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -306,7 +314,8 @@ mod tests {
         replay::answers(&recording, &options, |scanned| {
             let answer = scanned.answer;
             let map = scanned.pipeline.map();
-            let inspection = Inspection::of(map, scanned.config, answer.scan.scan);
+            let (config, drive) = (scanned.config, &scanned.drive);
+            let inspection = Inspection::of(map, config, answer.scan.scan, drive);
             seen = Some((inspection, answer.clone()));
         })
         .unwrap();

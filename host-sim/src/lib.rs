@@ -7,6 +7,7 @@ pub mod emulate;
 pub mod fit;
 pub mod images;
 pub mod inspect;
+pub mod motion;
 pub mod playback;
 pub mod plots;
 pub mod posterior;

@@ -9,6 +9,7 @@ use host_sim::scene::command::random_scan;
 use host_sim::scene::random::Kind;
 use host_sim::seeds::TUNING;
 use stairscan::answer::Outcome;
+use stairscan::drive::Drive;
 use stairscan::flight::Likelihood;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::hazard::Features;
@@ -63,7 +64,7 @@ fn pair(recording: &Recording) -> Pair {
             let (map, config) = (scanned.pipeline.map(), scanned.config);
             let mut cells = Cells::default();
             Answered {
-                outcome: repeat_with(estimator, map, config, 1, &mut cells),
+                outcome: repeat_with(estimator, map, config, 1, &Drive::STANDING, &mut cells),
                 cells: cells.0,
             }
         };

@@ -41,7 +41,8 @@ mod tests;
 
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, Plane};
-use crate::echoes::{Collector, Echo, Echoes, calibrate};
+use crate::drive::Drive;
+use crate::echoes::{Collector, Echo, Echoes, Sweeps, calibrate};
 use crate::estimator::Estimator;
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
@@ -68,6 +69,7 @@ use trace::{Hypothesis, Scatterer, Stage};
 pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
+    sweeps: Sweeps,
     params: &'static Params,
     measured: &'static Generative,
     /// Whether the particles have a say.
@@ -102,6 +104,7 @@ impl Likelihood {
         Self {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
+            sweeps: Sweeps::new(),
             params,
             measured: &measured::UP,
             particles: true,
@@ -138,11 +141,12 @@ impl Estimator for Likelihood {
         }
     }
 
-    fn finish(
+    fn conclude(
         &mut self,
         map: &PolarMap,
         config: &Config,
         _scan: u32,
+        drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Phase::Rows(collector) = &mut self.phase else {
@@ -150,7 +154,8 @@ impl Estimator for Likelihood {
         };
         let p = self.params;
         let echoes = &mut self.echoes;
-        let noise = collector.finish(map, config, p, echoes);
+        let noise = collector.finish(map, config, p, drive, echoes);
+        let agreement = self.sweeps.compare(map, config, drive, echoes);
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
@@ -158,7 +163,7 @@ impl Estimator for Likelihood {
             Plane::Depth => Phase::Up(Beginnings::new(), Posterior::new(self.measured)),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
-        let outcome = match &mut self.phase {
+        let mut outcome = match &mut self.phase {
             Phase::Up(memory, posterior) => {
                 let chart = Chart {
                     map,
@@ -175,6 +180,7 @@ impl Estimator for Likelihood {
         };
         observer.event(Event::Done(Stage::Dimensions));
         if echoes.iter().any(|e| e.snr_db >= p.sure_echo_db) {
+            agreement.tell(&mut outcome);
             outcome
         } else {
             Outcome::fault(Reason::NoEcho)

@@ -11,7 +11,7 @@
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
 //! | `BOOT` | version; git revision; reset cause; clock |
-//! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+` |
+//! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot |
 //! | `CONF` | key; value |
 //! | `DONE` | command |
 //! | `FAIL` | command or `-`; field or `-`; what was expected |
@@ -220,6 +220,10 @@ pub enum Sentence<'a> {
         estimator: &'a str,
         /// What is wrong at present.
         reasons: Reasons,
+        /// What the motion input is.
+        motion: &'a str,
+        /// Motion sentences since boot that were not as they should be, or missing too long.
+        motion_faults: u16,
     },
     /// One value of the configuration.
     Config {
@@ -273,7 +277,7 @@ impl Direction {
 
 /// Builds one line field by field. A line that would grow too long is cut, never broken: the CRC
 /// still closes what is there.
-struct Writer {
+pub(super) struct Writer {
     line: Line,
 }
 
@@ -282,8 +286,13 @@ impl Writer {
     const TAIL: usize = 11;
 
     fn new(name: &str) -> Self {
+        Self::behind(PREFIX, name)
+    }
+
+    /// A sentence that begins otherwise than the scanner's own.
+    pub(super) fn behind(prefix: &str, name: &str) -> Self {
         let mut writer = Self { line: Line::new() };
-        writer.raw(PREFIX);
+        writer.raw(prefix);
         writer.raw(name);
         writer
     }
@@ -324,13 +333,25 @@ impl Writer {
         }
     }
 
-    fn number(mut self, value: u32) -> Self {
+    pub(super) fn number(mut self, value: u32) -> Self {
         self.push(',');
         self.digits(value);
         self
     }
 
-    fn length(mut self, value: Option<Tenths>) -> Self {
+    /// A whole number with its sign, or nothing.
+    pub(super) fn integer(mut self, value: Option<i32>) -> Self {
+        self.push(',');
+        if let Some(value) = value {
+            if value < 0 {
+                self.push('-');
+            }
+            self.digits(value.unsigned_abs());
+        }
+        self
+    }
+
+    pub(super) fn length(mut self, value: Option<Tenths>) -> Self {
         self.push(',');
         if let Some(Tenths(tenths)) = value {
             if tenths < 0 {
@@ -355,7 +376,7 @@ impl Writer {
         self
     }
 
-    fn finish(mut self) -> Line {
+    pub(super) fn finish(mut self) -> Line {
         let crc = crc32(self.line.get(1..).unwrap_or(""));
         let _ = self.line.push('*');
         for shift in (0..8).rev() {
@@ -405,12 +426,16 @@ impl Sentence<'_> {
                 scans,
                 estimator,
                 reasons,
+                motion,
+                motion_faults,
             } => Writer::new("STAT")
                 .text(state)
                 .text(clock)
                 .number(scans)
                 .text(estimator)
                 .reasons(reasons)
+                .text(motion)
+                .number(motion_faults.into())
                 .finish(),
             Sentence::Config { key, value } => Writer::new("CONF").text(key).text(value).finish(),
             Sentence::Done { command } => Writer::new("DONE").text(command).finish(),
@@ -474,6 +499,8 @@ impl Sentence<'_> {
                 scans: fields.number("scans")?,
                 estimator: fields.text("estimator")?,
                 reasons: fields.reasons("reasons")?,
+                motion: fields.text("motion")?,
+                motion_faults: fields.number("motion-faults")?,
             },
             "CONF" => Sentence::Config {
                 key: fields.text("key")?,
@@ -613,14 +640,17 @@ impl fmt::Display for ParseError {
 impl core::error::Error for ParseError {}
 
 /// The fields of one sentence, taken from the left.
-struct Fields<'a>(core::str::Split<'a, char>);
+pub(super) struct Fields<'a>(pub(super) core::str::Split<'a, char>);
 
 impl<'a> Fields<'a> {
-    fn text(&mut self, field: &'static str) -> Result<&'a str, ParseError> {
+    pub(super) fn text(&mut self, field: &'static str) -> Result<&'a str, ParseError> {
         self.0.next().ok_or(ParseError::Field(field))
     }
 
-    fn number<T: core::str::FromStr>(&mut self, field: &'static str) -> Result<T, ParseError> {
+    pub(super) fn number<T: core::str::FromStr>(
+        &mut self,
+        field: &'static str,
+    ) -> Result<T, ParseError> {
         self.text(field)?
             .parse()
             .map_err(|_| ParseError::Field(field))
@@ -639,7 +669,7 @@ impl<'a> Fields<'a> {
             .ok_or(ParseError::Field(field))
     }
 
-    fn length(&mut self, field: &'static str) -> Result<Option<Tenths>, ParseError> {
+    pub(super) fn length(&mut self, field: &'static str) -> Result<Option<Tenths>, ParseError> {
         let text = self.text(field)?;
         if text.is_empty() {
             return Ok(None);

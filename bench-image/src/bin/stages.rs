@@ -243,7 +243,7 @@ mod image {
             counter,
             counts: [0; 3],
         };
-        let outcome = pipeline.finish_observed(&mut laps);
+        let outcome = pipeline.conclude_observed(&Drive::STANDING, &mut laps);
         let [echoes, search, dimensions] = laps.counts;
         let ((), report) = counter.once(|| report(&outcome));
         let post = counter.lap(&mut since);

@@ -60,10 +60,11 @@ fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
             config,
             pipeline,
             answer,
+            drive,
             ..
         } = *scanned;
         let map = pipeline.map();
-        let inspection = Inspection::of(map, config, answer.scan.scan);
+        let inspection = Inspection::of(map, config, answer.scan.scan, &drive);
         match args.format {
             Format::Json => emit(&format!("{}\n", inspection.json(answer))),
             Format::Text => emit(&format!("{}\n{}\n", answer.name(), inspection.text())),

@@ -91,7 +91,8 @@ fn witness<R>(
         let estimator = Likelihood::new().measuring(g);
         let scan = scanned.answer.scan.scan;
         let (map, config) = (scanned.pipeline.map(), scanned.config);
-        let mut outcome = inspect::repeat_with(estimator, map, config, scan, &mut listener);
+        let mut outcome =
+            inspect::repeat_with(estimator, map, config, scan, &scanned.drive, &mut listener);
         outcome.link();
         seen = Some(look(scanned, truth, outcome, listener));
     })?;

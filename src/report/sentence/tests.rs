@@ -70,6 +70,8 @@ fn every_sentence_survives_the_way_out_and_back() {
             scans: 0,
             estimator: "paper",
             reasons,
+            motion: "good",
+            motion_faults: 3,
         },
         Sentence::Config {
             key: "seed",
