@@ -450,7 +450,7 @@ impl Vouch {
         let mut vouch = Self::default();
         for cell in ground.cells() {
             log_right += weights.log_survival(&cell.features);
-            let right = weights.probability(log_right);
+            let right = weights.probability(log_right, !ground.steps.is_empty());
             if right >= weights.ok_from {
                 vouch.horizon_m = math::max(cell.end_m, 0.0);
             }

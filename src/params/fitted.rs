@@ -1,6 +1,6 @@
 //! The verdict's hazards, counted from simulated scans: written by `cargo sim fit`.
 
-use super::hazard::Weights;
+use super::hazard::{Map, Weights};
 
 /// In the depth plane.
 pub static UP: Weights = Weights {
@@ -85,8 +85,16 @@ pub static UP: Weights = Weights {
         -0.19851041,
         0.22766823,
     ],
-    slope: 1.0344325,
-    offset: -0.15292649,
+    maps: [
+        Map {
+            slope: 1.0344325,
+            offset: -0.15292649,
+        },
+        Map {
+            slope: 1.0344325,
+            offset: -0.15292649,
+        },
+    ],
     ok_from: 0.985,
 };
 
@@ -173,7 +181,15 @@ pub static DOWN: Weights = Weights {
         0.0,
         0.0,
     ],
-    slope: 0.51414716,
-    offset: 0.44099984,
+    maps: [
+        Map {
+            slope: 0.51414716,
+            offset: 0.44099984,
+        },
+        Map {
+            slope: 0.51414716,
+            offset: 0.44099984,
+        },
+    ],
     ok_from: 2.0,
 };

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::Plane;
 use stairscan::params::generative::Generative;
-use stairscan::params::hazard::{FEATURES, Weights};
+use stairscan::params::hazard::{FEATURES, Map, Weights};
 use stairscan::params::measured;
 
 use super::{emit, progress};
@@ -217,16 +217,21 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
     let hazards = fit::hazards(&training.iter().collect::<Vec<_>>());
     let mut weights = Weights {
         hazard: [0.0; FEATURES],
-        slope: 1.0,
-        offset: 0.0,
+        maps: [Map::IDENTITY; 2],
         ok_from: f32::INFINITY,
     };
     for (weight, &fitted) in weights.hazard.iter_mut().zip(&hazards.weights) {
         *weight = fitted as f32;
     }
-    let map = fit::calibration(&calibration.iter().collect::<Vec<_>>(), &weights);
-    if let [slope, offset] = map.weights[..] {
-        (weights.slope, weights.offset) = (slope as f32, offset as f32);
+    let mut maps = Vec::new();
+    let bare = weights.clone();
+    for (stairs, map) in [false, true].into_iter().zip(&mut weights.maps) {
+        let lessons: Vec<_> = calibration.iter().filter(|l| l.stairs == stairs).collect();
+        let counted = fit::calibration(&lessons, &bare);
+        if let [slope, offset] = counted.weights[..] {
+            (map.slope, map.offset) = (slope as f32, offset as f32);
+        }
+        maps.push((lessons.len(), counted));
     }
     let least = fit::threshold(&calibration.iter().collect::<Vec<_>>(), &weights);
     weights.ok_from = least.from;
@@ -235,7 +240,9 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
         least.from, least.ok, least.wrong
     );
     table(&mut told, "hazard", training.len(), &hazards);
-    table(&mut told, "calibration", calibration.len(), &map);
+    for (scans, map) in &maps {
+        table(&mut told, "calibration", *scans, map);
+    }
     (weights, told)
 }
 

@@ -44,7 +44,9 @@ pub struct Lesson {
     pub plane: Plane,
     /// The cells of the way ahead, the nearest first …
     pub cells: Vec<Cell>,
-    /// … and which of them is the first with an error.
+    /// … whether the answer holds steps, …
+    pub stairs: bool,
+    /// … and which of the cells is the first with an error.
     pub wrong: Option<usize>,
 }
 
@@ -133,6 +135,7 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
             name: recording.name.clone(),
             plane: scanned.config.mount.plane,
             cells: listener.cells,
+            stairs: !answer.steps.is_empty(),
             wrong,
         })
     })
@@ -229,7 +232,11 @@ fn course(lesson: &Lesson, weights: &Weights) -> Vec<(f32, f32, bool)> {
     let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
         log_right += weights.log_survival(&cell.features);
         let right = lesson.wrong.is_none_or(|w| w > k);
-        (cell.end_m, weights.probability(log_right), right)
+        (
+            cell.end_m,
+            weights.probability(log_right, lesson.stairs),
+            right,
+        )
     });
     cells.collect()
 }
