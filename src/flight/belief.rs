@@ -53,6 +53,10 @@ const RIVAL_NATS: f32 = 7.0;
 const LOOKED: usize = 3;
 /// … if they are within so many nats of the likeliest.
 const NEAR_NATS: f32 = 4.0;
+/// Two walls stand so far apart, and the nearest from the mirror, metres.
+const WALLS_APART_M: f32 = 0.05;
+/// See [`WALLS_APART_M`].
+const NEAREST_WALL_M: f32 = 0.3;
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
 const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
@@ -147,8 +151,10 @@ fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
     let _ = walls.push(f32::INFINITY);
     for _ in 0..WALLS {
         let far = model.echoes.iter().filter(|e| {
-            let apart = walls.iter().all(|w: &f32| (w - e.x_m).abs() > 0.05);
-            e.snr_db > WALL_DB && e.x_m > 0.3 && apart
+            let apart = walls
+                .iter()
+                .all(|w: &f32| (w - e.x_m).abs() > WALLS_APART_M);
+            e.snr_db > WALL_DB && e.x_m > NEAREST_WALL_M && apart
         });
         if let Some(e) = far.max_by(|a, b| a.snr_db.total_cmp(&b.snr_db)) {
             let _ = walls.push(e.x_m);

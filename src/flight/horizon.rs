@@ -17,7 +17,7 @@ use crate::grid::Geometry;
 use crate::math;
 use crate::params::fitted;
 use crate::params::hazard::{FEATURES, Features};
-use crate::posterior::{CELL_M, CELLS, FIRST_END_M};
+use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
 
 /// By so much a step may be off and still be right: design contract of `ok`, metres.
 pub const RIGHT_M: f32 = 0.03;
@@ -158,7 +158,7 @@ impl Ground<'_> {
             .iter()
             .take(number + 1)
             .copied()
-            .fold(-9.0, math::max);
+            .fold(LEAST_DOUBT, math::max);
         let mut out = Writer {
             features: [0.0; FEATURES],
             written: 0,

@@ -87,15 +87,15 @@ pub static UP: Weights = Weights {
     ],
     maps: [
         Map {
-            slope: 1.0344325,
-            offset: -0.15292649,
+            slope: 1.0906253,
+            offset: -0.11008739,
         },
         Map {
-            slope: 1.0344325,
-            offset: -0.15292649,
+            slope: 1.0020735,
+            offset: -0.15883757,
         },
     ],
-    ok_from: 0.985,
+    ok_from: 0.983,
 };
 
 /// In the height plane.
@@ -183,12 +183,12 @@ pub static DOWN: Weights = Weights {
     ],
     maps: [
         Map {
-            slope: 0.51414716,
-            offset: 0.44099984,
+            slope: 0.7541138,
+            offset: -1.147104,
         },
         Map {
-            slope: 0.51414716,
-            offset: 0.44099984,
+            slope: 0.5138412,
+            offset: 0.46471328,
         },
     ],
     ok_from: 2.0,

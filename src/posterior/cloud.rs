@@ -14,8 +14,10 @@ pub const CELLS: usize = 29;
 pub const FIRST_END_M: f32 = -0.3;
 /// … and how long each further one is.
 pub const CELL_M: f32 = 0.1;
-/// Log-odds count between these.
-const ODDS: [f32; 2] = [-9.0, 4.0];
+/// Log-odds count from here …
+pub const LEAST_DOUBT: f32 = -9.0;
+/// … to here.
+const MOST_DOUBT: f32 = 4.0;
 /// Lighter by so many nats than the heaviest is nothing.
 const NOTHING: f32 = 60.0;
 /// Halvings by which the threshold of resampling is found: to a millionth of the heaviest weight.
@@ -199,8 +201,7 @@ impl Cloud {
         for (out, cell) in out.iter_mut().zip(&self.conflicts) {
             left -= cell;
             let odds = math::max(*cell, 1e-30) / math::max(left, 1e-30);
-            let [least, most] = ODDS;
-            *out = super::prior::ln(odds).clamp(least, most);
+            *out = super::prior::ln(odds).clamp(LEAST_DOUBT, MOST_DOUBT);
         }
         out
     }

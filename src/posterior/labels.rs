@@ -4,8 +4,8 @@
 //! An echo belongs to the point feature that claims most of it, if that is more than the part of any
 //! class of extended features; else to the class of these with the largest density. The shares are those of [`Model::riser`].
 
+use super::feature::{Class, Place, before};
 use super::model::{BEHIND_M, MAX_SEEN, Model, NEAR, Seen, logistic};
-use super::places::{Class, Place, before};
 use super::staircase::{MAX_STEPS, Staircase};
 use crate::math;
 use crate::params::generative::EXTENDED;

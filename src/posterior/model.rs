@@ -12,7 +12,7 @@
 //! where p₀ is the probability that a riser shows nothing at all: one that is seen shows at least
 //! one echo. What one feature has claimed of an echo, the next one cannot have.
 
-use super::places::{Class, Place, before};
+use super::feature::{Class, Place, before};
 use super::prior::ln;
 use super::staircase::{Kind, Staircase, View};
 use crate::echoes::Echo;

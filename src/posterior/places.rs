@@ -1,5 +1,6 @@
 //! Where a staircase shows point features, and what can be seen of it.
 
+use super::feature::{Class, Place};
 use super::model::Model;
 use super::staircase::Staircase;
 use crate::math;
@@ -9,45 +10,6 @@ use heapless::Vec;
 const THICK_M: f32 = 0.045;
 /// A face must show this much about the mirror's height to flash, metres.
 const FRESNEL_M: f32 = 0.04;
-
-/// Classes of point features.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Class {
-    /// Foot of a riser, or of a wall.
-    Corner,
-    /// Edge of a tread below the mirror.
-    Nosing,
-    /// Face at the mirror's height.
-    Flash,
-    /// Edge of a tread above a flash.
-    Top,
-    /// What can be seen of a riser whose foot the tread before it hides.
-    Hidden,
-    /// Edge of a floating tread below the mirror.
-    EdgeBelow,
-    /// The same above it.
-    EdgeAbove,
-}
-
-/// Where a point feature is expected.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Of which class.
-    pub class: Class,
-    /// Distance from the mirror, metres.
-    pub x_m: f32,
-    /// Height above the ground, metres.
-    pub y_m: f32,
-    /// Range from the mirror, metres.
-    pub range_m: f32,
-    /// Distance to what it may melt into one echo with, in resolution cells.
-    pub room: f32,
-}
-
-/// Tens of dB by which the riser before outshines a faint one, from its level in dB.
-pub(super) fn before(shown_db: f32) -> f32 {
-    0.1 * (math::min(shown_db, 35.0) - 15.0)
-}
 
 impl Model<'_> {
     pub(super) fn in_scan(&self, x: f32, y: f32) -> bool {

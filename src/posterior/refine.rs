@@ -1,8 +1,8 @@
 //! The Gaussian over a hypothesis's continuous part, updated analytically: given which echo is which
 //! feature, levels are linear in riser height and each step's departure from it.
 
+use super::feature::Class;
 use super::model::Model;
-use super::places::Class;
 use super::staircase::{MAX_STEPS, Sigmas, Staircase};
 use crate::math;
 

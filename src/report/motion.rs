@@ -35,7 +35,7 @@ pub fn write(reading: &Reading) -> Line {
 /// # Errors
 /// Names the field that is missing or malformed.
 pub fn parse(body: &str) -> Result<Reading, ParseError> {
-    let mut fields = Fields(body.split(','));
+    let mut fields = Fields(body.split([',']));
     if fields.text("name")? != "MOTION" {
         return Err(ParseError::Field("name"));
     }

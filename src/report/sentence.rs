@@ -479,7 +479,7 @@ impl Sentence<'_> {
         if sum.len() != 8 || u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
             return Err(ParseError::Crc);
         }
-        let mut fields = Fields(body.split(','));
+        let mut fields = Fields(body.split([',']));
         if fields.0.next() != Some("PSTR") {
             return Err(ParseError::Frame);
         }
@@ -640,7 +640,7 @@ impl fmt::Display for ParseError {
 impl core::error::Error for ParseError {}
 
 /// The fields of one sentence, taken from the left.
-pub(super) struct Fields<'a>(pub(super) core::str::Split<'a, char>);
+pub(super) struct Fields<'a>(pub(super) core::str::Split<'a, [char; 1]>);
 
 impl<'a> Fields<'a> {
     pub(super) fn text(&mut self, field: &'static str) -> Result<&'a str, ParseError> {

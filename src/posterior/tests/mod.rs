@@ -4,8 +4,8 @@ mod cloud;
 mod model;
 mod staircase;
 
+use super::feature::{Class, Place};
 use super::model::Model;
-use super::places::{Class, Place};
 use super::staircase::{Edge, Kind, Staircase, View};
 use crate::config::Config;
 use crate::echoes::Echo;
