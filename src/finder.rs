@@ -13,13 +13,6 @@ use crate::paper::Paper;
 /// What one estimator keeps beside the map, during the scan and after it. Only one works at a
 /// time, so they share their memory.
 #[derive(Debug)]
-#[cfg_attr(
-    feature = "paper",
-    expect(
-        clippy::large_enum_variant,
-        reason = "there is no heap, and only one of them works at a time"
-    )
-)]
 #[repr(u8)]
 #[allow(
     clippy::large_enum_variant,

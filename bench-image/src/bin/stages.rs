@@ -19,6 +19,7 @@ mod image {
     use stairscan::Iq;
     use stairscan::answer::Outcome;
     use stairscan::config::{Config, MAX_SAMPLES};
+    use stairscan::drive::Drive;
     use stairscan::grid::{BinWindow, Row};
     use stairscan::observer::{Event, Observer};
     use stairscan::pipeline::Pipeline;
