@@ -88,6 +88,11 @@ impl Posterior {
         }
     }
 
+    /// Changes the measurement model.
+    pub const fn measure(&mut self, g: &'static Generative) {
+        self.model.g = g;
+    }
+
     /// Takes in a scan's echoes and the search's leaders, refined and weighed; returns the leader that
     /// explains the echoes best.
     #[inline(never)]

@@ -71,7 +71,7 @@ pub struct Likelihood {
     echoes: Echoes,
     sweeps: Sweeps,
     params: &'static Params,
-    measured: &'static Generative,
+    posterior: Posterior,
     /// Whether the particles have a say.
     particles: bool,
 }
@@ -83,7 +83,7 @@ pub struct Likelihood {
 )]
 enum Phase {
     Rows(Collector),
-    Up(Beginnings<ascending::Shape>, Posterior),
+    Up(Beginnings<ascending::Shape>),
     Down(Beginnings<descending::Shape>),
 }
 
@@ -106,14 +106,14 @@ impl Likelihood {
             echoes: Echoes::new(),
             sweeps: Sweeps::new(),
             params,
-            measured: &measured::UP,
+            posterior: Posterior::new(&measured::UP),
             particles: true,
         }
     }
 
     /// The same with another measurement model in the depth plane: to fit what rests on it.
     pub const fn measuring(mut self, measured: &'static Generative) -> Self {
-        self.measured = measured;
+        self.posterior.measure(measured);
         self
     }
 
@@ -160,11 +160,11 @@ impl Estimator for Likelihood {
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
         self.phase = match geometry.plane {
-            Plane::Depth => Phase::Up(Beginnings::new(), Posterior::new(self.measured)),
+            Plane::Depth => Phase::Up(Beginnings::new()),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
         let mut outcome = match &mut self.phase {
-            Phase::Up(memory, posterior) => {
+            Phase::Up(memory) => {
                 let chart = Chart {
                     map,
                     noise,
@@ -172,7 +172,7 @@ impl Estimator for Likelihood {
                     bias_rad: 0.0,
                     height_m: 0.0,
                 };
-                let posterior = self.particles.then_some(posterior);
+                let posterior = self.particles.then_some(&mut self.posterior);
                 ascend(echoes, chart, p, (memory, posterior), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),

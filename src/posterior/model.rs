@@ -96,7 +96,8 @@ pub struct Model<'p> {
     pub(super) cell_m: f32,
     /// Rates of the extended features at this level, per metre or per scan.
     rates: [f32; EXTENDED],
-    pub(super) g: &'p Generative,
+    /// Its numbers.
+    pub g: &'p Generative,
 }
 
 /// What the echo that is a feature says.
