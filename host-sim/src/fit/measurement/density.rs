@@ -49,8 +49,9 @@ mod tests {
         for k in 0..60 {
             let x = 0.25 * k as f32;
             let tailed = posterior::tailed(x);
+            // The firmware's tails are a rational function.
             assert!(
-                (f64::from(tailed) - log_tailed(x.into()).exp()).abs() < 1e-5,
+                (f64::from(tailed) - log_tailed(x.into()).exp()).abs() < 2e-4,
                 "{x}"
             );
             for (mean, sigma) in [(2.0, 3.0), (9.0, 6.0), (-8.0, 4.0)] {
