@@ -166,8 +166,6 @@ impl Sweeps {
                 ride.creep = creep.speed;
                 creep.finding
             }
-            // Good motion input says how the chair went even where there is nothing to compare with.
-            (_, true, ..) => Finding::Agreed,
             _ => Finding::Alone,
         };
         if known || ride.creep.is_some() {

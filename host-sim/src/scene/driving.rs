@@ -264,8 +264,9 @@ mod tests {
     #[test]
     fn an_echo_brought_nearer_is_the_one_that_is_seen_from_there() {
         // A post: one echo, whose range and directions the shift by a few millimetres must give.
-        let scene =
-            Scene::parse("[[post]]\nat_m = 1.2\ndiameter_m = 0.02\ntop_m = 1.0\nmaterial = \"concrete\"\n");
+        let scene = Scene::parse(
+            "[[post]]\nat_m = 1.2\ndiameter_m = 0.02\ntop_m = 1.0\nmaterial = \"concrete\"\n",
+        );
         let scene = scene.unwrap();
         let relief = scene.relief(3, &[0.0, 0.004]);
         let seen = |travel: f64| {

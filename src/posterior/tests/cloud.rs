@@ -1,7 +1,7 @@
 //! The cloud: weights whatever their order and scale, what they add up to, and resampling.
 
 use super::*;
-use crate::posterior::cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, Told};
+use crate::posterior::cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, PARTICLES, ROOM, Told};
 use crate::posterior::staircase::MAX_STEPS;
 
 /// Standard deviations of levels that are known.
@@ -207,7 +207,7 @@ fn an_error_that_is_only_likely_is_shared_between_its_cell_and_what_follows() {
 fn resampling_keeps_the_heavy_exactly_and_no_more_than_there_is_room_for() {
     let mut dice = Dice::new(1);
     for round in 0..50 {
-        let particles: Vec<(usize, f32)> = (0..2 * PARTICLES)
+        let particles: Vec<(usize, f32)> = (0..ROOM)
             .map(|k| match k % 5 {
                 0 => (k % 4, dice.even(-1.0, 0.0)),
                 _ => (k % 4, dice.even(-9.0, -4.0)),
@@ -215,13 +215,13 @@ fn resampling_keeps_the_heavy_exactly_and_no_more_than_there_is_room_for() {
             .collect();
         let mut cloud = cloud(&particles);
         let before = held(&cloud);
-        assert_eq!(before.len(), 2 * PARTICLES);
+        assert_eq!(before.len(), ROOM);
         cloud.resample();
         let after = held(&cloud);
         assert!(after.len() <= PARTICLES && after.len() > PARTICLES - 3);
         let weight = |name: usize| after.iter().find(|h| h.0 == name).map(|h| h.1);
         let first = (particles[0].1, weight(0).expect("a heavy one"));
-        for name in (0..2 * PARTICLES).step_by(5) {
+        for name in (0..ROOM).step_by(5) {
             let (log, now) = (particles[name].1, weight(name).expect("a heavy one"));
             let ratio = (now / first.1).ln();
             assert!((ratio - (log - first.0)).abs() < 1e-4, "{round}: {name}");
@@ -253,7 +253,7 @@ fn resampling_leaves_every_share_what_it_was_on_the_mean() {
     let rounds = 600;
     let (mut off, mut squares) = ([0.0f32; 4], [0.0f32; 4]);
     for _ in 0..rounds {
-        let particles: Vec<(usize, f32)> = (0..2 * PARTICLES)
+        let particles: Vec<(usize, f32)> = (0..ROOM)
             .map(|k| (k % 4, dice.even(-6.0, 0.0) - (k % 4) as f32))
             .collect();
         let before = cloud(&particles);
@@ -280,19 +280,17 @@ fn resampling_leaves_every_share_what_it_was_on_the_mean() {
 
 #[test]
 fn resampling_keeps_shares_where_all_weigh_about_the_same() {
-    // Twice as many as there is room for, the second half another count: none is heavy.
-    let alike: Vec<(usize, f32)> = (0..2 * PARTICLES)
-        .map(|k| (1 + k / PARTICLES, 0.0))
-        .collect();
-    let long: Vec<(usize, f32)> = (0..40 * PARTICLES)
-        .map(|k| (1 + k / (20 * PARTICLES), 0.001 * (k % 7) as f32))
+    // More than there is room for, the second half another count: none is heavy.
+    let alike: Vec<(usize, f32)> = (0..ROOM).map(|k| (1 + 2 * k / ROOM, 0.0)).collect();
+    let long: Vec<(usize, f32)> = (0..4 * PARTICLES)
+        .map(|k| (1 + k / (2 * PARTICLES), 0.001 * (k % 7) as f32))
         .collect();
     for particles in [alike, long] {
         let mut cloud = cloud(&particles);
         cloud.resample();
         let all = cloud.particles();
         let second: f32 = all.filter(|(s, _)| s.len() == 2).map(|(_, p)| p).sum();
-        assert!((second - 0.5).abs() < 0.05, "{second}");
+        assert!((second - 0.5).abs() < 0.15, "{second}");
         assert!(held(&cloud).len() > PARTICLES / 2);
     }
 }
