@@ -145,6 +145,10 @@ params! {
         again = 0.3, "", Hand;
         /// Floating stairs: legs and boxes pass for a single floating step.
         floating_nats = 3.0, "nats", Hand;
+        /// Cost of a landing within a flight.
+        landing_nats = 1.0, "nats", Hand;
+        /// Further cost of a single riser behind a landing.
+        lone_nats = 4.0, "nats", Hand;
         /// A flight going up counts from this score on.
         accept_up_nats = 1.5, "nats", Hand;
     }
@@ -187,6 +191,8 @@ params! {
         least_going_m = 0.18, "m", Custom, "steepest stairs in use";
         /// Largest going.
         most_going_m = 0.60, "m", Custom, "steps of parks and forecourts";
+        /// Longest landing between two flights.
+        longest_landing_m = 1.60, "m", Custom, "more than a door's leaf and a wheelchair's length";
         /// A riser may stand this far from where its predecessors lead.
         riser_tolerance_m = 0.045, "m", Custom, "half an overhang and what builders are off";
         /// Weight of a column, credibilities, that makes up for a metre off its place.

@@ -5,7 +5,7 @@
 
 use super::cloud::{Cloud, Told};
 use super::model::{BEHIND_M, Model, Sums};
-use super::prior::{GOES_ON, going, ln, overhang, prior};
+use super::prior::{GOES_ON, LANDING, going, ln, overhang, prior};
 use super::staircase::{Kind, MAX_STEPS, Sigmas, Staircase};
 use crate::math;
 use heapless::Vec;
@@ -154,7 +154,7 @@ impl Proposals<'_> {
         for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
             let more = self.more(base, top + off, Kind::Stairs);
             for &(at, step) in near.iter().chain(far.iter().skip(1)) {
-                let landing = if at > x + 0.4 { 0.03 } else { 0.0 };
+                let landing = if at > x + 0.4 { LANDING } else { 0.0 };
                 let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
                 if odds > 1e-5 {
                     let (new, weight) = self.added(base, &more, at);
