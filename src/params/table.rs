@@ -200,7 +200,7 @@ params! {
         /// What stands farther behind the last riser is no part of the flight.
         landing_m = 0.70, "m", Custom, "farther than any going";
         /// A single riser lower than this is a threshold.
-        lowest_step_m = 0.07, "m", Hand;
+        lowest_step_m = 0.055, "m", Custom, "steps count from 6 cm on, less the error of a low riser's height";
         /// A single riser higher than this is a box.
         highest_step_m = 0.23, "m", Hand;
     }
