@@ -11,7 +11,7 @@ use crate::math;
 use crate::observer::{Event, Observer};
 use crate::params::generative::Generative;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase, Told, View,
+    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase, Told, View,
     refine, weight,
 };
 use crate::sort::shell_sort;
@@ -139,15 +139,32 @@ impl Posterior {
             }
         }
         let (_, mut chosen) = best?;
-        let nothing = walls(&self.model).into_iter().map(|wall_m| {
-            let s = Staircase {
+        chosen.odds = SHARE * (chosen.odds - self.rival(&chosen.flight));
+        Some(chosen)
+    }
+
+    /// Weight of the likeliest thing that is no stairs: level ground, and where a single riser is the
+    /// flight, a box or a threshold in its place, each with and without a wall.
+    #[inline(never)]
+    fn rival(&self, flight: &Flight<ascending::Shape>) -> f32 {
+        let mut most = f32::NEG_INFINITY;
+        for &wall_m in &walls(&self.model) {
+            let ground = Staircase {
                 wall_m,
                 ..Staircase::nothing()
             };
-            weight(&self.model, &s)
-        });
-        chosen.odds = SHARE * (chosen.odds - nothing.fold(f32::NEG_INFINITY, math::max));
-        Some(chosen)
+            most = math::max(most, weight(&self.model, &ground));
+            if let [link] = flight.chain.as_slice()
+                && link.along_m + LANDING_M < wall_m
+            {
+                for (top_m, _, kind) in FLOOR.iter().filter(|f| f.2 != Kind::Stairs) {
+                    let mut s = ground.with(0, link.along_m, *top_m);
+                    s.kind = *kind;
+                    most = math::max(most, weight(&self.model, &s));
+                }
+            }
+        }
+        most
     }
 
     /// A flight as one more step on top of what it is without its last one, if that was looked at.

@@ -51,13 +51,14 @@ impl Measured {
     }
 }
 
-/// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
+/// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes and for
+/// which the measurement model speaks with `odds`, nats;
 /// `chart` is the map itself, `bias_sigma_rad` the shaft's angle error that calibration leaves.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
     flight: &Flight<ascending::Shape>,
-    rise: Estimate,
+    (rise, odds): (Estimate, f32),
     chart: &Chart<'_>,
     bias_sigma_rad: f32,
 ) -> Measured {
@@ -79,7 +80,7 @@ pub fn ascending(
         }
         levels = heights::fit(&steps, &readings.slopes, p);
     }
-    if let Some(outcome) = no_stair(&readings, rise, &levels, p) {
+    if let Some(outcome) = no_stair(&readings, (rise, odds), &levels, p) {
         return Measured {
             outcome,
             ..Measured::new(Direction::None, roles)
@@ -151,13 +152,19 @@ fn landings(chain: &[Link], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
 
 /// The answer if a single riser is too high or too low for a step, or shows nothing that says how
 /// high it is: a box or a threshold.
-fn no_stair(readings: &Readings, rise: Estimate, levels: &Levels, p: &Params) -> Option<Outcome> {
+fn no_stair(
+    readings: &Readings,
+    (rise, odds): (Estimate, f32),
+    levels: &Levels,
+    p: &Params,
+) -> Option<Outcome> {
     let ([face], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
         return None;
     };
     let height = first.height;
     let climbable = (p.lowest_step_m..=p.highest_step_m).contains(&height.value);
-    if climbable && rise.value >= p.lowest_step_m && !face.level.is_empty() {
+    let shown = !face.level.is_empty() || odds > p.sure_step_nats;
+    if climbable && rise.value >= p.lowest_step_m && shown {
         return None;
     }
     let mut outcome = Outcome::clear();

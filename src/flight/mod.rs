@@ -227,7 +227,7 @@ fn ascend(
     observer.event(Event::Done(Stage::Search));
     let accepted = best.as_ref().filter(|(f, _)| f.score + odds >= p.accept_up_nats);
     let measured = accepted.map(|(flight, rise)| {
-        dimensions::ascending(&stairs, flight, *rise, &chart, found.bias_sigma_rad)
+        dimensions::ascending(&stairs, flight, (*rise, odds), &chart, found.bias_sigma_rad)
     });
     let best = best.as_ref().map(|b| &b.0);
     let belief = posterior.map(|posterior| {

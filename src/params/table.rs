@@ -201,6 +201,8 @@ params! {
         landing_m = 0.70, "m", Custom, "farther than any going";
         /// A single riser lower than this is a threshold.
         lowest_step_m = 0.055, "m", Custom, "steps count from 6 cm on, less the error of a low riser's height";
+        /// A single riser that shows no height of its own counts from these odds on: what is behind does.
+        sure_step_nats = 1.5, "nats", Hand;
         /// A single riser higher than this is a box.
         highest_step_m = 0.23, "m", Hand;
     }

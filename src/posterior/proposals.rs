@@ -360,7 +360,7 @@ const ECHO_M: f32 = 0.02;
 /// The ground ends somewhere ahead so often.
 const DROP: f32 = 0.1;
 /// What may stand alone on the floor: height, metres, how often, and what that is called.
-const FLOOR: [(f32, f32, Kind); 8] = [
+pub const FLOOR: [(f32, f32, Kind); 8] = [
     (0.02, 0.5, Kind::Threshold),
     (0.045, 0.05, Kind::Stairs),
     (0.075, 0.08, Kind::Stairs),
