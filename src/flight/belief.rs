@@ -11,8 +11,8 @@ use crate::math;
 use crate::observer::{Event, Observer};
 use crate::params::generative::Generative;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase, Told, View,
-    refine, weight,
+    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase,
+    Told, View, refine, weight,
 };
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -342,7 +342,13 @@ impl Posterior {
         }
         let mut looked: Vec<&Base, LOOKED> = Vec::new();
         while !looked.is_full() {
-            let fresh = |b: &&Base| !looked.iter().any(|l| b.staircase.is_like(&l.staircase));
+            // Level ground with another wall has the same around it.
+            let fresh = |b: &&Base| {
+                let ground = b.staircase.kind == Kind::Nothing;
+                !looked.iter().any(|l| {
+                    b.staircase.is_like(&l.staircase) || ground && l.staircase.kind == Kind::Nothing
+                })
+            };
             let near = bases.iter().filter(|b| b.log_weight > top - NEAR_NATS);
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));

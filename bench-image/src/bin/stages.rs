@@ -212,10 +212,7 @@ mod image {
     #[inline(never)]
     fn scan(counter: &mut Counter, state: &mut State, config: &Config, file: &mut HostFile) {
         let State { pipeline, range } = state;
-        let ready = pipeline.begin(config, 1).is_ok()
-            && range
-                .configure(&config.radar, &config.mount, &config.cfar)
-                .is_ok();
+        let ready = pipeline.begin(config, 1).is_ok() && range.configure_scan(config).is_ok();
         let (mut worst_chirp, mut worst_row) = (0, 0);
         let (mut cells, mut mask) = ([0; 256], [0; 8]);
         let bins = usize::from(range.kept().count);
