@@ -319,10 +319,16 @@ impl Stairs for Ascending<'_> {
         along_m > 0.0 && along_m < self.scene.mount_height_m
     }
 
-    fn shapes(&self, _first: Link) -> impl Iterator<Item = Shape> {
-        RISES_M
-            .into_iter()
-            .flat_map(|rise_m| [false, true].map(|open| Shape { rise_m, open }))
+    fn beginnings(&self) -> impl Iterator<Item = (usize, Shape)> {
+        let shapes = RISES_M.into_iter();
+        let shapes = shapes.flat_map(|rise_m| [false, true].map(|open| Shape { rise_m, open }));
+        // Shape by shape: the landing behind flights of one level is looked at once.
+        shapes.flat_map(|shape| {
+            let columns = self.scene.columns.iter().enumerate();
+            columns
+                .filter(|(_, column)| column.begins)
+                .map(move |(k, _)| (k, shape))
+        })
     }
 
     fn face(&self, chain: &[Link], next: Link, shape: Shape) -> f32 {

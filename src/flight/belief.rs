@@ -48,9 +48,9 @@ const LEAST_MAYBE: f32 = 0.05;
 /// Two steps are the same within this distance, metres: design contract of scoring.
 const SAME_M: f32 = 0.10;
 /// Flights that the search puts so far behind its best are not looked at again, nats.
-const RIVAL_NATS: f32 = 7.0;
+const RIVAL_NATS: f32 = 5.0;
 /// So many hypotheses are looked around that are not like each other …
-const LOOKED: usize = 3;
+const LOOKED: usize = 2;
 /// … if they are within so many nats of the likeliest.
 const NEAR_NATS: f32 = 4.0;
 /// Two walls stand so far apart, and the nearest from the mirror, metres.
@@ -215,16 +215,19 @@ impl Posterior {
         }
         let top = top.unwrap_or_else(|| offer(*start, [0.0; MAX_STEPS]));
         let mut last = top;
-        for overhang_m in OVERHANGS_M {
+        let overhangs = OVERHANGS_M.into_iter().filter(|_| !start.open);
+        for overhang_m in overhangs {
             let mut s = top.staircase;
             s.overhang_m = overhang_m;
             last = offer(s, top.sigmas);
         }
+        let open_air = last;
         for &wall_m in walls(&self.model).iter().skip(1) {
-            let mut s = last.staircase;
-            s.wall_m = wall_m;
-            if wall_m > s.last_x() + LANDING_M {
-                last = offer(s, top.sigmas);
+            if wall_m > last.staircase.last_x() + LANDING_M {
+                let walled = open_air.walled(&self.model, wall_m);
+                if walled.log_weight > last.log_weight {
+                    last = walled;
+                }
             }
         }
         last

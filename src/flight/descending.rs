@@ -344,17 +344,22 @@ impl Stairs for Descending<'_> {
         false
     }
 
-    fn shapes(&self, first: Link) -> impl Iterator<Item = Shape> {
+    fn beginnings(&self) -> impl Iterator<Item = (usize, Shape)> {
         let (p, ends) = (self.scene.params, self.ends);
-        let rise = first.along_m - self.scene.mount_height_m;
-        let usable = (p.least_drop_m..=p.most_drop_m).contains(&rise);
-        let edges = EDGES_M.into_iter().chain(ends).filter(move |_| usable);
-        edges.flat_map(move |edge_m| {
-            GOINGS_M.map(|off| Shape {
-                edge_m,
-                going_m: p.stride_m - 2.0 * rise + off,
+        let columns = self.scene.columns.iter().enumerate();
+        columns
+            .filter(|(_, column)| column.begins)
+            .flat_map(move |(k, column)| {
+                let rise = column.along_m - self.scene.mount_height_m;
+                let usable = (p.least_drop_m..=p.most_drop_m).contains(&rise);
+                let edges = EDGES_M.into_iter().chain(ends).filter(move |_| usable);
+                edges.flat_map(move |edge_m| {
+                    GOINGS_M.map(|off| {
+                        let going_m = p.stride_m - 2.0 * rise + off;
+                        (k, Shape { edge_m, going_m })
+                    })
+                })
             })
-        })
     }
 
     fn face(&self, chain: &[Link], next: Link, shape: Shape) -> f32 {

@@ -91,17 +91,14 @@ impl<'s, S: Stairs> Search<'s, S> {
         let Beginnings { now, next } = memory;
         let (mut now, mut next) = (now, next);
         now.flights.clear();
-        for (k, column) in self.stairs.scene().columns.iter().enumerate() {
-            let first = self.link(k);
-            for shape in self.stairs.shapes(first).filter(|_| column.begins) {
-                let mut flight = Flight {
-                    shape,
-                    ..Flight::default()
-                };
-                if self.extend(&mut flight, first) {
-                    self.finish(&mut flight);
-                    now.offer(&flight);
-                }
+        for (k, shape) in self.stairs.beginnings() {
+            let mut flight = Flight {
+                shape,
+                ..Flight::default()
+            };
+            if self.extend(&mut flight, self.link(k)) {
+                self.finish(&mut flight);
+                now.offer(&flight);
             }
         }
         while !now.flights.is_empty() {

@@ -68,8 +68,8 @@ pub trait Stairs {
     fn scene(&self) -> &Scene<'_>;
     /// Of stairs that people use.
     fn spacing(&self) -> Spacing;
-    /// The shapes worth a try for a flight whose first face is `first`.
-    fn shapes(&self, first: Link) -> impl Iterator<Item = Self::Shape>;
+    /// The columns that a flight may begin with, each with the shapes worth a try there.
+    fn beginnings(&self) -> impl Iterator<Item = (usize, Self::Shape)>;
     /// Whether a first face there may stand before the scanned sector, so that nothing shows it.
     fn out_of_view(&self, along_m: f32) -> bool;
     /// Log-likelihood that `next` adds to the chain, nats.

@@ -26,7 +26,7 @@ use heapless::Vec;
 pub const LEAST_DB: f32 = 2.8;
 /// Most echoes that the model looks at, the strongest: what a staircase's features show and as many
 /// again of everything else.
-pub const MAX_SEEN: usize = 40;
+pub const MAX_SEEN: usize = 32;
 /// Nearer than this the mirror's own echo covers everything, metres.
 const NEAREST_M: f32 = 0.12;
 /// Width of a clean lobe, in units of a point scatterer's.

@@ -56,6 +56,21 @@ impl Base {
         }
     }
 
+    /// The same with a wall at `wall_m` behind: only the landing changes.
+    #[inline(never)]
+    pub fn walled(&self, model: &Model<'_>, wall_m: f32) -> Self {
+        let mut out = *self;
+        out.staircase.wall_m = wall_m;
+        let n = self.staircase.len();
+        let landing = model.step(&out.staircase, n);
+        out.log_weight +=
+            prior(&out.staircase) - prior(&self.staircase) + landing - self.part(n, n + 1);
+        if let Some(value) = out.steps.get_mut(n) {
+            *value = landing;
+        }
+        out
+    }
+
     /// What risers from number `from` to before `to` say.
     #[inline(never)]
     fn part(&self, from: usize, to: usize) -> f32 {
@@ -148,7 +163,12 @@ impl Proposals<'_> {
         let s = &base.staircase;
         let (x, mean) = (s.last_x(), s.going());
         let end = math::min(x + 1.6, s.wall() - 0.1);
-        let near = self.spots(x + 0.20, math::min(x + 0.60, end), 0.04, 0.006);
+        let mut near = self.spots(x + 0.20, math::min(x + 0.60, end), 0.08, 0.006);
+        if let Some(mean) = mean.filter(|mean| x + mean < end) {
+            // As far as the others: between the places of the grid it would be missed.
+            near.retain(|(at, step)| *step < ECHO_M || (at - x - mean).abs() > REGULAR_M);
+            let _ = near.push((x + mean, REGULAR_M));
+        }
         let far = self.spots(x + 0.60, end, f32::INFINITY, 0.006);
         let top = s.level(s.len()) + s.rise();
         for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
@@ -226,10 +246,10 @@ impl Proposals<'_> {
         let (n, first) = (s.len(), s.x(0));
         let old = base.part(0, 1);
         for &(x, dx) in &self.spots(0.3, first - 0.15, 0.12, 0.012) {
-            for h in [0.05, 0.10, 0.15] {
+            for h in [0.08, 0.15] {
                 if h < s.level(1) - 0.03 {
                     let new = s.with(0, x, h);
-                    let weight = ln(0.01 * dx / 1.5) + self.part(&new, 0, 2) - old;
+                    let weight = ln(0.015 * dx / 1.5) + self.part(&new, 0, 2) - old;
                     self.put(&new, base.log_weight + weight, &base.sigmas);
                 }
             }
@@ -305,7 +325,8 @@ impl Proposals<'_> {
             return;
         }
         let n = s.len();
-        for overhang_m in [0.0, 0.015, 0.03, 0.045, 0.06] {
+        let others = OVERHANGS_M.into_iter();
+        for overhang_m in others.filter(|o| (o - s.overhang_m).abs() > SAME_OVERHANG_M) {
             let new = Staircase { overhang_m, ..*s };
             let weight = overhang(overhang_m) - overhang(s.overhang_m) + self.part(&new, 0, n + 1)
                 - base.part(0, n + 1);
@@ -390,6 +411,12 @@ struct Split {
     wall: f32,
 }
 
+/// Overhangs of all treads: none, a usual one, a wide one.
+const OVERHANGS_M: [f32; 3] = [0.0, 0.03, 0.06];
+/// Two overhangs are the same within this, metres.
+const SAME_OVERHANG_M: f32 = 0.006;
+/// A regular going is as the flight's within this, times √(2π), metres.
+const REGULAR_M: f32 = 0.03;
 /// By how much an odd rise is off, metres.
 const ODD_M: [f32; 2] = [-0.04, 0.04];
 /// Farther from a riser than this its face changes nothing, metres.
