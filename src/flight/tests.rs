@@ -118,6 +118,69 @@ fn a_corner_without_anything_above_is_no_clear_way() {
     }
 }
 
+/// What a scan of points at distance, height and level is answered with.
+fn answer(points: &[(f32, f32, f64)]) -> Outcome {
+    let config = Config::default();
+    estimate(&scene(&config, points), &config, false)
+}
+
+#[test]
+fn a_second_flight_goes_on_behind_a_landing() {
+    let mut points = staircase(0.60, 0.28, &[0.15, 0.30]);
+    points.extend([(1.85, 0.30, 34.0), (1.85, 0.45, 28.0)]);
+    points.extend([(1.85, 0.40, 40.0), (2.13, 0.60, 26.0)]);
+    let outcome = answer(&points);
+    let steps: Vec<_> = outcome
+        .steps
+        .iter()
+        .map(|s| (s.distance_m, s.height_m))
+        .collect();
+    assert_eq!(steps.len(), 4, "{steps:?}");
+    for (step, x) in steps.iter().zip([0.60, 0.88, 1.85, 2.13]) {
+        assert!((step.0 - x).abs() < 0.02, "{steps:?}");
+    }
+    // The landing makes no step irregular: their rises are alike.
+    assert!(!outcome.reasons.has(Reason::IrregularStep), "{outcome:?}");
+}
+
+#[test]
+fn a_wall_behind_a_landing_is_no_second_flight() {
+    let mut points = staircase(0.60, 0.28, &[0.15, 0.30]);
+    points.extend([(1.85, 0.30, 34.0), (1.85, 0.40, 40.0)]);
+    assert_eq!(answer(&points).steps.len(), 2);
+}
+
+#[test]
+fn floating_treads_before_a_wall_are_stairs() {
+    // Two treads that nothing stands below, a wall behind them with its corner and its flash.
+    let treads = [(1.12, 0.175, 35.0), (1.48, 0.345, 41.0)];
+    let wall = [
+        (2.08, 0.40, 46.0),
+        (2.08, 0.70, 24.0),
+        (2.09, 0.85, 21.0),
+        (2.09, 1.03, 18.0),
+    ];
+    let floor = [(0.36, 0.0, 17.0), (0.46, 0.0, 11.0), (0.97, 0.0, 17.0)];
+    let points: Vec<_> = [&treads[..], &wall, &floor].concat();
+    let outcome = answer(&points);
+    assert_eq!(outcome.steps.len(), 2, "{outcome:?}");
+}
+
+#[test]
+fn a_kerb_whose_top_only_the_pavement_behind_shows_is_a_step() {
+    let kerb = [(0.77, 0.0, 50.0), (0.60, 0.0, 20.0)];
+    let behind = [0.855, 0.904, 0.98, 1.068].map(|x| (x, 0.075, 10.0));
+    let outcome = answer(&[&kerb[..], &behind].concat());
+    let [step] = outcome.steps.as_slice() else {
+        panic!("{outcome:?}");
+    };
+    assert!((step.distance_m - 0.77).abs() < 0.01, "{step:?}");
+    assert!((step.height_m - 0.075).abs() < 0.01, "{step:?}");
+    // Nothing behind: no step, and doubt with a place.
+    let alone = answer(&kerb);
+    assert!(alone.steps.is_empty() && !alone.maybes.is_empty(), "{alone:?}");
+}
+
 #[test]
 fn a_flight_that_fades_into_the_noise_may_go_on() {
     let config = over_an_edge();
@@ -325,7 +388,7 @@ fn a_kerb_that_shows_only_its_corner_may_stand_there() {
         assert!(outcome.steps.is_empty(), "{outcome:?}");
         outcome.maybes
     };
-    for x in [1.2, 1.4] {
+    for x in [1.0, 1.2, 1.4] {
         let floor = (0..10).map(|k| (0.4 + 0.1 * k as f32, 0.0, 15.0));
         let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
         assert!(told(&points).is_empty(), "the floor alone, up to {x} m");

@@ -379,3 +379,28 @@ proptest! {
         prop_assert!(sum == 0.0 || (sum - 1.0).abs() < 1e-4, "{sum}");
     }
 }
+
+#[test]
+fn a_wall_behind_changes_what_the_landing_says_and_nothing_else() {
+    let geometry = geometry();
+    let mut dice = Dice::new(7);
+    let echoes: Vec<Echo> = (0..24)
+        .map(|_| {
+            let (x_m, y_m) = (dice.even(0.4, 2.4), dice.even(0.0, 1.0));
+            echo(x_m, y_m, dice.even(5.0, 45.0))
+        })
+        .collect();
+    let model = model(&echoes, &geometry);
+    for s in [Staircase::nothing(), regular(3, 0.6, 0.3, 0.17)] {
+        let base = Base::new(&model, s, [0.0; MAX_STEPS]);
+        for wall_m in [1.7, 2.3, f32::INFINITY] {
+            let walled = base.walled(&model, wall_m);
+            let anew = Base::new(&model, Staircase { wall_m, ..s }, [0.0; MAX_STEPS]);
+            let off = walled.log_weight - anew.log_weight;
+            assert!(off.abs() < 1e-2, "{wall_m}: {off}");
+            // And back again.
+            let back = walled.walled(&model, s.wall_m);
+            assert!((back.log_weight - base.log_weight).abs() < 1e-2);
+        }
+    }
+}

@@ -8,8 +8,8 @@ use stairscan::posterior::LEAST_DB;
 const CORE: f64 = 0.92;
 /// See [`CORE`].
 const TAIL: f64 = 0.005;
-/// See [`CORE`]: twice the variance of the tails in units of the core's.
-const TAIL_WIDTH: f64 = 32.0;
+/// See [`CORE`]: the squared deviation at which the tails have fallen to a sixteenth.
+const TAIL_WIDTH: f64 = 128.0;
 /// Slope of the logistic function that stands for the normal distribution.
 const PROBIT: f64 = 1.702;
 /// Least share of a level's distribution above the detection threshold.
@@ -19,7 +19,7 @@ const FLAT_DB: f64 = 50.0;
 
 /// Logarithm of the wide-tailed density at `z2` squared standard deviations.
 pub fn log_tailed(z2: f64) -> f64 {
-    (CORE * (-0.5 * z2).exp() + TAIL * (-z2 / TAIL_WIDTH).exp() + 1e-12).ln()
+    (CORE * (-0.5 * z2).exp() + TAIL * (1.0 + z2 / TAIL_WIDTH).powi(-4)).ln()
 }
 
 /// Wide-tailed density in two dimensions, by squared deviation and variances.
@@ -46,12 +46,11 @@ mod tests {
 
     #[test]
     fn they_are_the_firmwares() {
-        for k in 0..60 {
+        for k in 0..480 {
             let x = 0.25 * k as f32;
             let tailed = posterior::tailed(x);
-            // The firmware's tails are a rational function.
             assert!(
-                (f64::from(tailed) - log_tailed(x.into()).exp()).abs() < 2e-4,
+                (f64::from(tailed) - log_tailed(x.into()).exp()).abs() < 1e-5,
                 "{x}"
             );
             for (mean, sigma) in [(2.0, 3.0), (9.0, 6.0), (-8.0, 4.0)] {
