@@ -93,6 +93,32 @@ reasons! {
     NoNoise = "no-noise",
     /// Nothing but noise: not even the floor was seen.
     NoEcho = "no-echo",
+    /// A bit of the converter never changes.
+    AdcBit = "adc-bit",
+    /// I and Q have changed places, or one has the wrong sign: echoes beat backwards.
+    IqSwapped = "iq-swapped",
+    /// One of the two channels is dead, or both give the same.
+    ChannelDead = "channel-dead",
+    /// I and Q are so unlike that echoes have images.
+    IqImbalance = "iq-imbalance",
+    /// The converter's offset walks during the scan.
+    DcDrift = "dc-drift",
+    /// Samples are cut off below the converter's full scale.
+    Clipped = "clipped",
+    /// The level of the mirror's own echo changes during the scan.
+    GainDrift = "gain-drift",
+    /// Rows were set aside because something else transmits, or a tone stands in all of them.
+    Interference = "interference",
+    /// The mirror's own echo is not where the mirror's offset says: the range scale is not true.
+    RangeScale = "range-scale",
+    /// The same chirp came more than once.
+    StaleChirp = "stale-chirp",
+    /// Echoes do not change though the mirror should have turned.
+    MirrorStuck = "mirror-stuck",
+    /// Echoes change faster than the beam's width allows: rows are not at their angles.
+    AngleJump = "angle-jump",
+    /// The floor is not where mount height, angle and offset say that it must be.
+    Mount = "mount",
     /// Too many chirps were lost.
     TooManyLost = "too-many-lost",
     /// The radar module does not answer.
@@ -115,7 +141,10 @@ reasons! {
 
 /// A set of [`Reason`]s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Reasons(u32);
+pub struct Reasons(u64);
+
+/// Every reason has a bit.
+const _: () = assert!(Reason::ALL.len() <= u64::BITS as usize);
 
 impl Reasons {
     /// No reason.
