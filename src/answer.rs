@@ -251,6 +251,20 @@ impl Outcome {
 }
 
 impl Outcome {
+    /// Takes `ok` away where there is doubt about the instrument, and with it what the answer vouches
+    /// for: no estimator can know better than its instrument.
+    pub fn doubt(&mut self, doubts: Reasons) {
+        if doubts.is_empty() {
+            return;
+        }
+        doubts.iter().for_each(|reason| self.reasons.add(reason));
+        if self.status != Status::Fault {
+            self.status = Status::Degraded;
+            self.horizon_m = self.horizon_m.map(|_| 0.0);
+            self.confidence = self.confidence.map(|_| 0.0);
+        }
+    }
+
     /// Tread depths and riser heights of the steps in the order of their distance: a tread reaches
     /// to the next step's edge, a riser from the level before; the first stands on the ground.
     pub fn link(&mut self) {

@@ -77,7 +77,10 @@ impl Pipeline {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }
-        self.finder.finish(&self.config, self.scan, observer)
+        let doubts = self.health.doubts(&self.config, self.finder.map());
+        let mut outcome = self.finder.finish(&self.config, self.scan, observer);
+        outcome.doubt(doubts);
+        outcome
     }
 
     /// The health of the last scan.
@@ -125,8 +128,12 @@ impl DataPath for Pipeline {
         let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
         finder.fill(row.into(), |mut cells| {
             // The sweep hands over whole chirps only.
-            if let Ok(stats) = range.process(chirp, &mut cells) {
-                health.row(row, chirp, &stats, cells.cells);
+            if let Ok(stats) = range.process(chirp, &mut cells)
+                && health.row(row, chirp, &stats, cells.cells)
+            {
+                // What something else transmitted is no echo.
+                cells.cells.fill(0);
+                cells.mask.fill(0);
             }
         });
     }

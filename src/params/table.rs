@@ -386,4 +386,64 @@ params! {
         /// Full marks of a step's quality.
         full_quality_db = 40.0, "dB", Custom, "a corner at a metre";
     }
+    "health: the converter" {
+        /// Share of a chirp's samples that may stand at its own extreme.
+        clipped_share = 0.05, "", Derived, "a tone's crest within one of 2^9 steps: a fiftieth, doubled";
+        /// Rows in which a bit between others may stay at rest.
+        lame_rows = 4.0, "", Derived, "200 samples leave a bit at rest by chance once in 2^200";
+        /// So far the converter's offset may walk during a scan, share of full scale.
+        offset_walk = 0.45, "", Derived, "a leakage at full scale beats one and a half times in a chirp, which has a mean of 0.21 either way";
+        /// From so far below the mirror's echo on its image is one too many.
+        image_db = 22.0, "dB", Derived, "1.4 dB or 9 degrees of imbalance";
+        /// An image within this of the mirror's echo is its twin: one channel alone makes it.
+        twin_db = 3.0, "dB", Derived, "half the power";
+        /// Mirror and image tell something from so far above the noise on.
+        image_clear_db = 15.0, "dB", Derived, "noise exceeds it once in 10^13";
+    }
+    "health: levels from row to row" {
+        /// What the scanner shows of itself stays within this.
+        inside_drift_db = 3.0, "dB", Derived, "half the power";
+        /// Rows that may stray from it.
+        strayed_rows = 2.0, "", Hand;
+        /// Noise this far above that of the rows before is a burst.
+        burst_db = 6.0, "dB", Derived, "a flash's skirt rises by 2.4 dB a row at 5 degrees of beam, and the quartile errs by 1 dB";
+        /// The mirror's echo may lie so far off its place before anybody has calibrated it.
+        mirror_place_m = 0.0225, "m", Derived, "one and a half native bins at 10 GHz: beyond, another bin is its own";
+        /// Something between mirror and map that is so much stronger than the mirror's echo is in the way.
+        near_db = 0.0, "dB", Hand;
+        /// Rows that may show it.
+        near_rows = 8.0, "", Hand;
+    }
+    "health: the mirror turns" {
+        /// Cells this far above the noise of their rows are compared.
+        turning_db = 15.0, "dB", Derived, "noise exceeds it once in 10^13";
+        /// Cells are compared where the stronger of two is within this of the strongest around.
+        jump_near_db = 3.0, "dB", Derived, "half the power; what lies in a null changes at any rate";
+        /// Neighbouring rows differ by less in the mean, at a beam of 20 rows; narrower beams are steeper.
+        jump_db = 5.2, "dB", Hand, "twice the slope of a beam's flank one width off its axis; the largest without a fault on tuning seeds is 4.7";
+        /// A difference counts so much at most.
+        jump_clip_db = 20.0, "dB", Hand;
+        /// Cells that make a jump: those of one echo.
+        jump_cells = 4.0, "", Derived, "the window's lobe";
+        /// Rows this far apart must differ, beam widths …
+        still_lag_beams = 0.4, "", Derived, "a scatterer at the beam's axis is 3.8 dB down";
+        /// … by so much in the mean …
+        still_db = 1.7, "dB", Derived, "noise alone at 15 dB";
+        /// … if so many cells are compared …
+        still_cells = 3.0, "", Hand;
+        /// … and they may not for so many beam widths …
+        still_beams = 0.55, "", Derived, "a lobe passes its peak within a quarter";
+        /// … and rows.
+        still_rows = 8.0, "", Hand;
+        /// Something so far above the noise in the mean of all rows …
+        line_db = 12.0, "dB", Derived, "a line below it does not reach the echoes that are weighed";
+        /// … that stays within this of its mean …
+        line_spread_db = 3.0, "dB", Derived, "side lobes have nulls, a tone has none";
+        /// … in so large a share of the rows, at one range, is no echo by way of the mirror.
+        line_share = 0.8, "", Hand;
+        /// The floor straight below the mirror, seen by side lobes, is no such line: its range is this exact.
+        plumb_m = 0.05, "m", Derived, "error of the mount height and the lobe in range";
+        /// Nearer than this it stands in the way.
+        blocked_m = 0.45, "m", Custom, "the nearest step that is reported";
+    }
 }

@@ -31,7 +31,7 @@ use super::crc::CRC32;
 use crate::answer::{Direction, Outcome, Reason, Reasons, Status, Step};
 
 /// Longest sentence with its line end, bytes.
-pub const MAX_SENTENCE: usize = 160;
+pub const MAX_SENTENCE: usize = 224;
 
 /// One line, CR LF included.
 pub type Line = heapless::String<MAX_SENTENCE>;
@@ -232,6 +232,8 @@ struct Writer {
 impl Writer {
     /// Room kept for `*`, the CRC and the line end.
     const TAIL: usize = 11;
+    /// Room kept for horizon and confidence, which follow a scan's reasons.
+    const AFTER_REASONS: usize = 20;
 
     fn new(name: &str) -> Self {
         let mut writer = Self { line: Line::new() };
@@ -298,10 +300,17 @@ impl Writer {
 
     fn reasons(mut self, reasons: Reasons) -> Self {
         self.push(',');
-        for (k, reason) in reasons.iter().enumerate() {
-            if k > 0 {
+        let mut first = true;
+        for reason in reasons.iter() {
+            // What follows must find room, too: the rarest reasons stand last.
+            let length = self.line.len() + 1 + reason.as_str().len();
+            if length + Self::AFTER_REASONS + Self::TAIL > MAX_SENTENCE {
+                break;
+            }
+            if !first {
                 self.push('+');
             }
+            first = false;
             self.raw(reason.as_str());
         }
         self

@@ -22,7 +22,7 @@ fn hold(signal: &mut Signal, from: usize, rows: usize) {
         .saturating_add(1)
         .saturating_add(rows)
         .min(signal.rows());
-    let held: Vec<_> = (from + 1..end).map(|_| signal.again(from)).collect();
+    let held: Vec<_> = (from + 1..end).map(|row| signal.again(from, row)).collect();
     for (row, chirp) in (from + 1..end).zip(held) {
         signal.chirps[row] = chirp;
     }
@@ -34,7 +34,7 @@ pub fn slipped(signal: &mut Signal, degrees: f64) {
     let way = if signal.random.chance(0.5) { 1.0 } else { -1.0 };
     let off = way * degrees / signal.step_deg().abs();
     let late: Vec<_> = (from..signal.rows())
-        .map(|row| signal.between(row as f64 + off))
+        .map(|row| signal.between(row as f64 + off, row))
         .collect();
     for (row, chirp) in (from..).zip(late) {
         signal.chirps[row] = chirp;

@@ -125,7 +125,7 @@ pub fn rocks(signal: &mut Signal, degrees: f64) {
     let rocked: Vec<_> = (0..rows)
         .map(|row| {
             let phase = 2.0 * core::f64::consts::TAU * row as f64 / rows as f64 + turn;
-            signal.between(row as f64 + degrees / step * libm::sin(phase))
+            signal.between(row as f64 + degrees / step * libm::sin(phase), row)
         })
         .collect();
     signal.chirps = rocked;

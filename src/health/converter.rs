@@ -1,0 +1,227 @@
+//! What single samples tell of the converter: bits that never change, chirps that come twice, offsets
+//! that walk, swings that are cut off.
+
+use crate::Iq;
+use crate::answer::{Reason, Reasons};
+use crate::params::Params;
+use crate::range::RowStats;
+
+/// Chirps back to which one is compared.
+const REMEMBERED: usize = 16;
+/// Rows between two that are looked at for clipping: it takes a pass of its own over the samples.
+const CLIP_ROWS: u32 = 8;
+/// Odd factor of the sum that tells chirps apart (Knuth, The Art of Computer Programming 3, 6.4: the
+/// golden ratio of 2^32).
+const HASH_FACTOR: u32 = 0x9E37_79B9;
+
+/// The converter's health over one scan.
+#[derive(Clone, Debug)]
+pub struct Converter {
+    rows: u32,
+    /// Rows in which a bit between others did not change.
+    lame: u32,
+    /// Rows whose chirp came within the last ones already.
+    stale: u32,
+    hashes: [u32; REMEMBERED],
+    /// Least and greatest mean of I and Q.
+    least: [i16; 2],
+    most: [i16; 2],
+    /// Rows looked at for clipping, and those that were.
+    looked: u32,
+    clipped: u32,
+}
+
+/// Bits of I (low half) and Q (high half) that should have changed and did not: those above the
+/// lowest one that did. Converters of fewer bits leave the lowest at rest.
+fn lame_bits(changed: u32) -> u32 {
+    let half = |bits: u32| {
+        let lowest = bits & bits.wrapping_neg();
+        // All bits from the lowest that changes upwards; none where nothing changes.
+        let live = lowest.wrapping_neg() & 0xFFFF;
+        live & !bits
+    };
+    half(changed & 0xFFFF) | half(changed >> 16) << 16
+}
+
+/// Samples whose I or Q stands at the chirp's own extreme, of the extreme with most of them.
+fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2]) -> u32 {
+    let mut counts = [0u32; 4];
+    for x in chirp {
+        let met = [x.i == low.i, x.i == high.i, x.q == low.q, x.q == high.q];
+        for (count, met) in counts.iter_mut().zip(met) {
+            *count += u32::from(met);
+        }
+    }
+    counts.into_iter().fold(0, u32::max)
+}
+
+impl Converter {
+    /// Nothing seen yet.
+    pub const fn new() -> Self {
+        Self {
+            rows: 0,
+            lame: 0,
+            stale: 0,
+            hashes: [0; REMEMBERED],
+            least: [i16::MAX; 2],
+            most: [i16::MIN; 2],
+            looked: 0,
+            clipped: 0,
+        }
+    }
+
+    /// Takes one chirp and what range processing measured of it.
+    pub fn row(&mut self, chirp: &[Iq], stats: &RowStats) {
+        let (mut set, mut clear, mut hash) = (0u32, u32::MAX, 0u32);
+        for x in chirp {
+            let bits = u32::from(x.i as u16) | u32::from(x.q as u16) << 16;
+            set |= bits;
+            clear &= bits;
+            hash = hash.wrapping_mul(HASH_FACTOR) ^ bits;
+        }
+        self.lame += u32::from(lame_bits(set & !clear) != 0);
+        let known = usize::try_from(self.rows)
+            .unwrap_or(REMEMBERED)
+            .min(REMEMBERED);
+        self.stale += u32::from(self.hashes.iter().take(known).any(|&h| h == hash));
+        if let Some(place) = self.hashes.get_mut(self.rows as usize % REMEMBERED) {
+            *place = hash;
+        }
+        let mean = [stats.mean.i, stats.mean.q];
+        for (k, &mean) in mean.iter().enumerate() {
+            if let (Some(least), Some(most)) = (self.least.get_mut(k), self.most.get_mut(k)) {
+                *least = (*least).min(mean);
+                *most = (*most).max(mean);
+            }
+        }
+        if self.rows.is_multiple_of(CLIP_ROWS) {
+            self.looked += 1;
+            let share = at_extremes(chirp, stats.extremes) * SHARE;
+            self.clipped += u32::from(share > CLIPPED * chirp.len() as u32);
+        }
+        self.rows += 1;
+    }
+
+    /// What is wrong with it.
+    pub fn doubts(&self) -> Reasons {
+        let mut doubts = Reasons::NONE;
+        let mut add = |found: bool, reason| {
+            if found {
+                doubts.add(reason);
+            }
+        };
+        add(self.lame > LAME_ROWS, Reason::AdcBit);
+        add(self.stale > 0, Reason::StaleChirp);
+        let walked = |k: usize| {
+            let ends = (self.most.get(k), self.least.get(k));
+            let (Some(&most), Some(&least)) = ends else {
+                return 0;
+            };
+            i32::from(most) - i32::from(least)
+        };
+        add(walked(0).max(walked(1)) > OFFSET_WALK, Reason::DcDrift);
+        add(2 * self.clipped > self.looked, Reason::Clipped);
+        doubts
+    }
+}
+
+/// Parts of one in which shares of samples are counted.
+const SHARE: u32 = 1000;
+/// A chirp of which more than this share stands at one of its own extremes is cut off.
+const CLIPPED: u32 = (Params::DEFAULT.clipped_share * SHARE as f32) as u32;
+/// So many rows may have a bit at rest by chance.
+const LAME_ROWS: u32 = Params::DEFAULT.lame_rows as u32;
+/// The offset may walk so far, units of a sample.
+const OFFSET_WALK: i32 = (Params::DEFAULT.offset_walk * 32_768.0) as i32;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::sin_cos;
+
+    /// A chirp of 200 samples: a strong tone with the noise of a few units.
+    fn chirp(row: u32) -> Vec<Iq> {
+        let mut state = row.wrapping_mul(747_796_405).wrapping_add(1);
+        let mut noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 26) as i16 - 32
+        };
+        (0..200)
+            .map(|n| {
+                let (s, c) = sin_cos(0.047 * n as f32);
+                Iq::new((9000.0 * c) as i16 + noise(), (9000.0 * s) as i16 + noise())
+            })
+            .collect()
+    }
+
+    fn stats(chirp: &[Iq]) -> RowStats {
+        let ends = |of: fn(&Iq) -> i16| {
+            let all = || chirp.iter().map(of);
+            (
+                all().min().unwrap(),
+                all().max().unwrap(),
+                all().map(i32::from).sum::<i32>() / 200,
+            )
+        };
+        let (i, q) = (ends(|x| x.i), ends(|x| x.q));
+        RowStats {
+            mean: Iq::new(i.2 as i16, q.2 as i16),
+            extremes: [Iq::new(i.0, q.0), Iq::new(i.1, q.1)],
+            ..RowStats::default()
+        }
+    }
+
+    fn doubts(change: impl Fn(u32, &mut Vec<Iq>)) -> Reasons {
+        let mut converter = Converter::new();
+        for row in 0..64 {
+            let mut chirp = chirp(row);
+            change(row, &mut chirp);
+            converter.row(&chirp, &stats(&chirp));
+        }
+        converter.doubts()
+    }
+
+    #[test]
+    fn a_good_converter_raises_no_doubt() {
+        assert_eq!(doubts(|_, _| ()), Reasons::NONE);
+        // One of 12 bits.
+        let coarse = |_, chirp: &mut Vec<Iq>| chirp.iter_mut().for_each(|x| x.i &= !15);
+        assert_eq!(doubts(coarse), Reasons::NONE);
+    }
+
+    #[test]
+    fn every_bit_between_others_is_missed() {
+        for bit in 1..16 {
+            for high in [false, true] {
+                let stuck = |_, chirp: &mut Vec<Iq>| {
+                    for x in chirp {
+                        x.q = if high {
+                            x.q | 1 << bit
+                        } else {
+                            x.q & !(1 << bit)
+                        };
+                    }
+                };
+                assert!(doubts(stuck).has(Reason::AdcBit), "bit {bit} {high}");
+            }
+        }
+    }
+
+    #[test]
+    fn stale_cut_and_walking_chirps_are_told() {
+        let again = |row, chirp: &mut Vec<Iq>| {
+            if row == 40 {
+                *chirp = super::tests::chirp(33);
+            }
+        };
+        assert_eq!(doubts(again), Reasons::NONE.with(Reason::StaleChirp));
+        let cut = |_, chirp: &mut Vec<Iq>| {
+            chirp.iter_mut().for_each(|x| x.i = x.i.clamp(-7000, 7000));
+        };
+        assert_eq!(doubts(cut), Reasons::NONE.with(Reason::Clipped));
+        let walks = |row, chirp: &mut Vec<Iq>| {
+            chirp.iter_mut().for_each(|x| x.q += 100 * row as i16);
+        };
+        assert_eq!(doubts(walks), Reasons::NONE.with(Reason::DcDrift));
+    }
+}
