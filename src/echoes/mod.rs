@@ -9,12 +9,14 @@
 //! | `ghosts` | what a strong echo shows where nothing is, one function per artefact |
 //! | `echo` | one point scatterer |
 //! | `detect` | maxima → echoes that need a scatterer of their own |
+//! | `floor` | echoes → whether the floor is where mount height and angle say |
 //! | `calibrate` | echoes of the floor → angle bias and mount height, taken out |
 
 mod angle_filter;
 pub mod calibrate;
 mod detect;
 mod echo;
+pub mod floor;
 mod ghosts;
 mod lobe;
 mod maxima;

@@ -34,9 +34,9 @@ mod verdict;
 #[cfg(test)]
 mod tests;
 
-use crate::answer::{Outcome, Reason, Status};
+use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
-use crate::echoes::{Collector, Echo, Echoes, calibrate};
+use crate::echoes::{Collector, Echo, Echoes, calibrate, floor};
 use crate::estimator::Estimator;
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
@@ -131,12 +131,16 @@ impl Estimator for Likelihood {
             Plane::Depth => Phase::Up(Beginnings::new()),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
-        let outcome = match &mut self.phase {
+        let level = geometry.plane == Plane::Height || floor::in_place(echoes, p);
+        let mut outcome = match &mut self.phase {
             Phase::Up(memory) => ascend(echoes, geometry, p, memory, observer),
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
         observer.event(Event::Done(Stage::Dimensions));
+        if !level {
+            outcome.doubt(Reasons::NONE.with(Reason::Mount));
+        }
         if echoes.iter().any(|e| e.snr_db >= p.sure_echo_db) {
             outcome
         } else {

@@ -70,6 +70,38 @@ params! {
         /// Echoes so many standard deviations off the floor count half.
         floor_cauchy_sigmas = 3.0, "", Hand;
     }
+    "echoes: the floor in its place" {
+        /// Echoes say something of the floor from this distance on …
+        floor_from_m = 0.2, "m", Hand;
+        /// … up to this one …
+        floor_to_m = 2.0, "m", Hand;
+        /// … if they lie within this of its height.
+        floor_astray_m = 0.25, "m", Derived, "a mount 12 cm off, and 4 degrees at 2 m";
+        /// An echo has no weight from this on down …
+        witness_from_db = 3.0, "dB", Hand;
+        /// … its weight is 1 this much above it …
+        witness_span_db = 15.0, "dB", Hand;
+        /// … and this at most.
+        witness_most = 1.5, "", Hand;
+        /// Error of an echo's height that no other number holds.
+        witness_sigma_m = 0.002, "m", Custom, "joints and unevenness of floors";
+        /// Step between heights that are tried.
+        floor_height_step_m = 0.004, "m", Derived, "twice the error of a height";
+        /// Step between slopes that are tried.
+        floor_slope_step_rad = 0.25 * RAD_PER_DEG, "rad", Derived, "one step of the scan";
+        /// Steps of height within which a floor is in its place: 8 mm.
+        floor_near_steps = 2.0, "", Derived, "5 mm of tyres and castors, and a step";
+        /// Steps of slope within which it is: 0.75 degrees.
+        floor_tilt_steps = 3.0, "", Derived, "0.4 degrees of homing error and 0.1 of pitch, and a step";
+        /// Steps of height that are tried: 12 cm.
+        floor_far_steps = 30.0, "", Derived, "one and a half times the largest error that is looked for";
+        /// Steps of slope that are tried: 6 degrees.
+        floor_steep_steps = 24.0, "", Derived, "one and a half times the largest error that is looked for";
+        /// Support, in weights of echoes, from which on the floor is seen.
+        floor_seen = 0.7, "", Hand, "own scenes: 19 of 20 answers that are ok have more";
+        /// A floor elsewhere may have this much more support.
+        floor_elsewhere = 1.0, "", Hand, "own scenes: 19 of 20 answers that are ok have less";
+    }
     "scene: places of echoes" {
         /// Height error of an echo whatever its range.
         height_sigma_m = 0.010, "m", Hand, "edge and face melt into one lobe";
