@@ -21,7 +21,7 @@ struct Witness {
 }
 
 impl Witness {
-    fn new(e: &Echo, p: &Params) -> Self {
+    fn new(e: &Echo, bin_m: f32, p: &Params) -> Self {
         let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
         let (fixed_rad, rough_m) = if clean {
             (p.floor_corner_rad, p.floor_corner_m)
@@ -29,7 +29,7 @@ impl Witness {
             (p.floor_speckle_rad, p.floor_speckle_m)
         };
         let noise = e.range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
-        let model = p.witness_sigma_m * p.witness_sigma_m;
+        let model = p.witness_sigma_bins * bin_m * p.witness_sigma_bins * bin_m;
         let weight = (e.snr_db - p.witness_from_db) / p.witness_span_db;
         Self {
             x_m: e.x_m,
@@ -73,15 +73,18 @@ impl Witnesses {
     }
 }
 
-/// Whether the echoes, as they were placed before any calibration, show a floor where it must be: one
+/// Whether the echoes of a map with bins of `bin_m` metres, as they were placed before any calibration, show a floor where it must be: one
 /// that is seen at all, and none elsewhere that they show better.
 #[inline(never)]
-pub fn in_place(echoes: &[Echo], p: &Params) -> bool {
+pub fn in_place(echoes: &[Echo], bin_m: f32, p: &Params) -> bool {
     let near = |e: &&Echo| {
         let ahead = e.x_m > p.floor_from_m && e.x_m < p.floor_to_m;
         ahead && e.y_m.abs() < p.floor_astray_m
     };
-    let all = echoes.iter().filter(near).map(|e| Witness::new(e, p));
+    let all = echoes
+        .iter()
+        .filter(near)
+        .map(|e| Witness::new(e, bin_m, p));
     let witnesses = Witnesses(all.filter(|w| w.weight > 0.0).collect());
     let (near, tilt) = (p.floor_near_steps as i32, p.floor_tilt_steps as i32);
     let (far, steep) = (p.floor_far_steps as i32, p.floor_steep_steps as i32);

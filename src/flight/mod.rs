@@ -131,7 +131,7 @@ impl Estimator for Likelihood {
             Plane::Depth => Phase::Up(Beginnings::new()),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
-        let level = geometry.plane == Plane::Height || floor::in_place(echoes, p);
+        let level = geometry.plane == Plane::Height || floor::in_place(echoes, geometry.bin_m, p);
         let mut outcome = match &mut self.phase {
             Phase::Up(memory) => ascend(echoes, geometry, p, memory, observer),
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),

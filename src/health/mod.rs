@@ -238,6 +238,12 @@ impl Health {
         missing.then_some(Reason::MirrorMissing)
     }
 
+    /// Range at which the mirror's own echo was seen, metres from the radar: mean over the rows.
+    pub fn mirror_echo_m(&self, config: &Config) -> f32 {
+        let place = self.levels.place as f32 / (16.0 * self.rows.max(1) as f32);
+        config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
+    }
+
     /// Why an answer is not to be trusted: empty where the instrument is well. `config` is that of the
     /// scan that filled `map`.
     pub fn doubts(&self, config: &Config, map: &PolarMap) -> Reasons {
@@ -260,10 +266,12 @@ impl Health {
                 add(most(levels.images), Reason::IqImbalance);
             }
             add(levels.near > P.near_rows as u32, Reason::BlockedView);
-            let place = levels.place / self.rows.max(1) as i32;
-            let bins = map.geometry().bin_m;
-            let off_m = place as f32 / 16.0 * bins;
-            add(off_m.abs() > P.mirror_place_m, Reason::RangeScale);
+            let seen_m = self.mirror_echo_m(config);
+            let (right_m, within_m) = match config.mount.mirror_echo {
+                0 => (config.mount.mirror_offset_m(), P.mirror_place_m),
+                calibrated => (calibrated as f32 * 1e-5, P.mirror_moved_m),
+            };
+            add((seen_m - right_m).abs() > within_m, Reason::RangeScale);
         }
         let turning = turning::watch(map, config, self.noise());
         turning.iter().for_each(|reason| doubts.add(reason));

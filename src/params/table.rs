@@ -84,7 +84,7 @@ params! {
         /// … and this at most.
         witness_most = 1.5, "", Hand;
         /// Error of an echo's height that no other number holds.
-        witness_sigma_m = 0.002, "m", Custom, "joints and unevenness of floors";
+        witness_sigma_bins = 0.17, "bins", Derived, "2 mm at 10 GHz: a coarser radar blends edge and face over more";
         /// Step between heights that are tried.
         floor_height_step_m = 0.004, "m", Derived, "twice the error of a height";
         /// Step between slopes that are tried.
@@ -441,6 +441,8 @@ params! {
         burst_db = 6.0, "dB", Derived, "a flash's skirt rises by 2.4 dB a row at 5 degrees of beam, and the quartile errs by 1 dB";
         /// The mirror's echo may lie so far off its place before anybody has calibrated it.
         mirror_place_m = 0.0225, "m", Derived, "one and a half native bins at 10 GHz: beyond, another bin is its own";
+        /// And so far off its place by calibration.
+        mirror_moved_m = 0.003, "m", Derived, "a sweep 1.4 % too wide at 22 cm; what the estimate of its place errs by, ten times";
         /// Something between mirror and map that is so much stronger than the mirror's echo is in the way.
         near_db = 0.0, "dB", Hand;
         /// Rows that may show it.

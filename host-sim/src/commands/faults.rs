@@ -9,6 +9,7 @@ use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 use serde_json::json;
 use stairscan::answer::Status;
+use stairscan::config::to_fixed;
 
 use super::{Format, Settings, emit, progress};
 use crate::answer::Answer;
@@ -35,6 +36,9 @@ pub struct Args {
     /// So many scenes of each kind that has answers to spoil
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     scenes: u64,
+    /// The scanner knows where each recording's mirror echo is without a fault, as by calibration
+    #[arg(long)]
+    calibrated: bool,
     /// Only these kinds of faults
     #[arg(long)]
     kind: Vec<String>,
@@ -107,6 +111,8 @@ struct Run {
 /// The recordings that are `ok` and right without a fault, and how many there were in all.
 struct Clean {
     recordings: Vec<Recording>,
+    /// Where each shows the mirror's own echo, 0.01 mm from the radar.
+    mirror_echoes: Vec<i32>,
     ok: usize,
     all: usize,
 }
@@ -116,6 +122,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let faults = chosen(&args.kind)?;
     let options = args.settings.options(args.settings.config()?);
     let clean = clean(args, &options)?;
+    let options = |recording: usize| {
+        let mut own = options;
+        if args.calibrated {
+            own.config.mount.mirror_echo = clean.mirror_echoes[recording];
+        }
+        own
+    };
     ensure!(
         !clean.recordings.is_empty(),
         "none of {} recordings is ok and right without a fault: nothing to spoil",
@@ -136,7 +149,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 fault.strengths[s],
                 recording,
                 SEEDS + r as u64,
-                &options,
+                &options(r),
             )
         })
         .collect();
@@ -202,20 +215,33 @@ fn clean(args: &Args, options: &Options) -> Result<Clean> {
         .into_iter()
         .filter(|r| r.scans() == 1 && r.truth(0).is_some())
         .collect();
-    let judged: Result<Vec<(bool, bool)>> = single
+    let judged: Result<Vec<(bool, bool, i32)>> = single
         .par_iter()
         .map(|recording| {
-            let answer = replay::answer(recording, options)?;
+            let mut echo = 0;
+            let first = Options {
+                scans: Some(1),
+                ..*options
+            };
+            let answers = replay::answers(recording, &first, |scanned| {
+                let seen_m = scanned.pipeline.health().mirror_echo_m(scanned.config);
+                echo = to_fixed(seen_m.into(), 1e-5).unwrap_or(0).max(0);
+            })?;
+            let Some(answer) = answers.first() else {
+                return Ok((false, false, 0));
+            };
             let ok = answer.scan.status == Status::Ok;
-            Ok((ok, ok && !wrong(&answer, recording)))
+            Ok((ok, ok && !wrong(answer, recording), echo))
         })
         .collect();
     let judged = judged?;
     let all = single.len();
     let ok = judged.iter().filter(|j| j.0).count();
     let right = single.into_iter().zip(judged).filter(|(_, j)| j.1);
+    let (recordings, mirror_echoes) = right.map(|(recording, j)| (recording, j.2)).unzip();
     Ok(Clean {
-        recordings: right.map(|(recording, _)| recording).collect(),
+        recordings,
+        mirror_echoes,
         ok,
         all,
     })
