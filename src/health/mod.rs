@@ -267,11 +267,11 @@ impl Health {
             }
             add(levels.near > P.near_rows as u32, Reason::BlockedView);
             let seen_m = self.mirror_echo_m(config);
-            let (right_m, within_m) = match config.mount.mirror_echo {
-                0 => (config.mount.mirror_offset_m(), P.mirror_place_m),
-                calibrated => (calibrated as f32 * 1e-5, P.mirror_moved_m),
-            };
-            add((seen_m - right_m).abs() > within_m, Reason::RangeScale);
+            let far = |right_m: f32, within_m: f32| (seen_m - right_m).abs() > within_m;
+            let calibrated = config.mount.mirror_echo;
+            let moved = calibrated > 0 && far(calibrated as f32 * 1e-5, P.mirror_moved_m);
+            let astray = far(config.mount.mirror_offset_m(), P.mirror_place_m);
+            add(moved || astray, Reason::RangeScale);
         }
         let turning = turning::watch(map, config, self.noise());
         turning.iter().for_each(|reason| doubts.add(reason));
@@ -301,12 +301,93 @@ mod tests {
 
     fn good(k: u16) -> (Iq, RowStats, u8) {
         let stats = RowStats {
-            saturated: 0,
             swing: 900,
             mirror_echo: 170,
-            hits: 0,
+            image: 85,
+            inside: 200,
+            near: 100,
+            ..RowStats::EMPTY
         };
         (Iq::new(k as i16, 5), stats, 80)
+    }
+
+    /// What is doubted of levels alone after 64 rows; the map stays empty.
+    fn doubts(change: impl Fn(u16, &mut RowStats, &mut u8)) -> (Reasons, u32) {
+        let mut health = Health::new();
+        let mut aside = 0;
+        for k in 0..64 {
+            let (_, mut stats, mut cell) = good(k);
+            change(k, &mut stats, &mut cell);
+            // Samples of which every bit changes, and no two rows the same.
+            let odd = k.wrapping_mul(0x9E37) ^ 0x5A5A;
+            let (a, b) = (odd as i16, !odd as i16);
+            let chirp: Vec<Iq> = (0..64)
+                .map(|n| {
+                    if n % 2 == 0 {
+                        Iq::new(a, b)
+                    } else {
+                        Iq::new(b, a)
+                    }
+                })
+                .collect();
+            aside += u32::from(health.row(k, &chirp, &stats, &[cell; 64]));
+        }
+        let config = Config::default();
+        let mut map = Box::new(PolarMap::new());
+        map.begin(&config).unwrap();
+        (health.doubts(&config, &map), aside)
+    }
+
+    #[test]
+    fn what_a_good_scan_shows_raises_no_doubt() {
+        assert_eq!(doubts(|_, _, _| ()), (Reasons::NONE, 0));
+    }
+
+    #[test]
+    fn each_doubt_has_its_reason() {
+        let only = |reason| (Reasons::NONE.with(reason), 0);
+        let falls = |k: u16, s: &mut RowStats, _: &mut u8| s.inside -= if k > 40 { 12 } else { 0 };
+        assert_eq!(doubts(falls), only(Reason::GainDrift));
+        let twin = |_, s: &mut RowStats, _: &mut u8| s.image = s.mirror_echo - 3;
+        assert_eq!(doubts(twin), only(Reason::ChannelDead));
+        let image = |_, s: &mut RowStats, _: &mut u8| s.image = s.mirror_echo - 40;
+        assert_eq!(doubts(image), only(Reason::IqImbalance));
+        let moved = |_, s: &mut RowStats, _: &mut u8| s.mirror_place = 40;
+        assert_eq!(doubts(moved), only(Reason::RangeScale));
+        let near = |_, s: &mut RowStats, _: &mut u8| s.near = s.mirror_echo + 20;
+        assert_eq!(doubts(near), only(Reason::BlockedView));
+        let dead = |k: u16, s: &mut RowStats, _: &mut u8| s.swing *= u16::from(k != 20);
+        assert_eq!(doubts(dead), only(Reason::Silent));
+        let burst = |k: u16, _: &mut RowStats, c: &mut u8| *c += if k % 16 == 9 { 30 } else { 0 };
+        assert_eq!(doubts(burst), (Reasons::NONE.with(Reason::Interference), 4));
+    }
+
+    #[test]
+    fn a_calibrated_mirror_is_held_to_its_place() {
+        let mut health = Health::new();
+        let (sample, mut stats, cell) = good(0);
+        // Half a bin beyond the mirror's offset.
+        stats.mirror_place = 8;
+        health.row(0, &[sample; 64], &stats, &[cell; 64]);
+        let mut config = Config::default();
+        let seen_m = health.mirror_echo_m(&config);
+        assert!((seen_m - 0.2259).abs() < 1e-3, "{seen_m}");
+        let map = Box::new(PolarMap::new());
+        assert!(!health.doubts(&config, &map).has(Reason::RangeScale));
+        config.mount.mirror_echo = 22_000;
+        assert!(health.doubts(&config, &map).has(Reason::RangeScale));
+        config.mount.mirror_echo = 22_600;
+        assert!(!health.doubts(&config, &map).has(Reason::RangeScale));
+    }
+
+    #[test]
+    fn swapped_channels_give_no_answer() {
+        let swapped = scan(|k| {
+            let (sample, mut stats, cell) = good(k);
+            (stats.mirror_echo, stats.image) = (80, 170);
+            (sample, stats, cell)
+        });
+        assert_eq!(swapped.verdict(true), Some(Reason::IqSwapped));
     }
 
     #[test]

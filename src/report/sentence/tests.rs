@@ -112,6 +112,29 @@ fn an_overlong_line_is_cut_and_still_closed() {
 }
 
 #[test]
+fn a_scan_with_every_reason_keeps_what_follows_them() {
+    let mut reasons = Reasons::NONE;
+    Reason::ALL.iter().for_each(|&reason| reasons.add(reason));
+    let written = ScanLine {
+        scan: u32::MAX,
+        status: Status::Degraded,
+        direction: Direction::None,
+        steps: 16,
+        lost_rows: 8192,
+        reasons,
+        horizon: Some(Tenths(-1_000_000)),
+        confidence: Some(1000),
+    };
+    let line = Sentence::Scan(written).write();
+    let Ok(Sentence::Scan(read)) = Sentence::parse(&line) else {
+        panic!("{line}");
+    };
+    assert!(read.reasons.has(Reason::LostRows) && !read.reasons.has(Reason::Crash));
+    let all = ScanLine { reasons, ..read };
+    assert_eq!(all, written);
+}
+
+#[test]
 fn garbled_lines_are_refused() {
     let line = Sentence::Step(step()).write();
     assert_eq!(
