@@ -220,7 +220,7 @@ mod tests {
         };
         assert_eq!(doubts(cut), Reasons::NONE.with(Reason::Clipped));
         let walks = |row, chirp: &mut Vec<Iq>| {
-            chirp.iter_mut().for_each(|x| x.q += 100 * row as i16);
+            chirp.iter_mut().for_each(|x| x.q += 250 * row as i16);
         };
         assert_eq!(doubts(walks), Reasons::NONE.with(Reason::DcDrift));
     }
