@@ -56,15 +56,15 @@ fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2]) -> u32 {
 }
 
 impl Converter {
-    /// Nothing seen yet.
+    /// Nothing seen yet: all bits zero, so that a static of it costs no flash.
     pub const fn new() -> Self {
         Self {
             rows: 0,
             lame: 0,
             stale: 0,
             hashes: [0; REMEMBERED],
-            least: [i16::MAX; 2],
-            most: [i16::MIN; 2],
+            least: [0; 2],
+            most: [0; 2],
             looked: 0,
             clipped: 0,
         }
@@ -88,6 +88,9 @@ impl Converter {
             *place = hash;
         }
         let mean = [stats.mean.i, stats.mean.q];
+        if self.rows == 0 {
+            (self.least, self.most) = (mean, mean);
+        }
         for (k, &mean) in mean.iter().enumerate() {
             if let (Some(least), Some(most)) = (self.least.get_mut(k), self.most.get_mut(k)) {
                 *least = (*least).min(mean);
