@@ -90,15 +90,21 @@ pub fn watch(map: &PolarMap, config: &Config, noise: u8) -> Reasons {
     let strong = units(P.turning_db);
     let steep = units(P.jump_db * (USUAL_BEAM / beam.max(1.0)).max(1.0));
     let (mut still, mut longest, mut jumps) = (0, 0, 0);
+    // A jump's cells differ by so much in sum at least: without it nobody need look for nulls.
+    let least = P.jump_cells as u32 * steep.unsigned_abs();
+    let mut before = mean(map.row(0));
     for k in 1..map.rows() {
-        let (last, row) = (map.row(k - 1), map.row(k));
+        let here = mean(map.row(k));
+        let floor = before.max(here).max(noise.into()) + strong;
+        before = here;
         if !seen(map, k) || !seen(map, k - 1) {
             continue;
         }
-        let floor = mean(last).max(mean(row)).max(noise.into()) + strong;
-        let beside = Difference::beside(map, k, floor);
-        let enough = beside.cells >= P.jump_cells as u32;
-        jumps += u32::from(enough && !beside.below(steep));
+        if Difference::of(map, k - 1, k, floor).sum >= least {
+            let beside = Difference::beside(map, k, floor);
+            let enough = beside.cells >= P.jump_cells as u32;
+            jumps += u32::from(enough && !beside.below(steep));
+        }
         let Some(old) = k.checked_sub(lag).filter(|&old| seen(map, old)) else {
             continue;
         };
