@@ -5,6 +5,9 @@ use core::fmt;
 /// Most steps of one report.
 pub const MAX_STEPS: usize = 16;
 
+/// Most places of an answer where something may stand that it does not hold.
+pub const MAX_MAYBES: usize = 6;
+
 /// What a controller may do with a scan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
@@ -81,6 +84,12 @@ reasons! {
     ShortHorizon = "short-horizon",
     /// A step departs from the others by more than a person would expect.
     IrregularStep = "irregular-step",
+    /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
+    Unconfirmed = "unconfirmed",
+    /// The chair moves: two sweeps over the scene do not agree.
+    Moving = "moving",
+    /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
+    MotionInput = "motion-input",
     /// Samples at the converter's full scale.
     Saturated = "saturated",
     /// No signal at all.
@@ -225,6 +234,25 @@ pub struct Outcome {
     /// Probability that nothing is wrong up to the horizon, or over the first metre where that is
     /// farther; `None` if the estimator does not say.
     pub confidence: Option<f32>,
+    /// What may stand there though the answer does not hold it, nearest first.
+    pub maybes: heapless::Vec<Maybe, MAX_MAYBES>,
+}
+
+/// Something that may stand there though the answer does not hold it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Maybe {
+    /// Horizontal distance from the mirror's centre, metres.
+    pub distance_m: f32,
+    /// Height above the ground, metres; [`Maybe::DROP_M`] where the ground may end, of which the depth
+    /// is not known.
+    pub height_m: f32,
+    /// How likely, 0…1.
+    pub probability: f32,
+}
+
+impl Maybe {
+    /// Height that stands for ground that ends: the least depth that is a drop to a wheelchair.
+    pub const DROP_M: f32 = -0.1;
 }
 
 impl Outcome {
@@ -237,6 +265,7 @@ impl Outcome {
             reasons: Reasons::NONE,
             horizon_m: None,
             confidence: None,
+            maybes: heapless::Vec::new(),
         }
     }
 

@@ -3,6 +3,7 @@
 
 use crate::answer::Outcome;
 use crate::config::Config;
+use crate::drive::Drive;
 use crate::grid::PolarMap;
 use crate::observer::Observer;
 
@@ -15,12 +16,25 @@ pub trait Estimator {
     /// was lost comes too, empty as it is.
     fn row(&mut self, map: &PolarMap, k: usize);
 
-    /// The answer of scan number `scan`, after the last row, while `observer` looks.
+    /// The answer of scan number `scan`, after the last row, with what is known of the chair's motion
+    /// during it, while `observer` looks.
+    fn conclude(
+        &mut self,
+        map: &PolarMap,
+        config: &Config,
+        scan: u32,
+        drive: &Drive<'_>,
+        observer: &mut dyn Observer,
+    ) -> Outcome;
+
+    /// The same for a chair that is known to stand.
     fn finish(
         &mut self,
         map: &PolarMap,
         config: &Config,
         scan: u32,
         observer: &mut dyn Observer,
-    ) -> Outcome;
+    ) -> Outcome {
+        self.conclude(map, config, scan, &Drive::STANDING, observer)
+    }
 }

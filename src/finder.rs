@@ -2,6 +2,7 @@
 
 use crate::answer::{Outcome, Reason};
 use crate::config::{Config, ConfigError, EstimatorKind};
+use crate::drive::Drive;
 use crate::estimator::Estimator;
 use crate::flight::Likelihood;
 use crate::grid::{PolarMap, Row};
@@ -13,6 +14,10 @@ use crate::paper::Paper;
 /// time, so they share their memory.
 #[derive(Debug)]
 #[repr(u8)]
+#[allow(
+    clippy::large_enum_variant,
+    reason = "only one works at a time, and there is no heap to box the larger one on"
+)]
 enum Scratch {
     /// Before the first scan: tag 0, so that a static of it costs no flash.
     Idle,
@@ -92,13 +97,19 @@ impl StairFinder {
         }
     }
 
-    /// The answer of scan number `scan` with the configuration that it began with, while
-    /// `observer` looks.
-    pub fn finish(&mut self, config: &Config, scan: u32, observer: &mut dyn Observer) -> Outcome {
+    /// The answer of scan number `scan` with the configuration that it began with and what is known
+    /// of the chair's motion, while `observer` looks.
+    pub fn finish(
+        &mut self,
+        config: &Config,
+        scan: u32,
+        drive: &Drive<'_>,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
         let Some(estimator) = self.scratch.estimator() else {
             return Outcome::fault(Reason::Silent);
         };
-        let mut outcome = estimator.finish(&self.map, config, scan, observer);
+        let mut outcome = estimator.conclude(&self.map, config, scan, drive, observer);
         outcome.link();
         outcome
     }

@@ -11,6 +11,7 @@
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
 //! | [`scan`] | schedule of angles, mirror motor, radar link, the scanner's loop |
 //! | [`range`] | chirp → DC removal → window → FFT → power → CA-CFAR → one row of the map |
+//! | [`drive`] | what the chair's controller says of its motion → where each row was seen |
 //! | [`grid`] | rows → the polar map and where its cells lie |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
 //! | [`echoes`] | map → echoes: point scatterers, placed below the cell size |
@@ -20,7 +21,7 @@
 //! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
 //! | [`answer`] | steps, status, reasons: the answer of a scan |
-//! | [`report`] | sentences out, commands in |
+//! | [`report`] | sentences out, commands and motion in |
 //! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
 //!
 //! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
@@ -39,6 +40,7 @@
 
 pub mod answer;
 pub mod config;
+pub mod drive;
 pub mod echoes;
 pub mod estimate;
 pub mod estimator;
@@ -52,6 +54,7 @@ pub mod observer;
 pub mod paper;
 pub mod params;
 pub mod pipeline;
+pub mod posterior;
 pub mod range;
 pub mod report;
 pub mod scan;

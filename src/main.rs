@@ -18,6 +18,7 @@ fn main() {
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use defmt_rtt as _;
+    use stairscan::drive::Odometry;
     use stairscan::pipeline::Pipeline;
     use stairscan::scan::mirror::Stepper;
     use stairscan::scan::{Hardware, Reports, Scanner, Settings};
@@ -62,6 +63,7 @@ mod app {
             parts,
             pipeline: Pipeline = Pipeline::new(),
             reports: Reports = Reports::new(),
+            odometry: Odometry = Odometry::new(),
         ]
     )]
     fn idle(cx: idle::Context) -> ! {
@@ -84,7 +86,7 @@ mod app {
         let mut scanner = Scanner::new(
             hardware,
             cx.local.pipeline,
-            cx.local.reports,
+            (cx.local.reports, cx.local.odometry),
             Settings::default(),
             *identity,
             time.now(),

@@ -5,6 +5,7 @@
 use crate::flight::trace::{Cell, Hypothesis, Scatterer, Stage};
 #[cfg(feature = "paper")]
 use crate::paper::{bright::Field, cluster::Extent, particles::Cloud};
+use crate::posterior::{self, View};
 
 /// What an estimator tells. Each says which of these it has to tell.
 #[derive(Debug)]
@@ -26,6 +27,13 @@ pub enum Event<'a> {
     Hypothesis(&'a Hypothesis<'a>),
     /// `likelihood`: a cell of the way ahead and what the verdict knows of it, the nearest first.
     Cell(&'a Cell),
+    /// `likelihood` in the depth plane: what the posterior says once it is complete.
+    Posterior {
+        /// Its particles with their probabilities, and the probability of each number of steps.
+        cloud: &'a posterior::Cloud,
+        /// What can be seen: only such edges count as steps.
+        view: &'a View,
+    },
     /// `paper`: the particles after a stage, and the clusters where there are any.
     #[cfg(feature = "paper")]
     Particles {

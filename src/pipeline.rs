@@ -3,6 +3,7 @@
 use crate::Iq;
 use crate::answer::Outcome;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
+use crate::drive::Drive;
 use crate::finder::StairFinder;
 use crate::grid::PolarMap;
 use crate::health::Health;
@@ -47,7 +48,7 @@ pub struct Pipeline {
 }
 
 /// What the scan state may take of the chip's memory, with either estimator.
-const BUDGET: usize = 90 * 1024;
+const BUDGET: usize = 102 * 1024;
 const _: () = assert!(
     size_of::<Pipeline>() <= BUDGET,
     "scan state above its budget"
@@ -72,13 +73,13 @@ impl Pipeline {
         self.finder.map()
     }
 
-    /// [`DataPath::finish`] while somebody looks.
-    pub fn finish_observed(&mut self, observer: &mut dyn Observer) -> Outcome {
+    /// [`DataPath::conclude`] while somebody looks.
+    pub fn conclude_observed(&mut self, drive: &Drive<'_>, observer: &mut dyn Observer) -> Outcome {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }
         let doubts = self.health.doubts(&self.config, self.finder.map());
-        let mut outcome = self.finder.finish(&self.config, self.scan, observer);
+        let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);
         outcome.doubt(doubts);
         outcome
     }
@@ -142,8 +143,8 @@ impl DataPath for Pipeline {
         self.finder.lost(row.into());
     }
 
-    fn finish(&mut self) -> Outcome {
-        self.finish_observed(&mut ())
+    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
+        self.conclude_observed(drive, &mut ())
     }
 
     fn self_test(&mut self) -> bool {

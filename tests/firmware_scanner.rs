@@ -8,6 +8,7 @@ use std::task::Poll;
 use stairscan::Iq;
 use stairscan::answer::{Outcome, Reason, Reasons, Status};
 use stairscan::config::{Config, ConfigError, RadarConfig};
+use stairscan::drive::{Drive, Odometry};
 use stairscan::report::command::Measure;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{ScanLine, Sentence};
@@ -158,7 +159,7 @@ impl DataPath for Data {
     fn lost(&mut self, row: u16) {
         self.0.0.borrow_mut().lost.push(row);
     }
-    fn finish(&mut self) -> Outcome {
+    fn conclude(&mut self, _: &Drive<'_>) -> Outcome {
         Outcome::clear()
     }
     fn self_test(&mut self) -> bool {
@@ -200,7 +201,8 @@ impl Bench {
         let reports = Box::leak(Box::default());
         let data = Data(world.clone(), [Iq::default(); 200]);
         let now = Micros(u32::MAX - 1_000_000);
-        let scanner = Scanner::new(hardware, data, reports, Settings::default(), IDENTITY, now);
+        let memory = (reports, Box::leak(Box::new(Odometry::new())));
+        let scanner = Scanner::new(hardware, data, memory, Settings::default(), IDENTITY, now);
         Self {
             world,
             scanner,

@@ -8,7 +8,7 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 use stairscan::answer::{Direction, Status};
-use stairscan::report::{ScanLine, Sentence, StepLine, Tenths};
+use stairscan::report::{MaybeLine, ScanLine, Sentence, StepLine, Tenths};
 
 /// One scan's sentences and what they say.
 #[derive(Clone, Debug)]
@@ -26,6 +26,8 @@ pub struct Answer {
     pub scan: ScanLine,
     /// The steps, nearest first.
     pub steps: Vec<StepLine>,
+    /// What may stand there though the answer does not hold it, nearest first.
+    pub maybes: Vec<MaybeLine>,
 }
 
 /// Metres of a sentence's length.
@@ -38,12 +40,14 @@ impl Answer {
     pub fn parse(recording: &str, sentences: Vec<String>) -> Result<Self> {
         let mut scan = None;
         let mut steps = Vec::new();
+        let mut maybes = Vec::new();
         for line in &sentences {
             let sentence =
                 Sentence::parse(line).with_context(|| format!("{recording}: sentence {line}"))?;
             match sentence {
                 Sentence::Scan(head) if scan.is_none() => scan = Some(head),
                 Sentence::Step(step) => steps.push(step),
+                Sentence::Maybe(maybe) => maybes.push(maybe),
                 other => bail!("{recording}: unexpected sentence {other:?}"),
             }
         }
@@ -54,6 +58,12 @@ impl Answer {
             steps.len(),
             scan.steps
         );
+        ensure!(
+            maybes.len() == usize::from(scan.maybes),
+            "{recording}: {} MAYBE sentences, {} announced",
+            maybes.len(),
+            scan.maybes
+        );
         Ok(Self {
             recording: recording.to_owned(),
             part: None,
@@ -61,6 +71,7 @@ impl Answer {
             sentences,
             scan,
             steps,
+            maybes,
         })
     }
 
@@ -90,6 +101,13 @@ impl Answer {
                 "quality": s.quality,
             })
         };
+        let maybe = |m: &MaybeLine| {
+            json!({
+                "distance_m": metres(m.distance),
+                "height_m": metres(m.height),
+                "probability": f64::from(m.probability) / 1000.0,
+            })
+        };
         json!({
             "recording": self.recording,
             "scan": self.part.unwrap_or(self.scan.scan),
@@ -98,6 +116,7 @@ impl Answer {
             "steps": self.steps.iter().map(step).collect::<Vec<_>>(),
             "horizon_m": self.horizon_m,
             "confidence": self.scan.confidence.map(|tenths| f64::from(tenths) / 1000.0),
+            "maybe": self.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "lost_rows": self.scan.lost_rows,
             "reasons": self.scan.reasons.iter().map(|r| r.as_str()).collect::<Vec<_>>(),
         })
@@ -135,6 +154,22 @@ impl Answer {
                 optional(s.tread),
                 optional(s.riser),
                 s.quality
+            );
+        }
+        for m in &self.maybes {
+            let what = if m.height.0 < 0 {
+                "the ground may end".to_owned()
+            } else {
+                format!(
+                    "something {:.0} cm high may stand",
+                    100.0 * metres(m.height)
+                )
+            };
+            let _ = writeln!(
+                out,
+                "  maybe  {:6.1} cm: {what} ({:.0} %)",
+                100.0 * metres(m.distance),
+                f64::from(m.probability) / 10.0
             );
         }
         out

@@ -1,11 +1,12 @@
 //! Looks over the shoulder of the likelihood estimator: what it took each scatterer for, and how
-//! the winner stands against its rivals.
+//! the winner stands against its rivals, in nats and in probability.
 
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::answer::Outcome;
+use stairscan::answer::{Maybe, Outcome};
 use stairscan::config::Config;
+use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
@@ -14,7 +15,8 @@ use stairscan::observer::{Event, Observer};
 use stairscan::range::FULL_SCALE;
 
 use crate::answer::Answer;
-use crate::plots::{ExplanationView, InspectView, Point, ScattererView, Verdict};
+use crate::plots::{ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict};
+use crate::posterior;
 
 /// One scan as the estimator sees it.
 #[derive(Clone, Debug)]
@@ -108,24 +110,45 @@ impl Observer for Witness {
                     edges,
                 });
             }
+            Event::Posterior { cloud, view } => {
+                self.view.posterior = posterior::view(cloud, view);
+            }
             Event::Cell(_) | Event::Done(_) | Event::Particles { .. } => {}
         }
     }
 }
 
 /// Lets the estimator work on a finished map once more while `observer` looks.
-pub fn repeat(map: &PolarMap, config: &Config, scan: u32, observer: &mut dyn Observer) -> Outcome {
-    let mut estimator = Box::new(Likelihood::new());
+pub fn repeat(
+    map: &PolarMap,
+    config: &Config,
+    scan: u32,
+    drive: &Drive<'_>,
+    observer: &mut dyn Observer,
+) -> Outcome {
+    repeat_with(Likelihood::new(), map, config, scan, drive, observer)
+}
+
+/// The same with another estimator than the scanner's.
+pub fn repeat_with(
+    estimator: Likelihood,
+    map: &PolarMap,
+    config: &Config,
+    scan: u32,
+    drive: &Drive<'_>,
+    observer: &mut dyn Observer,
+) -> Outcome {
+    let mut estimator = Box::new(estimator);
     estimator.begin(map);
     for k in 0..map.rows() {
         estimator.row(map, k);
     }
-    estimator.finish(map, config, scan, observer)
+    estimator.conclude(map, config, scan, drive, observer)
 }
 
 impl Inspection {
     /// Lets the estimator work on a finished map once more, and listens.
-    pub fn of(map: &PolarMap, config: &Config, scan: u32) -> Self {
+    pub fn of(map: &PolarMap, config: &Config, scan: u32, drive: &Drive<'_>) -> Self {
         let mut witness = Witness {
             mount_height_m: config.mount.mount_height_m().into(),
             noise_db: 0.0,
@@ -133,7 +156,7 @@ impl Inspection {
             scatterers: Vec::new(),
             view: InspectView::default(),
         };
-        let outcome = repeat(map, config, scan, &mut witness);
+        let outcome = repeat(map, config, scan, drive, &mut witness);
         let mut view = witness.view;
         view.explanations
             .sort_by(|a, b| b.score.total_cmp(&a.score));
@@ -194,12 +217,35 @@ impl Inspection {
             }
             text.push('\n');
         }
+        if let Some(view) = self.posterior() {
+            text.push_str(&posterior::text(view));
+        }
+        text.push_str(&self.maybes());
         let _ = writeln!(
             text,
             "\n{} {}",
             self.outcome.status.as_str(),
             self.outcome.reasons
         );
+        text
+    }
+
+    /// What the posterior says; `None` where the estimator has none: of what leads down.
+    fn posterior(&self) -> Option<&PosteriorView> {
+        Some(&self.view.posterior).filter(|p| !p.counts.is_empty())
+    }
+
+    /// What may stand there though the answer does not hold it, as a table for people.
+    fn maybes(&self) -> String {
+        let mut text = String::new();
+        for maybe in &self.outcome.maybes {
+            if text.is_empty() {
+                text.push_str("\n  probability  maybe\n");
+            }
+            let percent = 100.0 * maybe.probability;
+            let at = (maybe.distance_m, maybe.height_m);
+            let _ = writeln!(text, "  {percent:9.1} %  ({:.3}, {:.3})", at.0, at.1);
+        }
         text
     }
 
@@ -231,12 +277,21 @@ impl Inspection {
                 "edges": e.edges.iter().map(edge).collect::<Vec<_>>(),
             })
         };
+        let maybe = |m: &Maybe| {
+            json!({
+                "distance_m": decimal(m.distance_m.into()),
+                "height_m": decimal(m.height_m.into()),
+                "probability": decimal(m.probability.into()),
+            })
+        };
         json!({
             "recording": answer.recording,
             "scan": answer.part.unwrap_or(answer.scan.scan),
             "noise_dbfs": decimal(self.noise_db),
             "angle_bias_deg": self.calibration.map(|c| decimal(c.0)),
             "mount_height_error_m": self.calibration.map(|c| decimal(c.1)),
+            "posterior": self.posterior().map(posterior::json),
+            "maybe": self.outcome.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
             "scatterers": self.scatterers.iter().map(scatterer).collect::<Vec<_>>(),
         })
@@ -259,7 +314,8 @@ mod tests {
         replay::answers(&recording, &options, |scanned| {
             let answer = scanned.answer;
             let map = scanned.pipeline.map();
-            let inspection = Inspection::of(map, scanned.config, answer.scan.scan);
+            let (config, drive) = (scanned.config, &scanned.drive);
+            let inspection = Inspection::of(map, config, answer.scan.scan, drive);
             seen = Some((inspection, answer.clone()));
         })
         .unwrap();
@@ -294,5 +350,35 @@ mod tests {
             assert!(text.contains(scatterer["role"].as_str().unwrap()));
             assert!(scatterer["x_m"].is_f64() && scatterer["snr_db"].is_f64());
         }
+    }
+
+    #[test]
+    fn the_posterior_stands_in_table_and_json() {
+        let (inspection, answer) = inspection("stair_a");
+        let json = inspection.json(&answer);
+        let sum = |list: &Value, of: &dyn Fn(&Value) -> f64| -> f64 {
+            list.as_array().unwrap().iter().map(of).sum()
+        };
+        let posterior = &json["posterior"];
+        let counts = &posterior["counts"];
+        assert!((sum(counts, &|p| p.as_f64().unwrap()) - 1.0).abs() < 1e-3);
+        assert!(counts[3].as_f64().unwrap() > 0.5, "{counts}");
+        let hypotheses = &posterior["hypotheses"];
+        let mass = sum(hypotheses, &|h| h["probability"].as_f64().unwrap());
+        assert!((mass - 1.0).abs() < 1e-3, "{hypotheses}");
+        let likeliest = &hypotheses[0];
+        assert_eq!(likeliest["edges"].as_array().unwrap().len(), 3);
+        let text = inspection.text();
+        assert!(text.contains(likeliest["name"].as_str().unwrap()), "{text}");
+        let maybes = json["maybe"].as_array().unwrap();
+        assert_eq!(maybes.len(), answer.maybes.len());
+    }
+
+    /// Going down there is no posterior: its place says so.
+    #[test]
+    fn no_posterior_is_null() {
+        let (inspection, answer) = inspection("descending");
+        assert!(inspection.json(&answer)["posterior"].is_null());
+        assert!(!inspection.text().contains("hypothesis\n"));
     }
 }

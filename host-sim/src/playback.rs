@@ -1,14 +1,18 @@
 //! A recording as the radar module, and a shaft without a motor: what `replay` puts behind the
 //! scanner's hardware traits, and what the emulator's radar module plays.
 
+use std::cell::RefCell;
+use std::rc::Rc;
 use std::task::Poll;
 
 use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
-use stairscan::scan::settings::{MotorConfig, Sweeping};
+use stairscan::drive::Mode;
+use stairscan::scan::settings::{MotorConfig, Sweeping, Timing};
 use stairscan::scan::{LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings};
 
+use crate::motion::Timetable;
 use crate::recording::Recording;
 use crate::setup;
 
@@ -26,6 +30,7 @@ pub struct Playback<'a> {
     parts: Vec<Part>,
     /// Whether the first scan goes from the last row to the first.
     backward: bool,
+    mode: Mode,
 }
 
 impl<'a> Playback<'a> {
@@ -46,6 +51,7 @@ impl<'a> Playback<'a> {
             recording,
             parts,
             backward,
+            mode: setup::mode(recording),
         })
     }
 
@@ -55,6 +61,11 @@ impl<'a> Playback<'a> {
             backward: !self.backward,
             ..self
         }
+    }
+
+    /// The same with another word on what holds without motion input.
+    pub fn with_mode(self, mode: Mode) -> Self {
+        Self { mode, ..self }
     }
 
     /// Scan `scan` (from 0); after the last one the recording begins again.
@@ -75,8 +86,14 @@ impl<'a> Playback<'a> {
 
     /// The scanner's settings for the first scan. The mirror turns as it did in the recording.
     pub fn settings(&self) -> Settings {
+        let mut timing = Timing::default();
+        if let Some(us) = setup::chirp_us(self.recording) {
+            timing.chirp_duration = us;
+        }
         Settings {
             config: *self.config(),
+            timing,
+            motion: self.mode,
             sweeping: match self.backward {
                 true => Sweeping::Backward,
                 false => Sweeping::Both,
@@ -109,9 +126,9 @@ impl<'a> Playback<'a> {
         self.config().radar
     }
 
-    /// The chirp that was recorded in scan `scan` (from 0) with the shaft at `shaft_angle`
-    /// (0.001°); `None` where the recording holds none.
-    pub fn chirp(&self, scan: usize, shaft_angle: i32) -> Option<&'a [Iq]> {
+    /// The number of the chirp that was recorded in scan `scan` (from 0) with the shaft at
+    /// `shaft_angle` (0.001°); `None` where the recording holds none.
+    pub fn chirp(&self, scan: usize, shaft_angle: i32) -> Option<usize> {
         let Part { config, chirps } = self.part(scan);
         let beam = match config.mount.plane {
             Plane::Depth => shaft_angle,
@@ -119,8 +136,7 @@ impl<'a> Playback<'a> {
         };
         let sweep = &config.sweep;
         let row = (beam - sweep.first_angle + sweep.angle_step / 2).div_euclid(sweep.angle_step);
-        let chirp = (*chirps.get(usize::try_from(row).ok()?)?)?;
-        self.recording.chirp(chirp)
+        *chirps.get(usize::try_from(row).ok()?)?
     }
 }
 
@@ -156,6 +172,12 @@ impl<'a> Player<'a> {
     /// The chirp of the present scan with the shaft at `shaft_angle` (0.001°).
     pub fn trigger(&mut self, shaft_angle: i32) -> Option<&'a [Iq]> {
         self.triggered = true;
+        let chirp = self.playback.chirp(self.scan, shaft_angle)?;
+        self.playback.recording.chirp(chirp)
+    }
+
+    /// The number of the chirp that [`Player::trigger`] would give.
+    pub fn number(&self, shaft_angle: i32) -> Option<usize> {
         self.playback.chirp(self.scan, shaft_angle)
     }
 
@@ -171,15 +193,17 @@ pub struct PlaybackLink<'a> {
     player: Player<'a>,
     radar: RadarConfig,
     shaft_angle: i32,
+    timetable: Option<Rc<RefCell<Timetable>>>,
 }
 
 impl<'a> PlaybackLink<'a> {
-    /// The link to `playback`.
-    pub fn new(playback: &'a Playback<'a>) -> Self {
+    /// The link to `playback`, whose chirps come when a timetable says.
+    pub fn new(playback: &'a Playback<'a>, timetable: Option<Rc<RefCell<Timetable>>>) -> Self {
         Self {
             player: Player::new(playback),
             radar: playback.radar(),
             shaft_angle: 0,
+            timetable,
         }
     }
 }
@@ -189,12 +213,19 @@ impl RadarLink for PlaybackLink<'_> {
         self.radar = self.player.configure();
     }
 
-    fn poll_settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        let early = |table: &Rc<RefCell<Timetable>>| table.borrow().early(now);
+        if self.timetable.as_ref().is_some_and(early) {
+            return Poll::Pending;
+        }
         Poll::Ready(Ok(self.radar))
     }
 
-    fn trigger(&mut self, _: Micros, shaft_angle: i32, _: u32) {
+    fn trigger(&mut self, now: Micros, shaft_angle: i32, _: u32) {
         self.shaft_angle = shaft_angle;
+        if let (Some(table), Some(chirp)) = (&self.timetable, self.player.number(shaft_angle)) {
+            table.borrow_mut().fired(chirp, now);
+        }
     }
 
     fn poll_chirp(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {

@@ -1,19 +1,24 @@
 //! The scanner's own loop over a recording: [`Scanner`] with a simulated shaft, the recording as
 //! the radar module and a buffer as the report UART.
 
+use std::cell::RefCell;
 use std::collections::VecDeque;
+use std::rc::Rc;
 
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::answer::Reasons;
 use stairscan::config::Config;
+use stairscan::drive::{Drive, Mode, Odometry};
 use stairscan::pipeline::Pipeline;
+use stairscan::report::Sentence;
 use stairscan::report::command::Measure;
-use stairscan::report::{Sentence, StepLine};
 use stairscan::scan::{Board, BytePort, Hardware, Identity, Micros, Reports, Scanner};
 
 use crate::answer::Answer;
+use crate::motion::{Fault, Feed, Timetable};
 use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
+use crate::setup;
 
 /// How to scan.
 #[derive(Clone, Copy, Debug, Default)]
@@ -27,6 +32,10 @@ pub struct Options {
     pub backwards: bool,
     /// Every scan of the recording by a scanner of its own, as if it were the first.
     pub single: bool,
+    /// What holds without motion input; `None`: what the recording calls for.
+    pub motion: Option<Mode>,
+    /// What is wrong with the motion sentences.
+    pub motion_fault: Option<Fault>,
 }
 
 impl Options {
@@ -63,6 +72,8 @@ pub struct Scanned<'a> {
     pub config: &'a Config,
     /// Map and estimator.
     pub pipeline: &'a Pipeline,
+    /// What is known of the chair's motion.
+    pub drive: Drive<'a>,
     /// What it reported.
     pub answer: &'a Answer,
 }
@@ -99,6 +110,12 @@ pub fn answers(
     mut look: impl FnMut(&Scanned<'_>),
 ) -> Result<Vec<Answer>> {
     let scans = options.scans_of(recording)?;
+    // A scan out of a sequence is no scan of a chair that stands.
+    let mode = options.motion.unwrap_or(setup::mode(recording));
+    let options = &Options {
+        motion: Some(mode),
+        ..*options
+    };
     if !options.single || recording.scans() == 1 {
         return follow(recording, options, scans, look);
     }
@@ -130,27 +147,50 @@ fn follow(
 ) -> Result<Vec<Answer>> {
     let name = &recording.name;
     let mut playback = Playback::new(recording, &options.config)?;
+    if let Some(mode) = options.motion {
+        playback = playback.with_mode(mode);
+    }
     if options.backwards {
         playback = playback.reversed();
     }
-    let settings = playback.settings();
+    let mut settings = playback.settings();
+    let timetable = Feed::new(recording, options.motion_fault)
+        .map(|feed| Rc::new(RefCell::new(Timetable::new(feed))));
+    if timetable.is_some() {
+        // The timetable says when the mirror has come to rest.
+        settings.timing.settle = SHORTEST_SETTLE_US;
+    }
     let mut pipeline = Box::new(Pipeline::new());
     let mut reports = Reports::new();
+    let mut odometry = Odometry::new();
     let hardware = Hardware {
         mirror: SimShaft::default(),
-        link: PlaybackLink::new(&playback),
-        port: Console::default(),
+        link: PlaybackLink::new(&playback, timetable.clone()),
+        port: Console {
+            timetable: timetable.clone(),
+            ..Console::default()
+        },
         board: Desk,
     };
     let mut now = Micros(0);
     let data = &mut *pipeline;
-    let mut scanner = Scanner::new(hardware, data, &mut reports, settings, IDENTITY, now);
+    let mut scanner = Scanner::new(
+        hardware,
+        data,
+        (&mut reports, &mut odometry),
+        settings,
+        IDENTITY,
+        now,
+    );
     let (mut answers, mut commanded) = (Vec::new(), 0);
     // Some five steps a row; the bound only guards against a scanner that never answers.
     let rows = usize::from(settings.config.sweep.angle_count) + 64;
     for _ in 0..64 * rows * scans {
         scanner.step(now);
-        now = now.plus(STEP_US);
+        now = match &timetable {
+            Some(table) => table.borrow_mut().step(now),
+            None => now.plus(STEP_US),
+        };
         if scanner.scans() as usize > commanded {
             // What comes while a scan is under way is for the next one.
             let commands = playback.commands_after(commanded);
@@ -174,6 +214,7 @@ fn follow(
             scan: scan % recording.scans(),
             config: playback.config_of(scan),
             pipeline: scanner.data(),
+            drive: scanner.drive(),
             answer: &answer,
         });
         answers.push(answer);
@@ -186,6 +227,8 @@ fn follow(
 
 /// Time that passes from step to step: any mirror has come to rest.
 const STEP_US: u32 = 10_000;
+/// The shortest wait for the mirror that can be set.
+const SHORTEST_SETTLE_US: u32 = 100;
 
 const IDENTITY: Identity = Identity {
     version: env!("CARGO_PKG_VERSION"),
@@ -213,14 +256,21 @@ impl Board for Desk {
 /// The report UART, read line by line.
 #[derive(Default)]
 struct Console {
+    /// Where motion sentences and commands arrive in one line after the other, if there are any.
+    timetable: Option<Rc<RefCell<Timetable>>>,
     /// Commands that the scanner has not read yet.
     typed: VecDeque<u8>,
     line: Vec<u8>,
+    /// Sentences of the scan that has begun, and how many more belong to it.
     scan: Vec<String>,
+    to_come: u8,
 }
 
 impl BytePort for Console {
     fn read(&mut self) -> Option<u8> {
+        if let Some(table) = &self.timetable {
+            return table.borrow_mut().read();
+        }
         self.typed.pop_front()
     }
 
@@ -234,7 +284,11 @@ impl Console {
     /// Types commands that set values.
     fn type_in(&mut self, settings: &[(&str, String)]) {
         for (key, value) in settings {
-            self.typed.extend(format!("set,{key},{value}\n").bytes());
+            let line = format!("set,{key},{value}\n");
+            match &self.timetable {
+                Some(table) => table.borrow_mut().type_in(&line),
+                None => self.typed.extend(line.bytes()),
+            }
         }
     }
 
@@ -243,14 +297,16 @@ impl Console {
         while let Some(end) = self.line.iter().position(|&b| b == b'\n') {
             let line: Vec<u8> = self.line.drain(..=end).collect();
             let line = String::from_utf8(line)?.trim_end().to_owned();
-            let complete = match Sentence::parse(&line)? {
-                Sentence::Scan(head) => head.steps == 0,
-                Sentence::Step(StepLine { index, count, .. }) => index == count,
+            match Sentence::parse(&line)? {
+                Sentence::Scan(head) => self.to_come = head.following(),
+                Sentence::Step(_) | Sentence::Maybe(_) => {
+                    self.to_come = self.to_come.saturating_sub(1);
+                }
                 Sentence::Fail { .. } => bail!("the scanner refuses a setting: {line}"),
                 _ => continue,
-            };
+            }
             self.scan.push(line);
-            if complete {
+            if self.to_come == 0 {
                 return Ok(Some(std::mem::take(&mut self.scan)));
             }
         }

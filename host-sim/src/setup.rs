@@ -3,6 +3,7 @@
 
 use anyhow::{Result, anyhow, ensure};
 use stairscan::config::{Config, MountConfig, Plane, RadarConfig, SweepConfig, to_fixed};
+use stairscan::drive::Mode;
 
 use crate::recording::{META_SUFFIX, Recording};
 
@@ -29,6 +30,19 @@ pub fn radar(recording: &Recording) -> Result<RadarConfig> {
     })
 }
 
+/// What holds without motion input: a single scan without any was made by a chair that stood.
+pub fn mode(recording: &Recording) -> Mode {
+    let alone = recording.scans() == 1 && recording.meta.motion.travel_m.is_empty();
+    if alone { Mode::Standing } else { Mode::Auto }
+}
+
+/// Duration of a chirp, µs; that of the paper's radar where a recording bears no sample rate.
+pub fn chirp_us(recording: &Recording) -> Option<u32> {
+    let meta = &recording.meta;
+    let us = 1e6 * meta.samples_per_chirp as f64 / meta.sample_rate_hz?;
+    (1.0..=1e6).contains(&us).then_some(us.round() as u32)
+}
+
 /// How a scan's chirps lie on the schedule of angles.
 #[derive(Clone, Debug)]
 pub struct Schedule {
@@ -42,10 +56,9 @@ pub struct Schedule {
 
 /// The equal angle steps that scan `scan` (from 0) was made with. Missing angles become lost chirps.
 ///
-/// A recording that knows the chair's pitch gets its angles shifted by the scan's mean pitch, so
-/// that they count from the true horizontal. Within a scan the sensor's noise is some hundredths of
-/// a degree, and its mean is a better estimate than any single value; a chair that really tips over
-/// during a scan is not described by this.
+/// A recording that knows the chair's pitch, but not its travel, gets its angles shifted by the scan's
+/// mean pitch, so that they count from the true horizontal. Where it knows both, motion sentences
+/// bring them to the scanner.
 ///
 /// # Errors
 /// Names the capture whose angle does not fit the others', or what the scanner cannot turn to.
@@ -100,10 +113,10 @@ pub fn schedule(recording: &Recording, scan: usize) -> Result<Schedule> {
 /// What the chair's pitch adds to the angles of a scan, degrees: nose up lifts the beam. Angles
 /// count downwards from the horizontal, or in the height plane from straight down to the front.
 fn lean(recording: &Recording, scan: usize) -> f64 {
-    let pitch = recording
-        .meta
-        .motion
-        .mean_pitch_deg(recording.chirps_of(scan));
+    let motion = &recording.meta.motion;
+    let pitch = (motion.travel_m.is_empty())
+        .then(|| motion.mean_pitch_deg(recording.chirps_of(scan)))
+        .flatten();
     let height = (recording.meta.mirror.as_ref()).is_some_and(|m| m.plane == Plane::Height);
     match (pitch, height) {
         (None, _) => 0.0,

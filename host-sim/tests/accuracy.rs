@@ -87,3 +87,31 @@ fn scenes_for_reporting_are_not_shown() {
         "{text}"
     );
 }
+
+/// Every kind with its reliability, and what is true of all of them together.
+#[test]
+fn figures_come_as_json_too() {
+    let args = ["accuracy", "--draw", "tuning", "--scenes", "1"];
+    let out = sim(&[&args[..], &["--format", "json"]].concat());
+    assert_eq!(out.status.code(), Some(0));
+    let json: serde_json::Value = serde_json::from_slice(&out.stdout).unwrap();
+    let likelihood = &json["estimators"][0];
+    assert_eq!(likelihood["estimator"], "likelihood");
+    let kinds = likelihood["kinds"].as_array().unwrap();
+    let names: Vec<String> = Kind::ALL.iter().map(ToString::to_string).collect();
+    let told = kinds.iter().map(|kind| kind["set"].as_str().unwrap());
+    assert!(told.eq(names.iter().map(String::as_str)));
+    for (whole, part) in [("ok", "count"), ("ok_and_wrong", "of"), ("covered", "of")] {
+        let of = |set: &serde_json::Value| set[whole][part].as_u64().unwrap();
+        assert_eq!(of(&likelihood["all"]), kinds.iter().map(of).sum::<u64>());
+    }
+    for probability in ["confidence", "maybes"] {
+        let count = |bin: &serde_json::Value| bin["actual"]["of"].as_u64().unwrap();
+        for set in kinds.iter().chain([&likelihood["all"]]) {
+            let bins = set[probability]["bins"].as_array().unwrap();
+            let sum: u64 = bins.iter().map(count).sum();
+            assert_eq!(sum, count(&set[probability]["all"]), "{set}");
+        }
+        assert!(count(&likelihood["all"][probability]["all"]) > 0);
+    }
+}

@@ -6,6 +6,7 @@ use super::ghosts::{Ghosts, Suspect};
 use super::lobe::{Lobe, Responses};
 use super::maxima::{MAX_MAXIMA, MaximaFinder, Maximum};
 use super::noise::NoiseSamples;
+use super::place::Ride;
 use crate::config::Config;
 use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
@@ -50,7 +51,7 @@ pub fn detect(
     map: &PolarMap,
     finder: &mut MaximaFinder,
     background: &Background<'_>,
-    config: &Config,
+    (config, ride): (&Config, Option<&Ride<'_>>),
     params: &Params,
     echoes: &mut Echoes,
 ) {
@@ -69,6 +70,7 @@ pub fn detect(
         resolution_m,
         offset_m: config.mount.mirror_offset_m(),
         responses: Responses::new(map, resolution_m, params),
+        ride,
         ghosts: Ghosts {
             params,
             lobe_sigma_rad: angle_filter::lobe_sigma_rad(map.geometry()),
@@ -96,6 +98,7 @@ struct Instrument<'a> {
     resolution_m: f32,
     offset_m: f32,
     responses: Responses,
+    ride: Option<&'a Ride<'a>>,
     ghosts: Ghosts<'a>,
     params: &'a Params,
 }
@@ -130,8 +133,15 @@ impl Instrument<'_> {
             return None;
         }
         let patch = angle_filter::patch(map, row, bin);
-        let lobe = Lobe::new(&patch, &self.responses, snr_db, params);
         let geometry = map.geometry();
+        let responses = match self.ride {
+            None => self.responses,
+            Some(ride) => {
+                let range_m = geometry.range_m(bin as f32);
+                self.responses.of_walk(ride.walk(map, row, range_m))
+            }
+        };
+        let lobe = Lobe::new(&patch, &responses, snr_db, params);
         let place = [row as f32 + lobe.row.value, bin as f32 + lobe.bin.value];
         let range_m = geometry.range_m(place[1]);
         let suspect = Suspect {

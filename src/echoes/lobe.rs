@@ -6,6 +6,9 @@
 //! a parabola is taken off lies on a line whose slope says how far off the middle the scatterer is.
 //! Departures from that line are clipped: where a neighbour's flank raises one side of the lobe, the
 //! other side still tells.
+//!
+//! A scatterer that nears while the beam sweeps over it walks through the ranges: its lobe is sheared,
+//! narrower in angle at any one range, and the two offsets are no longer independent.
 
 use super::angle_filter::{self, LEVEL_DB, PATCH_BINS, PATCH_ROWS, Patch};
 use crate::estimate::Estimate;
@@ -30,6 +33,9 @@ const MEAN_SQUARE: f32 = 5.2;
 /// divided by.
 const QUADRATIC: f32 = 58.8;
 
+/// An offset and the variance of it for levels of unit variance.
+type Offset = (f32, f32);
+
 /// What the responses look like on this map's grid.
 #[derive(Clone, Copy, Debug)]
 pub struct Responses {
@@ -37,6 +43,17 @@ pub struct Responses {
     per_row_db: f32,
     /// Of the window's main lobe, dB per squared stored bin.
     per_bin_db: f32,
+    /// Of both, dB per row and stored bin; 0 where nothing moves.
+    cross_db: f32,
+}
+
+/// How a scatterer moves from row to row.
+#[derive(Clone, Copy, Debug)]
+pub struct Walk {
+    /// Stored range bins by which it comes nearer (negative).
+    pub bins: f32,
+    /// By how much the beam moves over it, in steps of the sweep: 1 if it stands.
+    pub steps: f32,
 }
 
 impl Responses {
@@ -48,6 +65,36 @@ impl Responses {
         Self {
             per_row_db: GAUSSIAN_DB * rows * rows,
             per_bin_db: params.range_curvature_db * bins * bins,
+            cross_db: 0.0,
+        }
+    }
+
+    /// Parts what a sheared lobe has mixed: each slope holds some of the other's offset.
+    fn part(&self, row: Offset, bin: Offset) -> (Offset, Offset) {
+        let of_bin = self.cross_db / self.per_row_db;
+        let of_row = self.cross_db / self.per_bin_db;
+        // Of a positive definite form: above 0.
+        let left = 1.0 - of_bin * of_row;
+        let solve = |own: Offset, other: Offset, of_other: f32| {
+            let value = (own.0 - of_other * other.0) / left;
+            let variance = (own.1 + of_other * of_other * other.1) / (left * left);
+            (value, variance)
+        };
+        (solve(row, bin, of_bin), solve(bin, row, of_row))
+    }
+
+    /// The responses to a scatterer that walks: the pattern of the beam and the main lobe in range,
+    /// sheared, through the filter along the angle, all of them Gaussian.
+    pub fn of_walk(&self, walk: Walk) -> Self {
+        // Inverse variances, in the unit of the curvatures. The filter's is that of the standing beam.
+        let filter = 2.0 * self.per_row_db;
+        let beam = filter * walk.steps * walk.steps;
+        let sum = beam + filter + walk.bins * walk.bins * self.per_bin_db;
+        Self {
+            per_row_db: filter - filter * filter / sum,
+            per_bin_db: self.per_bin_db
+                - walk.bins * walk.bins * self.per_bin_db * self.per_bin_db / sum,
+            cross_db: -walk.bins * self.per_bin_db * filter / sum,
         }
     }
 }
@@ -89,8 +136,11 @@ impl Lobe {
         let noise_db = params.level_noise_db * math::amplitude(-snr_db);
         let sigma_db = math::hypot(params.lobe_model_db, noise_db);
         let clip_db = params.lobe_clip_sigmas * sigma_db;
-        let row = offset(&mut rows, &PATCH_ROWS, responses.per_row_db, clip_db);
-        let bin = offset(&mut bins, &PATCH_BINS, responses.per_bin_db, clip_db);
+        let mut row = offset(&mut rows, &PATCH_ROWS, responses.per_row_db, clip_db);
+        let mut bin = offset(&mut bins, &PATCH_BINS, responses.per_bin_db, clip_db);
+        if responses.cross_db != 0.0 {
+            (row, bin) = responses.part(row, bin);
+        }
         Self {
             row: Estimate {
                 value: row.0.clamp(-MOST_ROWS, MOST_ROWS),
@@ -107,7 +157,7 @@ impl Lobe {
 
 /// Where the peak of a parabola of this curvature lies, and the variance of that for levels of unit
 /// variance: the slope of `values` (dB) over their offsets `at` once the parabola is taken off.
-fn offset(values: &mut [f32], at: &[i8], per_cell_db: f32, clip_db: f32) -> (f32, f32) {
+fn offset(values: &mut [f32], at: &[i8], per_cell_db: f32, clip_db: f32) -> Offset {
     let mut squares = 0.0;
     for (v, &d) in values.iter_mut().zip(at) {
         let square = f32::from(d) * f32::from(d);

@@ -10,6 +10,8 @@
 //! | `echo` | one point scatterer |
 //! | `detect` | maxima → echoes that need a scatterer of their own |
 //! | `floor` | echoes → whether the floor is where mount height and angle say |
+//! | `place` | echoes as they were seen → as they lie from the mirror at the last row |
+//! | `sweeps` | this sweep's echoes and the last one's → whether the chair stands, or moves as is said |
 //! | `calibrate` | echoes of the floor → angle bias and mount height, taken out |
 
 mod angle_filter;
@@ -21,14 +23,22 @@ mod ghosts;
 mod lobe;
 mod maxima;
 mod noise;
+mod place;
+mod sweeps;
 
+#[cfg(test)]
+mod motion_tests;
 #[cfg(test)]
 pub(crate) mod tests;
 
 use crate::config::Config;
+use crate::drive::Drive;
 use crate::grid::PolarMap;
 use crate::params::Params;
+pub use angle_filter::two_way_sigma;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
+use place::Ride;
+pub use sweeps::{Agreement, Sweeps};
 
 impl Default for Collector {
     fn default() -> Self {
@@ -111,6 +121,7 @@ impl Collector {
         map: &PolarMap,
         config: &Config,
         params: &Params,
+        drive: &Drive<'_>,
         echoes: &mut Echoes,
     ) -> f32 {
         let end = if self.reversed {
@@ -133,7 +144,9 @@ impl Collector {
             noise,
             gain: self.filter.gain(),
         };
-        detect::detect(map, &mut self.finder, &background, config, params, echoes);
+        let ride = Ride::of(drive, &config.radar);
+        let seen = (config, ride.as_ref());
+        detect::detect(map, &mut self.finder, &background, seen, params, echoes);
         noise
     }
 }

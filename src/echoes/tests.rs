@@ -3,6 +3,7 @@
 use super::angle_filter::{self, AngleFilter};
 use super::*;
 use crate::config::Config;
+use crate::drive::Drive;
 use std::vec::Vec;
 
 /// Noise of the maps made here, map units.
@@ -153,7 +154,13 @@ fn an_echo_that_cfar_lets_through_is_no_oscillator_noise() {
             collector.row(&map, k);
         }
         let mut echoes = Echoes::new();
-        collector.finish(&map, &config, &Params::DEFAULT, &mut echoes);
+        collector.finish(
+            &map,
+            &config,
+            &Params::DEFAULT,
+            &Drive::STANDING,
+            &mut echoes,
+        );
         echoes
             .iter()
             .any(|e| (e.x_m - fx).abs() < 0.02 && (e.y_m - fy).abs() < 0.02)
@@ -172,7 +179,13 @@ fn an_echo_lies_where_its_scatterer_is_and_says_how_sure() {
             collector.row(&map, k);
         }
         let mut echoes = Echoes::new();
-        collector.finish(&map, &config, &Params::DEFAULT, &mut echoes);
+        collector.finish(
+            &map,
+            &config,
+            &Params::DEFAULT,
+            &Drive::STANDING,
+            &mut echoes,
+        );
         let echo = echoes[0];
         let (range, angle) = map.geometry().polar(x, y);
         // Cells are rounded to 0.38 dB: some 0.2 mm and 0.02 degrees of a strong echo.

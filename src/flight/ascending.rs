@@ -302,6 +302,10 @@ impl Stairs for Ascending<'_> {
         }
     }
 
+    fn out_of_view(&self, along_m: f32) -> bool {
+        along_m > 0.0 && along_m < self.scene.mount_height_m
+    }
+
     fn shapes(&self, _first: Link) -> impl Iterator<Item = Shape> {
         RISES_M
             .into_iter()

@@ -339,6 +339,10 @@ impl Stairs for Descending<'_> {
         }
     }
 
+    fn out_of_view(&self, _along_m: f32) -> bool {
+        false
+    }
+
     fn shapes(&self, first: Link) -> impl Iterator<Item = Shape> {
         let (p, ends) = (self.scene.params, self.ends);
         let rise = first.along_m - self.scene.mount_height_m;

@@ -3,7 +3,9 @@
 
 use super::ascending::{self, Ascending};
 use super::descending::{self, Descending};
+use super::flank::Chart;
 use super::heights::{self, Fusion, Levels};
+use super::nosings;
 use super::readings::{self, Readings, Roles};
 use super::roles::Role;
 use super::stairs::{Flight, MAX_FLIGHT, Stairs};
@@ -12,7 +14,6 @@ use crate::answer::{Direction, Outcome, Reason, Step};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
-use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Rounds of reading: which echo plays which role depends on the levels, so the second one knows
@@ -51,12 +52,13 @@ impl Measured {
 }
 
 /// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
-/// `bias_sigma_rad` is the shaft's angle error that calibration leaves.
+/// `chart` is the map itself, `bias_sigma_rad` the shaft's angle error that calibration leaves.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
     flight: &Flight<ascending::Shape>,
     rise: Estimate,
+    chart: &Chart<'_>,
     bias_sigma_rad: f32,
 ) -> Measured {
     let scene = stairs.scene();
@@ -69,7 +71,7 @@ pub fn ascending(
     let (mut roles, mut readings) = (Roles::new(), Readings::default());
     for _ in 0..ROUNDS {
         roles = readings::roles(scene, flight, &levels);
-        readings = readings::read(scene, flight, &levels, &roles);
+        readings = readings::read(scene, chart, flight, &levels, &roles);
         let _ = readings.slopes.push(overall);
         let mut steps = Vec::<Fusion, MAX_FLIGHT>::new();
         for face in &readings.faces {
@@ -83,20 +85,21 @@ pub fn ascending(
             ..Measured::new(Direction::None, roles)
         };
     }
-    let overhang = overhang(&readings, flight.shape.open, p);
-    let overhang_known = readings.faces.iter().any(|f| f.overhang_m.is_some());
-    let line = fit_line(readings.faces.iter().map(|f| f.x.map(|x| x.value)));
+    let overhang_known = readings.faces.iter().any(|f| f.overhang_seen);
+    let nosings = nosings::locate(scene, flight, &levels);
+    let line = fit_line(nosings.iter().map(|x| x.map(|x| x.value)));
     let mut measured = Measured::new(Direction::Up, roles);
-    let faces = readings.faces.iter().zip(&flight.chain).zip(&levels);
-    for (k, ((face, link), level)) in faces.enumerate() {
+    let faces = readings.faces.iter().zip(&flight.chain);
+    let faces = faces.zip(&levels).zip(&nosings);
+    for (k, (((face, link), level), nosing)) in faces.enumerate() {
         let along = line.0 + line.1 * k as f32;
-        let x = face.x.unwrap_or(Estimate::new(along, p.inferred_x_sigma_m));
+        let x = nosing.unwrap_or(Estimate::new(along, p.inferred_x_sigma_m));
         let bias_m = x.value * bias_sigma_rad;
         let model = p.height_sigma_scale * p.height_sigma_scale * level.height.variance;
         let step = Step {
-            distance_m: x.value - overhang.value,
+            distance_m: x.value,
             height_m: level.height.value,
-            distance_sigma_m: math::sqrt(x.variance + overhang.variance),
+            distance_sigma_m: x.sigma(),
             height_sigma_m: math::sqrt(model + bias_m * bias_m).max(p.least_height_sigma_m),
             ..Step::default()
         };
@@ -109,7 +112,7 @@ pub fn ascending(
             snr_db: face.snr_db,
             next_db: next_db(marks.map(|(m, role)| (m, *role == Role::Flash)), p),
             flashes: face.flashes,
-            overhang_seen: face.overhang_m.is_some(),
+            overhang_seen: face.overhang_seen,
             overhang_known,
             off: level.off,
             off_along_m: x.value - along,
@@ -204,33 +207,6 @@ fn lower_levels(
     let deepest = last.map_or(0.0, |l| l.along_m - stairs.scene().mount_height_m);
     let slope = Estimate::new(-deepest / count.max(1) as f32, p.lower_rise_sigma_m);
     heights::fit(steps.get(..count).unwrap_or(&[]), &[slope], p)
-}
-
-/// How far the nosings stand before their risers, on the median: all alike on one staircase; not
-/// known if no riser shows both.
-fn overhang(readings: &Readings, open: bool, p: &Params) -> Estimate {
-    if open {
-        return Estimate::default();
-    }
-    let mut values = Vec::<f32, MAX_FLIGHT>::new();
-    for value in readings.faces.iter().filter_map(|f| f.overhang_m) {
-        // There is room for every face.
-        let _ = values.push(value);
-    }
-    shell_sort(&mut values, |a, b| a < b);
-    let (Some(least), Some(most)) = (values.first(), values.last()) else {
-        return Estimate::new(0.0, p.overhang_sigma_m);
-    };
-    let upper = values.get(values.len() / 2).unwrap_or(most);
-    let lower = values.get((values.len() - 1) / 2).unwrap_or(least);
-    let median = 0.5 * (lower + upper);
-    // The echoes' disagreement; a single one says nothing about it.
-    let sigma_m = match values.len() {
-        1 => 0.5 * p.overhang_sigma_m,
-        n => 0.5 * (most - least) / math::sqrt(n as f32),
-    };
-    let seen = median > p.least_overhang_m;
-    Estimate::new(if seen { median } else { 0.0 }, sigma_m)
 }
 
 /// Least-squares line through the values that are there, over their index: start and slope.

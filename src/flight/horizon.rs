@@ -17,28 +17,26 @@ use crate::grid::Geometry;
 use crate::math;
 use crate::params::fitted;
 use crate::params::hazard::{FEATURES, Features};
+use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
 
-/// Cells ahead, for each plane.
-pub const CELLS: usize = 29;
-/// Where the first cell ends, metres from the mirror …
-const FIRST_END_M: f32 = -0.3;
-/// … and how long each further one is.
-const CELL_M: f32 = 0.1;
 /// By so much a step may be off and still be right: design contract of `ok`, metres.
 pub const RIGHT_M: f32 = 0.03;
+/// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
+/// off and still be right.
+const AMBIGUOUS_M: f32 = RIGHT_M;
 /// An `ok` vouches for at least this much of the way, metres: design contract.
 pub const LEAST_HORIZON_M: f32 = 1.0;
 
 /// Features of a cell behind the last step, and of one that holds a step.
-const BEHIND_FEATURES: usize = 12;
+const BEHIND_FEATURES: usize = 13;
 /// See [`BEHIND_FEATURES`].
-const STEP_FEATURES: usize = 22;
+const STEP_FEATURES: usize = 23;
 /// See [`BEHIND_FEATURES`].
-const BEFORE_FEATURES: usize = 19;
+const BEFORE_FEATURES: usize = 20;
 /// See [`BEHIND_FEATURES`].
-const CLEAR_FEATURES: usize = 15;
+const CLEAR_FEATURES: usize = 16;
 /// See [`BEHIND_FEATURES`].
-const SCENE_FEATURES: usize = 6;
+const SCENE_FEATURES: usize = 7;
 /// Of the scene, of a cell without steps anywhere, of one before or between steps, and the others.
 const _: () = assert!(
     FEATURES == SCENE_FEATURES + CLEAR_FEATURES + BEFORE_FEATURES + BEHIND_FEATURES + STEP_FEATURES
@@ -112,6 +110,8 @@ pub struct Ground<'a> {
     pub open: bool,
     /// The instrument.
     pub geometry: &'a Geometry,
+    /// Log-odds of an error per cell by the posterior.
+    pub doubts: [f32; CELLS],
 }
 
 impl Ground<'_> {
@@ -126,7 +126,7 @@ impl Ground<'_> {
             };
             Cell {
                 end_m,
-                features: self.features(start_m, end_m),
+                features: self.features(k, start_m, end_m),
             }
         })
     }
@@ -151,7 +151,14 @@ impl Ground<'_> {
 
     /// What is known of the cell between two distances.
     #[inline(never)]
-    fn features(&self, start_m: f32, end_m: f32) -> Features {
+    fn features(&self, number: usize, start_m: f32, end_m: f32) -> Features {
+        let doubt = self.doubts.get(number).copied().unwrap_or(0.0);
+        let so_far = self
+            .doubts
+            .iter()
+            .take(number + 1)
+            .copied()
+            .fold(LEAST_DOUBT, math::max);
         let mut out = Writer {
             features: [0.0; FEATURES],
             written: 0,
@@ -180,6 +187,7 @@ impl Ground<'_> {
             self.geometry.beamwidth_rad / PAPER_BEAM_RAD - 1.0,
             self.scene.mount_height_m - PAPER_MOUNT_M,
             self.strongest(f32::NEG_INFINITY, f32::INFINITY, |_, _| true),
+            so_far,
         ]);
         out.put_if(kind == Kind::Clear, || {
             let floor = self.floor(to);
@@ -204,14 +212,17 @@ impl Ground<'_> {
                 f32::from(column.is_some()),
                 column.map_or(0.0, |c| math::min(c.weight, 2.0)),
                 level - self.strongest(from - TYPICAL_GOING_M, from, shows_level),
+                doubt,
             ]
         });
         out.put_if(kind == Kind::Between, || {
-            self.before(from, to, level, stray, stray_so_far)
+            self.before(from, to, level, stray, stray_so_far, doubt)
         });
-        out.put_if(kind == Kind::Behind, || self.behind(from, to, level, stray));
+        out.put_if(kind == Kind::Behind, || {
+            self.behind(from, to, level, stray, doubt)
+        });
         out.put_if(kind == Kind::Step, || match step {
-            Some((k, step, support)) => self.of_step(k, step, support, stray, stray_so_far),
+            Some((k, step, support)) => self.of_step(k, step, support, stray, stray_so_far, doubt),
             None => [0.0; STEP_FEATURES],
         });
         out.features
@@ -253,6 +264,7 @@ impl Ground<'_> {
         level: f32,
         stray: f32,
         so_far: f32,
+        doubt: f32,
     ) -> [f32; BEFORE_FEATURES] {
         let next = self
             .steps
@@ -292,6 +304,7 @@ impl Ground<'_> {
             near * f32::from(known),
             near * f32::from(self.open),
             near * self.shown(next, Role::Nosing),
+            doubt,
         ]
     }
 
@@ -313,7 +326,14 @@ impl Ground<'_> {
     }
 
     /// What is known of a cell behind the last step.
-    fn behind(&self, from: f32, to: f32, level: f32, stray: f32) -> [f32; BEHIND_FEATURES] {
+    fn behind(
+        &self,
+        from: f32,
+        to: f32,
+        level: f32,
+        stray: f32,
+        doubt: f32,
+    ) -> [f32; BEHIND_FEATURES] {
         let (Some(last), Some(support)) = (self.steps.last(), self.supports.last()) else {
             return [0.0; BEHIND_FEATURES];
         };
@@ -337,6 +357,7 @@ impl Ground<'_> {
             lead,
             level * next,
             self.steps.len() as f32,
+            doubt,
         ]
     }
 
@@ -348,6 +369,7 @@ impl Ground<'_> {
         support: &Support,
         stray: f32,
         stray_so_far: f32,
+        doubt: f32,
     ) -> [f32; STEP_FEATURES] {
         let height_z = RIGHT_M / step.height_sigma_m;
         let distance_z = RIGHT_M / step.distance_sigma_m;
@@ -378,6 +400,7 @@ impl Ground<'_> {
             f32::from(support.off.sigma() > RIGHT_M),
             f32::from(support.overhang_seen),
             f32::from(support.overhang_known),
+            doubt,
         ]
     }
 }
@@ -427,7 +450,7 @@ impl Vouch {
         let mut vouch = Self::default();
         for cell in ground.cells() {
             log_right += weights.log_survival(&cell.features);
-            let right = weights.probability(log_right);
+            let right = weights.probability(log_right, !ground.steps.is_empty());
             if right >= weights.ok_from {
                 vouch.horizon_m = math::max(cell.end_m, 0.0);
             }
@@ -435,6 +458,20 @@ impl Vouch {
                 vouch.confidence = right;
             }
         }
+        vouch.horizon_m = clear_of(vouch.horizon_m, ground.steps);
         vouch
     }
+}
+
+/// A horizon, metres, drawn back from where it would end so near a step that an error of millimetres
+/// decides whether the step counts.
+fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
+    let mut clear_m = horizon_m;
+    for step in steps.iter().rev() {
+        let counts_m = step.distance_m - RIGHT_M;
+        if (clear_m - counts_m).abs() < AMBIGUOUS_M {
+            clear_m = counts_m - AMBIGUOUS_M;
+        }
+    }
+    math::max(clear_m, 0.0)
 }

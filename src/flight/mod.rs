@@ -10,6 +10,8 @@
 //! | `search` | the best flight |
 //! | `heights` | the levels of all treads, weighed against the flight's regularity |
 //! | `readings` | what each riser's own echoes say |
+//! | `flank` | an edge on the flank of a stronger echo |
+//! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
 //! | [`trace`] | what it thought on the way |
@@ -18,10 +20,13 @@
 // one function they would hold all of it at the same time.
 
 mod ascending;
+mod belief;
 mod descending;
 mod dimensions;
+mod flank;
 mod heights;
 mod horizon;
+mod nosings;
 mod null;
 mod readings;
 mod roles;
@@ -36,15 +41,20 @@ mod tests;
 
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
-use crate::echoes::{Collector, Echo, Echoes, calibrate, floor};
+use crate::drive::Drive;
+use crate::echoes::{Collector, Echo, Echoes, Sweeps, calibrate, floor};
 use crate::estimator::Estimator;
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
+use crate::params::generative::Generative;
+use crate::params::measured;
 use ascending::Ascending;
+use belief::{Belief, Posterior};
 use descending::Descending;
 use dimensions::Measured;
+use flank::Chart;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use readings::Roles;
 use roles::Role;
@@ -59,7 +69,11 @@ use trace::{Hypothesis, Scatterer, Stage};
 pub struct Likelihood {
     phase: Phase,
     echoes: Echoes,
+    sweeps: Sweeps,
     params: &'static Params,
+    posterior: Posterior,
+    /// Whether the particles have a say.
+    particles: bool,
 }
 
 #[derive(Debug)]
@@ -90,8 +104,24 @@ impl Likelihood {
         Self {
             phase: Phase::Rows(Collector::new()),
             echoes: Echoes::new(),
+            sweeps: Sweeps::new(),
             params,
+            posterior: Posterior::new(&measured::UP),
+            particles: true,
         }
+    }
+
+    /// The same with another measurement model in the depth plane: to fit what rests on it.
+    pub const fn measuring(mut self, measured: &'static Generative) -> Self {
+        self.posterior.measure(measured);
+        self
+    }
+
+    /// The same without the posterior: the search's best flight is the answer, no cell is doubted more
+    /// than another, and nothing may stand there besides. To see what the particles are good for.
+    pub const fn without_particles(mut self) -> Self {
+        self.particles = false;
+        self
     }
 }
 
@@ -111,11 +141,12 @@ impl Estimator for Likelihood {
         }
     }
 
-    fn finish(
+    fn conclude(
         &mut self,
         map: &PolarMap,
         config: &Config,
         _scan: u32,
+        drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Phase::Rows(collector) = &mut self.phase else {
@@ -123,7 +154,8 @@ impl Estimator for Likelihood {
         };
         let p = self.params;
         let echoes = &mut self.echoes;
-        let noise = collector.finish(map, config, p, echoes);
+        let noise = collector.finish(map, config, p, drive, echoes);
+        let agreement = self.sweeps.compare(map, config, drive, echoes);
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
@@ -133,7 +165,17 @@ impl Estimator for Likelihood {
         };
         let level = geometry.plane == Plane::Height || floor::in_place(echoes, geometry.bin_m, p);
         let mut outcome = match &mut self.phase {
-            Phase::Up(memory) => ascend(echoes, geometry, p, memory, observer),
+            Phase::Up(memory) => {
+                let chart = Chart {
+                    map,
+                    noise,
+                    resolution_m: config.radar.range_resolution_m(),
+                    bias_rad: 0.0,
+                    height_m: 0.0,
+                };
+                let posterior = self.particles.then_some(&mut self.posterior);
+                ascend(echoes, chart, p, (memory, posterior), observer)
+            }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
@@ -142,6 +184,7 @@ impl Estimator for Likelihood {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
         if echoes.iter().any(|e| e.snr_db >= p.sure_echo_db) {
+            agreement.tell(&mut outcome);
             outcome
         } else {
             Outcome::fault(Reason::NoEcho)
@@ -153,37 +196,56 @@ impl Estimator for Likelihood {
 #[inline(never)]
 fn ascend(
     echoes: &mut [Echo],
-    geometry: &Geometry,
+    chart: Chart<'_>,
     p: &Params,
-    memory: &mut Beginnings<ascending::Shape>,
+    (memory, mut posterior): (&mut Beginnings<ascending::Shape>, Option<&mut Posterior>),
     observer: &mut dyn Observer,
 ) -> Outcome {
+    let geometry = chart.map.geometry();
     let found = calibrate::calibrate(echoes, geometry, p);
     observer.event(Event::Calibration {
         bias_rad: found.bias_rad,
         height_m: found.height_m,
     });
+    let chart = Chart {
+        bias_rad: found.bias_rad,
+        height_m: found.height_m,
+        ..chart
+    };
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.risers(echoes);
     let scene = &scene;
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
-    let best = search.best(memory).map(|mut flight| {
+    let best = search.best(memory);
+    let chosen = match &mut posterior {
+        Some(posterior) => posterior.choose(echoes, chart.map, &search),
+        None => best,
+    };
+    let best = chosen.map(|mut flight| {
         let (rise, score) = stairs.rise(&flight);
         flight.score = score;
         (flight, rise)
     });
     observer.event(Event::Done(Stage::Search));
     let accepted = best.as_ref().filter(|(f, _)| f.score >= p.accept_up_nats);
-    let measured = accepted
-        .map(|(flight, rise)| dimensions::ascending(&stairs, flight, *rise, found.bias_sigma_rad));
+    let measured = accepted.map(|(flight, rise)| {
+        dimensions::ascending(&stairs, flight, *rise, &chart, found.bias_sigma_rad)
+    });
     let best = best.as_ref().map(|b| &b.0);
+    let belief = posterior.map(|posterior| {
+        let belief = posterior.judge(measured.as_ref());
+        posterior.tell(observer);
+        belief
+    });
+    let belief = belief.unwrap_or_default();
     let ended = Ended {
         search: &search,
         best,
         measured,
         accept: p.accept_up_nats,
         geometry,
+        belief,
     };
     ended.tell(echoes, observer);
     ended.conclude(observer)
@@ -213,6 +275,7 @@ fn descend(
         measured,
         accept: p.accept_down_nats,
         geometry,
+        belief: Belief::default(),
     };
     ended.tell(echoes, observer);
     ended.conclude(observer)
@@ -227,6 +290,7 @@ struct Ended<'s, S: Stairs> {
     /// Score from which a flight counts, nats.
     accept: f32,
     geometry: &'s Geometry,
+    belief: Belief,
 }
 
 impl<S: Stairs> Ended<'_, S> {
@@ -267,6 +331,7 @@ impl<S: Stairs> Ended<'_, S> {
             lead,
             open: self.best.is_some_and(|b| S::open(b.shape)),
             geometry: self.geometry,
+            doubts: self.belief.doubts,
         };
         if observer.listens() {
             ground
@@ -275,6 +340,7 @@ impl<S: Stairs> Ended<'_, S> {
         }
         let vouch = Vouch::of(&ground);
         promise(&mut outcome, vouch);
+        outcome.maybes = self.belief.maybes;
         outcome
     }
 

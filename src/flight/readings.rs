@@ -1,6 +1,7 @@
 //! What each riser's own echoes say of its place, its height and its nosing.
 
 use super::ascending::{Shape, riser_of};
+use super::flank::Chart;
 use super::heights::{Fusion, Levels};
 use super::roles::{Riser, Role};
 use super::scene::{Mark, Scene};
@@ -18,9 +19,9 @@ pub type Roles = Vec<Role, MAX_ECHOES>;
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Face {
     /// Horizontal distance of the riser, metres.
-    pub x: Option<Estimate>,
-    /// How far the nosing stands before it, metres.
-    pub overhang_m: Option<f32>,
+    pub x_m: Option<f32>,
+    /// Whether nosing and riser show apart from each other.
+    pub overhang_seen: bool,
     /// Level of the tread, metres.
     pub level: Fusion,
     /// Strongest echo, dB.
@@ -68,6 +69,7 @@ pub fn roles(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels) -> Role
 /// One riser with its echoes.
 struct RiserMarks<'e> {
     scene: &'e Scene<'e>,
+    chart: &'e Chart<'e>,
     p: &'e Params,
     riser: Riser,
     marks: &'e [Mark],
@@ -150,7 +152,14 @@ impl<'e> RiserMarks<'e> {
             (p.corner_broad_low_m, p.corner_broad_sigma_m)
         };
         let angle_m = Self::angle_error_m(m, p.corner_angle_rad, p.corner_noise_rad);
-        Estimate::new(m.y_m - low_m, math::hypot(sigma_m, angle_m))
+        let before = self.riser.previous_m;
+        let tread_m = before.map_or(0.0, |x| self.riser.along_m - x);
+        let sloping_m = math::max(tread_m - p.level_going_m, 0.0);
+        let own_m = math::hypot(sigma_m, angle_m);
+        Estimate::new(
+            m.y_m - low_m,
+            math::hypot(own_m, p.tread_fall_sigma * sloping_m),
+        )
     }
 
     /// Height of the flight's risers from an echo at height `y_m` on riser `k`, whose foot the
@@ -169,6 +178,23 @@ impl<'e> RiserMarks<'e> {
         })
     }
 
+    /// Height of the top edge where it shows on the flank of the highest strong echo.
+    fn edge_on_flank(&self) -> Option<Estimate> {
+        let p = self.p;
+        let on_riser = |m: &&Mark| {
+            m.snr_db > p.flank_least_db
+                && m.y_m > self.riser.base_m - p.on_ground_m
+                && m.y_m < self.riser.top_m + p.on_ground_m
+        };
+        let strong = self.marks.iter().filter(on_riser);
+        let m = strong.max_by(|a, b| a.y_m.total_cmp(&b.y_m))?;
+        let level = self.chart.edge_above(m.x_m, m.y_m, p)?;
+        // A face that looks at the mirror shows places of its own, and its flash side lobes.
+        let below = m.y_m < self.scene.mount_height_m - p.flash_above_m
+            && level.value < self.scene.mount_height_m;
+        below.then_some(level)
+    }
+
     /// Reads the riser's echoes; what a corner says of the tread before goes to `before`.
     fn read(&self, before: Option<&mut Face>) -> Face {
         let p = self.p;
@@ -179,13 +205,7 @@ impl<'e> RiserMarks<'e> {
         let corner = self.strongest_as(Role::Corner);
         let flash = self.strongest_as(Role::Flash);
         let known = strongest(corner.into_iter().chain(flash));
-        let x_m = known.unwrap_or(all).x_m;
-        let sigma_m = if known.is_some() {
-            p.corner_x_sigma_m
-        } else {
-            p.edge_x_sigma_m
-        };
-        face.x = Some(Estimate::new(x_m, sigma_m));
+        face.x_m = Some(known.unwrap_or(all).x_m);
         face.snr_db = Some(all.snr_db);
         face.flashes = flash.is_some_and(|m| m.echo == all.echo);
         let outshone = |m: &Mark| flash.is_some_and(|f| f.snr_db > m.snr_db - p.outshone_db);
@@ -203,7 +223,13 @@ impl<'e> RiserMarks<'e> {
             if open || flash.is_none() || !pulled {
                 face.level.add(self.top_level(m));
             }
-            face.overhang_m = known.map(|_| x_m - m.x_m);
+            face.overhang_seen = known.is_some();
+        }
+        if !open
+            && face.level.is_empty()
+            && let Some(level) = self.edge_on_flank()
+        {
+            face.level.add(level);
         }
         face
     }
@@ -211,7 +237,13 @@ impl<'e> RiserMarks<'e> {
 
 /// Reads every riser's echoes, given the levels as known so far and what each mark is taken for.
 #[inline(never)]
-pub fn read(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels, roles: &Roles) -> Readings {
+pub fn read(
+    scene: &Scene<'_>,
+    chart: &Chart<'_>,
+    flight: &Flight<Shape>,
+    levels: &Levels,
+    roles: &Roles,
+) -> Readings {
     let mut out = Readings::default();
     let mut before_x: Option<f32> = None;
     for (k, (link, level)) in flight.chain.iter().zip(levels).enumerate() {
@@ -221,6 +253,7 @@ pub fn read(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels, roles: &
         };
         let place = RiserMarks {
             scene,
+            chart,
             p: scene.params,
             riser: riser(&flight.chain, flight.shape.open, levels, k),
             marks: scene.marks.get(first..end).unwrap_or(&[]),
@@ -229,14 +262,14 @@ pub fn read(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels, roles: &
         };
         let face = place.read(out.faces.last_mut());
         if let (Some(before), Some(x), Some(all)) =
-            (before_x, face.x, strongest(place.marks.iter()))
+            (before_x, face.x_m, strongest(place.marks.iter()))
             && scene.hides_foot(&place.riser)
             && !place.riser.open
-            && let Some(slope) = place.hidden_slope(all.y_m, x.value / before, k as f32)
+            && let Some(slope) = place.hidden_slope(all.y_m, x / before, k as f32)
         {
             let _ = out.slopes.push(slope);
         }
-        before_x = face.x.map(|x| x.value);
+        before_x = face.x_m;
         // As many as the flight has.
         let _ = out.faces.push(face);
     }

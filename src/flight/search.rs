@@ -175,8 +175,43 @@ impl<'s, S: Stairs> Search<'s, S> {
                 let spacing = (link.along_m - first.along_m) / (skipped + 1) as f32;
                 if (bounds.least_m..=bounds.most_m).contains(&spacing) {
                     self.grow_to(flight, link, spacing, skipped, next);
+                    if skipped == 0 {
+                        self.grow_back(flight, link, spacing, next);
+                    }
                 }
             }
+        }
+    }
+
+    /// The same with a face before the first that is too near to be seen.
+    fn grow_back(
+        &self,
+        flight: &Flight<S::Shape>,
+        link: Link,
+        spacing: f32,
+        next: &mut Best<S::Shape>,
+    ) {
+        let Some(&first) = flight.chain.first() else {
+            return;
+        };
+        let along_m = first.along_m - spacing;
+        if !self.stairs.out_of_view(along_m) {
+            return;
+        }
+        let mut longer = Flight {
+            shape: flight.shape,
+            ..Flight::default()
+        };
+        let unseen = Link {
+            along_m,
+            column: None,
+        };
+        let grown = [unseen, first, link]
+            .into_iter()
+            .all(|link| self.extend(&mut longer, link));
+        if grown {
+            self.finish(&mut longer);
+            next.offer(&longer);
         }
     }
 

@@ -67,6 +67,8 @@ pub trait Stairs {
     fn spacing(&self) -> Spacing;
     /// The shapes worth a try for a flight whose first face is `first`.
     fn shapes(&self, first: Link) -> impl Iterator<Item = Self::Shape>;
+    /// Whether a first face there may stand before the scanned sector, so that nothing shows it.
+    fn out_of_view(&self, along_m: f32) -> bool;
     /// Log-likelihood that `next` adds to the chain, nats.
     fn face(&self, chain: &[Link], next: Link, shape: Self::Shape) -> f32;
     /// Log-likelihood of everything behind the last face, nats.

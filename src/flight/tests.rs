@@ -3,13 +3,22 @@
 use super::heights::{self, Fusion};
 use super::verdict::Support;
 use super::*;
-use crate::answer::{Direction, Status, Step};
+use crate::answer::{Direction, Maybe, Status, Step};
 use crate::echoes::tests::{map, noise, scene};
 use crate::estimate::Estimate;
 use proptest::prelude::*;
 
 fn estimate(map: &PolarMap, config: &Config, backwards: bool) -> Outcome {
-    let mut estimator = Box::new(Likelihood::new());
+    estimate_with(Likelihood::new(), map, config, backwards)
+}
+
+fn estimate_with(
+    estimator: Likelihood,
+    map: &PolarMap,
+    config: &Config,
+    backwards: bool,
+) -> Outcome {
+    let mut estimator = Box::new(estimator);
     estimator.begin(map);
     for k in 0..map.rows() {
         estimator.row(map, if backwards { map.rows() - 1 - k } else { k });
@@ -305,5 +314,30 @@ proptest! {
             }
             prop_assert!(s.distance_sigma_m > 0.0 && s.height_sigma_m > 0.0);
         }
+    }
+}
+
+#[test]
+fn a_kerb_that_shows_only_its_corner_may_stand_there() {
+    let config = Config::default();
+    let told = |points: &[(f32, f32, f64)]| {
+        let outcome = estimate(&scene(&config, points), &config, false);
+        assert!(outcome.steps.is_empty(), "{outcome:?}");
+        outcome.maybes
+    };
+    for x in [1.2, 1.4] {
+        let floor = (0..10).map(|k| (0.4 + 0.1 * k as f32, 0.0, 15.0));
+        let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
+        assert!(told(&points).is_empty(), "the floor alone, up to {x} m");
+        points.push((x, 0.0, 36.0));
+        let maybes = told(&points);
+        assert!(!maybes.is_empty(), "a kerb at {x} m");
+        let near = |m: &&Maybe| (m.distance_m - x).abs() < 0.03;
+        let kerb = maybes.iter().find(near).expect("the kerb is told");
+        assert!((0.02..0.15).contains(&kerb.height_m), "{kerb:?}");
+        assert!((0.05..=0.8).contains(&kerb.probability), "{kerb:?}");
+        let search = Likelihood::new().without_particles();
+        let without = estimate_with(search, &scene(&config, &points), &config, false);
+        assert!(without.maybes.is_empty(), "{without:?}");
     }
 }

@@ -19,8 +19,9 @@ use heapless::Vec;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-use crate::answer::{Outcome, Reason};
+use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, ParticleConfig, Spread};
+use crate::drive::{Drive, Mode};
 use crate::estimator::Estimator;
 use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
@@ -102,11 +103,12 @@ impl Estimator for Paper {
         }
     }
 
-    fn finish(
+    fn conclude(
         &mut self,
         map: &PolarMap,
         config: &Config,
         scan: u32,
+        drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Self { levels, cloud } = self;
@@ -134,7 +136,16 @@ impl Estimator for Paper {
         let kept = (extents.iter().zip(&shapes))
             .filter(|(extent, _)| extent.fate == Fate::Kept)
             .map(|(_, shape)| shape);
-        dimension::outcome(kept, map.geometry(), places.unit_m, &config.particles)
+        let mut outcome =
+            dimension::outcome(kept, map.geometry(), places.unit_m, &config.particles);
+        // It has no echoes to compare from sweep to sweep.
+        if drive.mode != Mode::Standing {
+            outcome.reasons.add(Reason::Unconfirmed);
+            if outcome.status == Status::Ok {
+                outcome.status = Status::Degraded;
+            }
+        }
+        outcome
     }
 }
 

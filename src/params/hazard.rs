@@ -3,22 +3,38 @@
 use crate::math;
 
 /// Number of features of a cell; `src/flight/horizon.rs` says what each is.
-pub const FEATURES: usize = 74;
+pub const FEATURES: usize = 79;
 
 /// What the estimator knows of a cell.
 pub type Features = [f32; FEATURES];
+
+/// From the hazards' log-odds of being right to how often answers are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Map {
+    /// Log-odds of being right per unit of those that the hazards add up to …
+    pub slope: f32,
+    /// … and where these are 0.
+    pub offset: f32,
+}
+
+impl Map {
+    /// Takes the hazards at their word.
+    pub const IDENTITY: Self = Self {
+        slope: 1.0,
+        offset: 0.0,
+    };
+}
 
 /// The verdict's numbers for one plane.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Weights {
     /// Log-odds of an error in a cell per unit of each feature.
     pub hazard: Features,
-    /// Log-odds of being right per unit of those that the hazards add up to …
-    pub slope: f32,
-    /// … and where these are 0.
-    pub offset: f32,
-    /// An answer is `ok` from this probability on: the least with which no `ok` answer to the common
-    /// forms among the scenes of the calibration was wrong. Above 1 if none would be `ok`.
+    /// From what the hazards add up to, of answers without steps and with steps: what is not seen at
+    /// all is another matter than what is seen and may be wrong.
+    pub maps: [Map; 2],
+    /// An answer is `ok` from this probability on: the least with which no more than one `ok` answer in
+    /// 200 among the scenes of the calibration was wrong. Above 1 if none would be `ok`.
     pub ok_from: f32,
 }
 
@@ -33,11 +49,13 @@ impl Weights {
     }
 
     /// Probability of being right where the cells' log survivals add up to `log_right`.
-    pub fn probability(&self, log_right: f32) -> f32 {
+    pub fn probability(&self, log_right: f32, stairs: bool) -> f32 {
+        let [clear, steps] = &self.maps;
+        let map = if stairs { steps } else { clear };
         let wrong = 1.0 - math::exp(log_right);
         // ln p/(1 - p); no cell is without any hazard.
         let log_wrong = core::f32::consts::LN_2 * math::log2(wrong.max(f32::EPSILON));
-        let log_odds = self.slope * (log_right - log_wrong) + self.offset;
+        let log_odds = map.slope * (log_right - log_wrong) + map.offset;
         1.0 / (1.0 + math::exp(-log_odds))
     }
 }

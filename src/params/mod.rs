@@ -7,7 +7,9 @@
 
 mod entry;
 pub mod fitted;
+pub mod generative;
 pub mod hazard;
+pub mod measured;
 mod table;
 
 pub use entry::{Entry, Origin};

@@ -251,16 +251,8 @@ params! {
         outshone_db = 6.0, "dB", Hand;
         /// Closer than this to a flash an echo is pulled towards it.
         flash_hides_rad = 7.4 * RAD_PER_DEG, "rad", Derived, "one and a half beams";
-        /// Distance error of a riser that shows a corner or flashes …
-        corner_x_sigma_m = 0.003, "m", Hand;
-        /// … of one that shows its edge alone …
-        edge_x_sigma_m = 0.006, "m", Hand;
-        /// … and of one that shows nothing.
+        /// Distance error of a riser that shows nothing.
         inferred_x_sigma_m = 0.015, "m", Hand;
-        /// Overhang of nosings where it is not seen.
-        overhang_sigma_m = 0.008, "m", Custom, "nosings overhang by up to 4 cm, most by none";
-        /// A smaller overhang counts as no overhang.
-        least_overhang_m = 0.005, "m", Hand;
         /// An edge's angle error whatever its strength …
         edge_angle_rad = 0.15 * RAD_PER_DEG, "rad", Hand;
         /// … and from noise at 0 dB.
@@ -271,6 +263,10 @@ params! {
         corner_noise_rad = 0.3 * RAD_PER_DEG, "rad", Hand;
         /// Height error of a clean corner.
         corner_clean_sigma_m = 0.003, "m", Hand;
+        /// Treads no deeper than this are level …
+        level_going_m = 0.30, "m", Custom, "stairs indoors are mostly no deeper";
+        /// … and what is deeper falls towards its front by so much a metre beyond, give or take.
+        tread_fall_sigma = 0.03, "", Custom, "treads outdoors fall by 1 to 3 %, so that rain runs off";
         /// A broad corner seems higher by this.
         corner_broad_low_m = 0.008, "m", Hand;
         /// Its height error.
@@ -315,6 +311,72 @@ params! {
         hidden_sigma_m = 0.015, "m", Hand;
         /// … and per metre of it.
         hidden_sigma_span = 0.35, "", Derived, "even over the part: its length over the root of 12, rounded up";
+    }
+    "flank: an edge beside a stronger echo" {
+        /// An echo stronger than this may have an edge on its flank.
+        flank_least_db = 8.0, "dB", Hand;
+        /// Power above the noise that counts.
+        flank_noise_db = 6.0, "dB", Derived, "two standard deviations of three chirps' mean";
+        /// Power above the stronger echo's lobe that counts: half of it then is off by no more than a third of a lobe.
+        flank_excess_db = 6.0, "dB", Hand;
+        /// Weaker than the stronger echo by more than this it may be its side lobe.
+        flank_side_lobes_db = 33.0, "dB", Hand, "two-way side lobes of the antennas that people build: 34 dB and more";
+        /// Weaker than the stronger echo by less than this it may be one of several places on the face.
+        flank_weaker_db = 3.0, "dB", Hand;
+        /// The edge's lobe shows over this many standard deviations of the two-way beam at least.
+        flank_span = 0.8, "", Hand;
+        /// So many from its upper end on are looked at: what is below may be the face's.
+        flank_top_span = 2.0, "", Derived, "from where a lobe leaves the noise to its peak";
+        /// Standard deviations of the two-way beam from the stronger echo to the edge, least …
+        flank_nearest = 2.0, "", Derived, "nearer its lobe does not rise from the flank by what counts";
+        /// … and most.
+        flank_farthest = 4.2, "", Derived, "6.3 degrees of 5: an antenna's first side lobe peaks at 7 and beyond";
+        /// Standard deviation of a level that no lobe explains.
+        flank_model_db = 1.0, "dB", Hand;
+        /// Standard deviation that noise gives a level at 0 dB above it.
+        flank_speckle_db = 6.0, "dB", Derived, "a chirp's power: 10 lg e times the root of two, averaged over three";
+        /// Residual of the line above which it is no lobe.
+        flank_residual_db = 1.2, "dB", Hand;
+        /// Such an edge seems lower by this: its rounding, and a lobe that falls off more steeply than the parabola.
+        flank_low_m = 0.006, "m", Hand;
+        /// Its height error beside the noise's.
+        flank_sigma_m = 0.015, "m", Hand;
+    }
+    "nosings: where they stand" {
+        /// Echoes this far from where a riser stands may be its nosing's or the riser's behind its nosing.
+        nosing_window_m = 0.065, "m", Custom, "noses of old and steep stairs overhang by up to 6 cm";
+        /// Share of flights whose nosings do not overhang …
+        flush_share = 0.6, "", Custom, "treads of concrete and stone are flush, of wood mostly not";
+        /// … and of floating ones that show no second line behind their edges.
+        open_flush_share = 0.9, "", Hand;
+        /// How far an echo may lie off the upright line that it belongs to.
+        line_sigma_m = 0.004, "m", Hand, "range cells of two echoes that melt; roundings of 1 to 8 mm";
+        /// Front of a tread at most …
+        lip_m = 0.07, "m", Custom, "treads are 3 to 6 cm thick";
+        /// … and at most this share of the rise …
+        lip_share = 0.6, "", Custom, "a nosing leaves some of the riser to be seen";
+        /// … and what its height is off.
+        lip_margin_m = 0.01, "m", Hand;
+        /// Front of a tread at least.
+        least_lip_m = 0.02, "m", Custom, "thinnest boards";
+        /// A credible echo near a riser on neither line.
+        nosing_stray_nats = 2.0, "nats", Hand;
+        /// Share of overhanging risers below the mirror with echoes on both lines …
+        low_both_share = 0.84, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// … and of those with echoes on the riser's line alone.
+        low_back_share = 0.13, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// The same of risers that look at the mirror: both …
+        facing_both_share = 0.57, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// … and the riser's alone.
+        facing_back_share = 0.41, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// The same of risers above the mirror, whose feet are hidden: both …
+        hidden_both_share = 0.16, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// … and the riser's alone: the inner corner below the overhang.
+        hidden_back_share = 0.78, "", Hand, "counted in simulated scans, see docs/estimator.md";
+        /// Distance error of a line that shows.
+        nosing_sigma_m = 0.0015, "m", Hand;
+        /// Error of an overhang by the grid on which they are weighed.
+        overhang_grid_sigma_m = 0.0017, "m", Derived, "steps of 6 mm, even: over the root of 12";
     }
     "stairs going down" {
         /// Echoes higher than this are no treads.

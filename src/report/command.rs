@@ -15,11 +15,14 @@
 //! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
 //! | `get,KEY` | | `CONF` |
 //! | `set,KEY,VALUE` | from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
+//! | `MOTION,…` | the chair's own motion, always framed ([`super::motion`]) | none |
 //!
 //! Whatever is wrong gets one `FAIL` that names the field, and changes nothing.
 
-use super::sentence::crc32;
+use super::motion;
+use super::sentence::{ParseError, crc32};
 use crate::config::ConfigError;
+use crate::drive::Reading;
 use crate::scan::settings::Settings;
 
 /// Longest command line, bytes.
@@ -48,6 +51,8 @@ pub enum Command<'a> {
     Get(&'static str),
     /// Change one setting.
     Set(&'static str, &'a str),
+    /// The chair's motion.
+    Motion(Reading),
 }
 
 /// Diagnostic values that `get` reads.
@@ -87,6 +92,7 @@ impl Command<'_> {
             Command::SelfTest => "selftest",
             Command::GetAll | Command::Get(_) | Command::Measure(_) => "get",
             Command::Set(..) => "set",
+            Command::Motion(_) => "MOTION",
         }
     }
 }
@@ -107,9 +113,17 @@ fn bad(command: &'static str, field: &'static str, expected: &'static str) -> Ba
 
 /// Parses one line without its end.
 pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
-    let mut words = unframe(line)?
-        .split([',', ' '])
-        .filter(|word| !word.is_empty());
+    let body = unframe(line)?;
+    if is_motion(line) {
+        return motion::parse(body).map(Command::Motion).map_err(|error| {
+            let field = match error {
+                ParseError::Field(field) => field,
+                ParseError::Frame | ParseError::Crc => "frame",
+            };
+            bad("MOTION", field, "a motion sentence's field")
+        });
+    }
+    let mut words = body.split([',', ' ']).filter(|word| !word.is_empty());
     let command = match words.next() {
         Some("start") => Command::Start,
         Some("stop") => Command::Stop,
@@ -139,6 +153,11 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         None => Ok(command),
         Some(_) => Err(bad(command.word(), "arguments", "no more of them")),
     }
+}
+
+/// Whether a line is a motion sentence, a damaged one perhaps: it comes too often to be answered.
+pub fn is_motion(line: &str) -> bool {
+    line.starts_with(motion::PREFIX)
 }
 
 fn known_key(command: &'static str, key: &str) -> Result<&'static str, BadCommand> {

@@ -1,7 +1,8 @@
-//! Sentences out, commands in: everything that travels over the report UART.
+//! Sentences out, commands and motion in: everything that travels over the report UART.
 
 pub mod command;
 pub mod crc;
+pub mod motion;
 pub mod sentence;
 
-pub use sentence::{Line, ParseError, ScanLine, Sentence, StepLine, Tenths};
+pub use sentence::{Line, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths};

@@ -7,10 +7,11 @@
 //!
 //! | sentence | fields |
 //! |---|---|
-//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence |
+//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence; maybes |
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
+//! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
 //! | `BOOT` | version; git revision; reset cause; clock |
-//! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+` |
+//! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot |
 //! | `CONF` | key; value |
 //! | `DONE` | command |
 //! | `FAIL` | command or `-`; field or `-`; what was expected |
@@ -19,16 +20,24 @@
 //! Lengths are millimetres with one decimal; a field without a value (the last step's tread depth)
 //! is empty. The horizon is how far the answer vouches for itself, from the mirror; the confidence is
 //! the probability that nothing is wrong up to there (or over the first metre, if that is farther), in
-//! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN` and then its `STEP`s, nearest first; they hold no time and no
+//! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN`, then its `STEP`s, then its
+//! `MAYBE`s (what may stand there though the answer does not hold it, with its probability in per
+//! cent; a negative height: the ground may end), each nearest first; they hold no time and no
 //! clock, so that the same chirps give the same bytes everywhere.
 //!
 //! Numbers are written digit by digit rather than through `core::fmt`, which would be the largest
 //! thing in the image and brings panics that no one can reach but everyone must link.
 
-use core::fmt;
+mod fields;
+mod lines;
+mod writer;
 
 use super::crc::CRC32;
-use crate::answer::{Direction, Outcome, Reason, Reasons, Status, Step};
+use crate::answer::{Direction, Outcome, Reason, Reasons, Status};
+pub(super) use fields::Fields;
+pub use fields::ParseError;
+pub use lines::{MaybeLine, ScanLine, StepLine};
+pub(super) use writer::Writer;
 
 /// Longest sentence with its line end, bytes.
 pub const MAX_SENTENCE: usize = 224;
@@ -60,88 +69,6 @@ impl Tenths {
     }
 }
 
-/// One step as its sentence carries it.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct StepLine {
-    /// Number of the scan.
-    pub scan: u32,
-    /// Index of the step, from 1.
-    pub index: u8,
-    /// Number of steps of the scan.
-    pub count: u8,
-    /// Horizontal distance from the mirror's centre, negative behind it.
-    pub distance: Tenths,
-    /// Height above the ground.
-    pub height: Tenths,
-    /// Depth of the tread.
-    pub tread: Option<Tenths>,
-    /// Height of the riser.
-    pub riser: Option<Tenths>,
-    /// Standard deviation of the distance.
-    pub distance_sigma: Tenths,
-    /// Standard deviation of the height.
-    pub height_sigma: Tenths,
-    /// How much of the step was seen, 0…100.
-    pub quality: u8,
-}
-
-impl StepLine {
-    /// The sentence of `step`.
-    pub fn new(scan: u32, index: u8, count: u8, step: &Step) -> Self {
-        Self {
-            scan,
-            index,
-            count,
-            distance: Tenths::from_metres(step.distance_m),
-            height: Tenths::from_metres(step.height_m),
-            tread: step.tread_m.map(Tenths::from_metres),
-            riser: step.riser_m.map(Tenths::from_metres),
-            distance_sigma: Tenths::from_metres(step.distance_sigma_m),
-            height_sigma: Tenths::from_metres(step.height_sigma_m),
-            quality: step.quality.min(100),
-        }
-    }
-}
-
-/// The head of a scan's answer.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ScanLine {
-    /// Number of the scan since boot, from 1.
-    pub scan: u32,
-    /// What the answer is worth.
-    pub status: Status,
-    /// Where the stairs lead.
-    pub direction: Direction,
-    /// Number of `STEP` sentences that follow.
-    pub steps: u8,
-    /// Rows whose chirp was lost.
-    pub lost_rows: u16,
-    /// Why it is not `ok`, and what is weak where it is.
-    pub reasons: Reasons,
-    /// How far the answer vouches for itself, from the mirror.
-    pub horizon: Option<Tenths>,
-    /// How likely nothing is wrong up to there, tenths of a per cent.
-    pub confidence: Option<u16>,
-}
-
-impl ScanLine {
-    /// The head of an answer to scan number `scan`.
-    pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome) -> Self {
-        let told = outcome.status != Status::Fault;
-        let permille = |p: f32| (1000.0 * p + 0.5) as u16;
-        Self {
-            scan,
-            status: outcome.status,
-            direction: outcome.direction,
-            steps: if told { outcome.steps.len() as u8 } else { 0 },
-            lost_rows,
-            reasons: outcome.reasons,
-            horizon: outcome.horizon_m.filter(|_| told).map(Tenths::from_metres),
-            confidence: outcome.confidence.filter(|_| told).map(permille),
-        }
-    }
-}
-
 /// Any sentence; text is borrowed from the line it was parsed from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Sentence<'a> {
@@ -149,6 +76,8 @@ pub enum Sentence<'a> {
     Scan(ScanLine),
     /// One step of a scan.
     Step(StepLine),
+    /// What may stand there though the answer does not hold it.
+    Maybe(MaybeLine),
     /// First sentence after boot.
     Boot {
         /// Version of the firmware.
@@ -172,6 +101,10 @@ pub enum Sentence<'a> {
         estimator: &'a str,
         /// What is wrong at present.
         reasons: Reasons,
+        /// What the motion input is.
+        motion: &'a str,
+        /// Motion sentences since boot that were not as they should be, or missing too long.
+        motion_faults: u16,
     },
     /// One value of the configuration.
     Config {
@@ -223,130 +156,13 @@ impl Direction {
     }
 }
 
-/// Builds one line field by field. A line that would grow too long is cut, never broken: the CRC
-/// still closes what is there.
-struct Writer {
-    line: Line,
-}
-
-impl Writer {
-    /// Room kept for `*`, the CRC and the line end.
-    const TAIL: usize = 11;
-    /// Room kept for horizon and confidence, which follow a scan's reasons.
-    const AFTER_REASONS: usize = 20;
-
-    fn new(name: &str) -> Self {
-        let mut writer = Self { line: Line::new() };
-        writer.raw(PREFIX);
-        writer.raw(name);
-        writer
-    }
-
-    fn push(&mut self, c: char) {
-        if self.line.len() + Self::TAIL < MAX_SENTENCE {
-            let _ = self.line.push(c);
-        }
-    }
-
-    fn raw(&mut self, text: &str) {
-        text.chars().for_each(|c| self.push(c));
-    }
-
-    /// Free text: whatever would break the sentence's frame becomes a space.
-    fn text(mut self, text: &str) -> Self {
-        self.push(',');
-        for c in text.chars() {
-            let plain = (' '..='~').contains(&c) && !matches!(c, ',' | '*' | '$');
-            self.push(if plain { c } else { ' ' });
-        }
-        self
-    }
-
-    fn digits(&mut self, mut value: u32) {
-        let mut reversed = [b'0'; 10];
-        let mut count = 0;
-        for slot in &mut reversed {
-            *slot = b'0' + (value % 10) as u8;
-            value /= 10;
-            count += 1;
-            if value == 0 {
-                break;
-            }
-        }
-        for &digit in reversed.iter().take(count).rev() {
-            self.push(char::from(digit));
-        }
-    }
-
-    fn number(mut self, value: u32) -> Self {
-        self.push(',');
-        self.digits(value);
-        self
-    }
-
-    fn length(mut self, value: Option<Tenths>) -> Self {
-        self.push(',');
-        if let Some(Tenths(tenths)) = value {
-            if tenths < 0 {
-                self.push('-');
-            }
-            let magnitude = tenths.unsigned_abs();
-            self.digits(magnitude / 10);
-            self.push('.');
-            self.digits(magnitude % 10);
-        }
-        self
-    }
-
-    fn reasons(mut self, reasons: Reasons) -> Self {
-        self.push(',');
-        let mut first = true;
-        for reason in reasons.iter() {
-            // What follows must find room, too: the rarest reasons stand last.
-            let length = self.line.len() + 1 + reason.as_str().len();
-            if length + Self::AFTER_REASONS + Self::TAIL > MAX_SENTENCE {
-                break;
-            }
-            if !first {
-                self.push('+');
-            }
-            first = false;
-            self.raw(reason.as_str());
-        }
-        self
-    }
-
-    fn finish(mut self) -> Line {
-        let crc = crc32(self.line.get(1..).unwrap_or(""));
-        let _ = self.line.push('*');
-        for shift in (0..8).rev() {
-            let digit = (crc >> (4 * shift)) & 15;
-            let _ = self.line.push(
-                char::from_digit(digit, 16)
-                    .unwrap_or('0')
-                    .to_ascii_uppercase(),
-            );
-        }
-        let _ = self.line.push_str("\r\n");
-        self.line
-    }
-}
-
 impl Sentence<'_> {
     /// The line, with its CRC and line end.
     pub fn write(&self) -> Line {
         match *self {
-            Sentence::Scan(s) => Writer::new("SCAN")
-                .number(s.scan)
-                .text(s.status.as_str())
-                .text(s.direction.as_str())
-                .number(u32::from(s.steps))
-                .number(u32::from(s.lost_rows))
-                .reasons(s.reasons)
-                .length(s.horizon)
-                .length(s.confidence.map(|tenths| Tenths(tenths.into())))
-                .finish(),
-            Sentence::Step(s) => write_step(&s),
+            Sentence::Scan(s) => s.write(),
+            Sentence::Step(s) => s.write(),
+            Sentence::Maybe(m) => m.write(),
             Sentence::Boot {
                 version,
                 revision,
@@ -364,12 +180,16 @@ impl Sentence<'_> {
                 scans,
                 estimator,
                 reasons,
+                motion,
+                motion_faults,
             } => Writer::new("STAT")
                 .text(state)
                 .text(clock)
                 .number(scans)
                 .text(estimator)
                 .reasons(reasons)
+                .text(motion)
+                .number(motion_faults.into())
                 .finish(),
             Sentence::Config { key, value } => Writer::new("CONF").text(key).text(value).finish(),
             Sentence::Done { command } => Writer::new("DONE").text(command).finish(),
@@ -413,13 +233,14 @@ impl Sentence<'_> {
         if sum.len() != 8 || u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
             return Err(ParseError::Crc);
         }
-        let mut fields = Fields(body.split(','));
+        let mut fields = Fields(body.split([',']));
         if fields.0.next() != Some("PSTR") {
             return Err(ParseError::Frame);
         }
         let sentence = match fields.text("name")? {
-            "SCAN" => Sentence::Scan(parse_scan(&mut fields)?),
-            "STEP" => Sentence::Step(parse_step(&mut fields)?),
+            "SCAN" => Sentence::Scan(ScanLine::parse(&mut fields)?),
+            "STEP" => Sentence::Step(StepLine::parse(&mut fields)?),
+            "MAYBE" => Sentence::Maybe(MaybeLine::parse(&mut fields)?),
             "BOOT" => Sentence::Boot {
                 version: fields.text("version")?,
                 revision: fields.text("revision")?,
@@ -432,6 +253,8 @@ impl Sentence<'_> {
                 scans: fields.number("scans")?,
                 estimator: fields.text("estimator")?,
                 reasons: fields.reasons("reasons")?,
+                motion: fields.text("motion")?,
+                motion_faults: fields.number("motion-faults")?,
             },
             "CONF" => Sentence::Config {
                 key: fields.text("key")?,
@@ -457,160 +280,30 @@ impl Sentence<'_> {
     }
 }
 
-fn write_step(s: &StepLine) -> Line {
-    Writer::new("STEP")
-        .number(s.scan)
-        .number(u32::from(s.index))
-        .number(u32::from(s.count))
-        .length(Some(s.distance))
-        .length(Some(s.height))
-        .length(s.tread)
-        .length(s.riser)
-        .length(Some(s.distance_sigma))
-        .length(Some(s.height_sigma))
-        .number(u32::from(s.quality))
-        .finish()
-}
-
-fn parse_scan(fields: &mut Fields<'_>) -> Result<ScanLine, ParseError> {
-    Ok(ScanLine {
-        scan: fields.number("scan")?,
-        status: fields.word(
-            "status",
-            &[Status::Ok, Status::Degraded, Status::Fault],
-            |s| s.as_str(),
-        )?,
-        direction: fields.word(
-            "direction",
-            &[Direction::None, Direction::Up, Direction::Down],
-            |d| d.as_str(),
-        )?,
-        steps: fields.number("steps")?,
-        lost_rows: fields.number("lost-rows")?,
-        reasons: fields.reasons("reasons")?,
-        horizon: fields.length("horizon")?,
-        confidence: match fields.length("confidence")? {
-            None => None,
-            Some(Tenths(tenths @ 0..=1000)) => Some(tenths as u16),
-            Some(_) => return Err(ParseError::Field("confidence")),
-        },
-    })
-}
-
-fn parse_step(fields: &mut Fields<'_>) -> Result<StepLine, ParseError> {
-    let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
-    Ok(StepLine {
-        scan: fields.number("scan")?,
-        index: fields.number("index")?,
-        count: fields.number("count")?,
-        distance: fields.length("distance").and_then(absent("distance"))?,
-        height: fields.length("height").and_then(absent("height"))?,
-        tread: fields.length("tread")?,
-        riser: fields.length("riser")?,
-        distance_sigma: fields
-            .length("distance-sigma")
-            .and_then(absent("distance-sigma"))?,
-        height_sigma: fields
-            .length("height-sigma")
-            .and_then(absent("height-sigma"))?,
-        quality: fields.number("quality")?,
-    })
-}
-
-/// Why a line is no sentence.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum ParseError {
-    /// It does not begin with `$PSTR` or has no `*`.
-    Frame,
-    /// Its CRC-32 does not fit.
-    Crc,
-    /// This field is missing or not what it should be.
-    Field(&'static str),
-}
-
-impl fmt::Display for ParseError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self {
-            ParseError::Frame => f.write_str("not a $PSTR sentence"),
-            ParseError::Crc => f.write_str("CRC-32 does not fit"),
-            ParseError::Field(field) => write!(f, "field {field} is missing or malformed"),
-        }
+/// Sentence `k` (from 0) of a scan: its head, its steps, what else may stand there; none beyond the
+/// last.
+pub fn of_scan(scan: u32, lost_rows: u16, outcome: &Outcome, k: u8) -> Option<Sentence<'static>> {
+    let head = ScanLine::new(scan, lost_rows, outcome);
+    let Some(step) = k.checked_sub(1) else {
+        return Some(Sentence::Scan(head));
+    };
+    if let Some(maybe) = step.checked_sub(head.steps) {
+        let told = outcome.maybes.get(usize::from(maybe));
+        let told = told.filter(|_| maybe < head.maybes)?;
+        let line = MaybeLine::new(scan, maybe.saturating_add(1), head.maybes, told);
+        return Some(Sentence::Maybe(line));
     }
-}
-
-impl core::error::Error for ParseError {}
-
-/// The fields of one sentence, taken from the left.
-struct Fields<'a>(core::str::Split<'a, char>);
-
-impl<'a> Fields<'a> {
-    fn text(&mut self, field: &'static str) -> Result<&'a str, ParseError> {
-        self.0.next().ok_or(ParseError::Field(field))
-    }
-
-    fn number<T: core::str::FromStr>(&mut self, field: &'static str) -> Result<T, ParseError> {
-        self.text(field)?
-            .parse()
-            .map_err(|_| ParseError::Field(field))
-    }
-
-    fn word<T: Copy>(
-        &mut self,
-        field: &'static str,
-        all: &[T],
-        name: impl Fn(T) -> &'static str,
-    ) -> Result<T, ParseError> {
-        let text = self.text(field)?;
-        all.iter()
-            .copied()
-            .find(|&t| name(t) == text)
-            .ok_or(ParseError::Field(field))
-    }
-
-    fn length(&mut self, field: &'static str) -> Result<Option<Tenths>, ParseError> {
-        let text = self.text(field)?;
-        if text.is_empty() {
-            return Ok(None);
-        }
-        let malformed = ParseError::Field(field);
-        let (sign, digits) = match text.strip_prefix('-') {
-            Some(rest) => (-1, rest),
-            None => (1, text),
-        };
-        let (whole, tenth) = digits.split_once('.').ok_or(malformed)?;
-        if tenth.len() != 1
-            || whole.is_empty()
-            || !digits.bytes().all(|b| b.is_ascii_digit() || b == b'.')
-        {
-            return Err(malformed);
-        }
-        let whole: i32 = whole.parse().map_err(|_| malformed)?;
-        let tenth: i32 = tenth.parse().map_err(|_| malformed)?;
-        let value = whole
-            .checked_mul(10)
-            .and_then(|v| v.checked_add(tenth))
-            .ok_or(malformed)?;
-        Ok(Some(Tenths(sign * value)))
-    }
-
-    fn reasons(&mut self, field: &'static str) -> Result<Reasons, ParseError> {
-        let text = self.text(field)?;
-        let mut reasons = Reasons::NONE;
-        for word in text.split('+').filter(|w| !w.is_empty()) {
-            let reason = Reason::ALL.iter().find(|r| r.as_str() == word);
-            reasons.add(*reason.ok_or(ParseError::Field(field))?);
-        }
-        Ok(reasons)
-    }
+    let told = outcome.steps.get(usize::from(step))?;
+    Some(Sentence::Step(StepLine::new(scan, k, head.steps, told)))
 }
 
 /// Hands the sentences of one scan to `sink`, in order.
 pub fn write_scan(scan: u32, lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
-    let head = ScanLine::new(scan, lost_rows, outcome);
-    let count = head.steps;
-    sink(&Sentence::Scan(head).write());
-    for (index, step) in (1..=count).zip(&outcome.steps) {
-        sink(&Sentence::Step(StepLine::new(scan, index, count, step)).write());
+    for k in 0..=u8::MAX {
+        match of_scan(scan, lost_rows, outcome, k) {
+            Some(sentence) => sink(&sentence.write()),
+            None => return,
+        }
     }
 }
 

@@ -3,6 +3,7 @@
 use crate::Iq;
 use crate::answer::Outcome;
 use crate::config::{Config, ConfigError};
+use crate::drive::Drive;
 
 /// From samples to steps: what a scan does with its chirps.
 ///
@@ -17,8 +18,12 @@ pub trait DataPath {
     fn row(&mut self, row: u16);
     /// Row `row` will not come.
     fn lost(&mut self, row: u16);
-    /// The steps, after the last row.
-    fn finish(&mut self) -> Outcome;
+    /// The steps, after the last row, with what is known of the chair's motion meanwhile.
+    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome;
+    /// The same for a chair that is known to stand.
+    fn finish(&mut self) -> Outcome {
+        self.conclude(&Drive::STANDING)
+    }
     /// Whether a known-answer chirp comes out of the arithmetic as it must.
     fn self_test(&mut self) -> bool;
 }
@@ -41,8 +46,8 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
         (**self).lost(row);
     }
 
-    fn finish(&mut self) -> Outcome {
-        (**self).finish()
+    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
+        (**self).conclude(drive)
     }
 
     fn self_test(&mut self) -> bool {

@@ -26,12 +26,15 @@
 //! | `retries` | | further triggers for a row whose chirp was lost |
 //! | `max-lost` | rows | more make the scan a fault |
 //! | `fault-hold` | µs | from a fault to the next self-test |
+//! | `motion` | `auto`, `required`, `standing` | what holds without motion input ([`crate::drive`]) |
+//! | `chirp-duration` | µs | of a chirp's sweep, for what motion does to a range |
 //! | `home-angle` | 0.001° | shaft angle of the home switch |
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
 //! | `acceleration` | microsteps/s² | of moves |
 
 use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule};
 use crate::config::{Config, ConfigError, EstimatorKind, Plane, Spread, check};
+use crate::drive;
 use crate::grid::BinWindow;
 use crate::grid::MAX_CELLS;
 
@@ -56,6 +59,8 @@ pub struct Timing {
     pub max_lost: u16,
     /// From a fault to the next self-test, microseconds.
     pub fault_hold: u32,
+    /// Duration of a chirp's sweep, microseconds.
+    pub chirp_duration: u32,
 }
 
 impl Default for Timing {
@@ -70,6 +75,8 @@ impl Default for Timing {
             // A tenth of the paper's 281 rows.
             max_lost: 28,
             fault_hold: 2_000_000,
+            // 200 samples at 200 kHz, as in the recordings.
+            chirp_duration: 1_000,
         }
     }
 }
@@ -123,6 +130,8 @@ pub struct Settings {
     pub motor: MotorConfig,
     /// Which way the mirror sweeps.
     pub sweeping: Sweeping,
+    /// What holds without motion input.
+    pub motion: drive::Mode,
 }
 
 /// A value that is one of a few words.
@@ -165,6 +174,15 @@ impl Word for Sweeping {
     const EXPECTED: &'static str = "both or down or up";
 }
 
+impl Word for drive::Mode {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("auto", drive::Mode::Auto),
+        ("required", drive::Mode::Required),
+        ("standing", drive::Mode::Standing),
+    ];
+    const EXPECTED: &'static str = "auto or required or standing";
+}
+
 /// One setting while it is read or written.
 enum Slot<'a> {
     U8(&'a mut u8),
@@ -176,6 +194,7 @@ enum Slot<'a> {
     Plane(&'a mut Plane),
     Spread(&'a mut Spread),
     Sweeping(&'a mut Sweeping),
+    Motion(&'a mut drive::Mode),
     Estimator(&'a mut EstimatorKind),
     /// What the radar module says.
     ReadOnly(u32),
@@ -239,6 +258,7 @@ impl Slot<'_> {
             Slot::Plane(v) => word(v.word()),
             Slot::Spread(v) => word(v.word()),
             Slot::Sweeping(v) => word(v.word()),
+            Slot::Motion(v) => word(v.word()),
             Slot::Estimator(v) => word(v.as_str()),
             Slot::ReadOnly(v) => number(i64::from(*v)),
         }
@@ -259,6 +279,7 @@ impl Slot<'_> {
             Slot::Plane(v) => write_word(v, field, text),
             Slot::Spread(v) => write_word(v, field, text),
             Slot::Sweeping(v) => write_word(v, field, text),
+            Slot::Motion(v) => write_word(v, field, text),
             Slot::Estimator(v) => {
                 let expected = "the name of an estimator";
                 *v = EstimatorKind::from_name(text).ok_or(ConfigError { field, expected })?;
@@ -306,6 +327,8 @@ impl Settings {
         "retries",
         "max-lost",
         "fault-hold",
+        "motion",
+        "chirp-duration",
         "home-angle",
         "speed",
         "acceleration",
@@ -346,6 +369,8 @@ impl Settings {
             "retries" => Slot::U8(&mut timing.retries),
             "max-lost" => Slot::U16(&mut timing.max_lost),
             "fault-hold" => Slot::U32(&mut timing.fault_hold),
+            "motion" => Slot::Motion(&mut self.motion),
+            "chirp-duration" => Slot::U32(&mut timing.chirp_duration),
             "home-angle" => Slot::I32(&mut motor.home_angle),
             "speed" => Slot::U32(&mut motor.speed),
             "acceleration" => Slot::U32(&mut motor.acceleration),
@@ -420,6 +445,11 @@ impl Settings {
                 "100 to 600000000 microseconds",
             )?;
         }
+        check(
+            (1..=1_000_000).contains(&timing.chirp_duration),
+            "chirp-duration",
+            "1 to 1000000 microseconds",
+        )?;
         check(timing.retries <= 10, "retries", "0 to 10")
     }
 

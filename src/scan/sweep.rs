@@ -56,6 +56,8 @@ pub struct Sweep {
     streak: u16,
     /// A row whose samples have come and are not worked off yet.
     pending: Option<u16>,
+    /// A row that has just been triggered, and when.
+    fired: Option<(u16, Micros)>,
     deadline: Micros,
 }
 
@@ -100,6 +102,7 @@ impl Sweep {
             lost: 0,
             streak: 0,
             pending: None,
+            fired: None,
             deadline: now,
         };
         sweep.start_move(now, mirror);
@@ -115,6 +118,11 @@ impl Sweep {
     /// What the radar module said at the beginning of this scan.
     pub fn settings(&self) -> &Settings {
         &self.settings
+    }
+
+    /// The row that was triggered since the last call, and when.
+    pub fn fired(&mut self) -> Option<(u16, Micros)> {
+        self.fired.take()
     }
 
     /// Row that is due, in the order of the map.
@@ -148,6 +156,7 @@ impl Sweep {
     fn trigger(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarLink) {
         let timeout = self.settings.timing.chirp_timeout;
         link.trigger(now, shaft_angle(mirror.position()), timeout);
+        self.fired = Some((self.row(), now));
         self.at = RowState::Receive;
         self.deadline = now.plus(timeout).plus(MARGIN_US);
     }

@@ -19,8 +19,7 @@ mod image {
     use stairscan::Iq;
     use stairscan::answer::Outcome;
     use stairscan::config::{Config, MAX_SAMPLES};
-    use stairscan::estimator::Estimator;
-    use stairscan::flight::Likelihood;
+    use stairscan::drive::Drive;
     use stairscan::grid::{BinWindow, Row};
     use stairscan::observer::{Event, Observer};
     use stairscan::pipeline::Pipeline;
@@ -159,7 +158,6 @@ mod image {
 
     static mut PIPELINE: Pipeline = Pipeline::new();
     static mut RANGE: RangeProcessor = RangeProcessor::idle();
-    static mut ESTIMATOR: Likelihood = Likelihood::new();
 
     /// Takes the time of each stage after the last row.
     struct Laps<'c> {
@@ -191,7 +189,6 @@ mod image {
             State {
                 pipeline: &mut *addr_of_mut!(PIPELINE),
                 range: &mut *addr_of_mut!(RANGE),
-                estimator: &mut *addr_of_mut!(ESTIMATOR),
             }
         };
         let Some(mut file) = HostFile::open(c"scans") else {
@@ -203,11 +200,10 @@ mod image {
         }
     }
 
-    /// The scan state; beside it range processing and estimator once more, to be counted alone.
+    /// The scan state; beside it range processing once more, to be counted alone.
     struct State {
         pipeline: &'static mut Pipeline,
         range: &'static mut RangeProcessor,
-        estimator: &'static mut Likelihood,
     }
 
     /// One scan: `scan CHIRP ROW POST …`, the worst of its chirps (samples to row of the map), the
@@ -215,16 +211,11 @@ mod image {
     /// last byte of the report, and each stage of that: the estimator's, and the report.
     #[inline(never)]
     fn scan(counter: &mut Counter, state: &mut State, config: &Config, file: &mut HostFile) {
-        let State {
-            pipeline,
-            range,
-            estimator,
-        } = state;
+        let State { pipeline, range } = state;
         let ready = pipeline.begin(config, 1).is_ok()
             && range
                 .configure(&config.radar, &config.mount, &config.cfar)
                 .is_ok();
-        estimator.begin(pipeline.map());
         let (mut worst_chirp, mut worst_row) = (0, 0);
         let (mut cells, mut mask) = ([0; 256], [0; 8]);
         let bins = usize::from(range.kept().count);
@@ -246,17 +237,17 @@ mod image {
             worst_chirp = worst_chirp.max(chirp);
             let ((), count) = counter.once(|| pipeline.row(k));
             worst_row = worst_row.max(count);
-            estimator.row(pipeline.map(), k.into());
         }
-        let ((), post) = counter.once(|| report(&pipeline.finish()));
+        let mut since = counter.now();
         let mut laps = Laps {
-            since: counter.now(),
+            since,
             counter,
             counts: [0; 3],
         };
-        let outcome = estimator.finish(pipeline.map(), config, 1, &mut laps);
+        let outcome = pipeline.conclude_observed(&Drive::STANDING, &mut laps);
         let [echoes, search, dimensions] = laps.counts;
         let ((), report) = counter.once(|| report(&outcome));
+        let post = counter.lap(&mut since);
         hprintln!(
             "scan {} {} {} {} {} {} {}",
             worst_chirp,

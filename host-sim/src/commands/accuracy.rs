@@ -1,14 +1,17 @@
 //! `accuracy`: the estimators on random scenes of the project's own simulator.
 
+mod reliability;
+
 use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
+use serde_json::{Value, json};
 use stairscan::config::{Config, EstimatorKind};
 
-use super::{emit, progress};
+use super::{Format, emit, progress};
 use crate::replay::{self, Options};
 use crate::scene::command::random_scan;
 use crate::scene::random::Kind;
@@ -31,6 +34,9 @@ pub struct Args {
     /// look at
     #[arg(long)]
     list: bool,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
 }
 
 /// The answers of one estimator to all scenes of one kind.
@@ -123,40 +129,85 @@ pub fn heading(draw: Draw, scenes: Option<u64>) -> String {
     )
 }
 
+/// The answers of one estimator, summed up.
+struct Sums {
+    estimator: EstimatorKind,
+    /// By kind of scene, with the heights that do no harm.
+    kinds: Vec<(Kind, SetScore, Share)>,
+    /// All kinds together.
+    all: SetScore,
+}
+
+/// The answers of every estimator, summed up.
+fn sums(rows: &[Row]) -> impl Iterator<Item = Sums> {
+    EstimatorKind::ALL.iter().map(|&estimator| {
+        let rows = || rows.iter().filter(|row| row.estimator == estimator);
+        let sum = |row: &Row| {
+            let set = SetScore::new(&row.kind.to_string(), row.scenes.iter());
+            (row.kind, set, harmless(&row.scenes))
+        };
+        Sums {
+            estimator,
+            kinds: rows().map(sum).collect(),
+            all: SetScore::new("all", rows().flat_map(|row| &row.scenes)),
+        }
+    })
+}
+
 /// Heading and tables.
 pub fn report(draw: Draw, scenes: Option<u64>, rows: &[Row]) -> String {
     let mut out = heading(draw, scenes);
-    for &estimator in EstimatorKind::ALL {
-        let rows = || rows.iter().filter(|row| row.estimator == estimator);
-        let sets: Vec<(Kind, SetScore, Share)> = rows()
-            .map(|row| {
-                let set = SetScore::new("", row.scenes.iter());
-                (row.kind, set, harmless(&row.scenes))
-            })
-            .collect();
+    for Sums {
+        estimator,
+        kinds,
+        all,
+    } in sums(rows)
+    {
         let _ = write!(
             out,
-            "\n## Estimator `{}`\n\n### Answers\n\n{}\n### Steps\n\n{}",
+            "\n## Estimator `{}`\n\n### Answers\n\n{}\n### Reliability\n\n{}\n### Steps\n\n{}",
             estimator.as_str(),
-            answers(&sets),
-            steps(&sets)
+            answers(&kinds),
+            reliability::tables(&kinds, &all),
+            steps(&kinds)
         );
     }
     out
+}
+
+/// The same figures as one JSON object.
+pub fn report_json(draw: Draw, rows: &[Row]) -> Value {
+    let estimator = |sums: Sums| {
+        let kind = |(_, set, harmless): &(Kind, SetScore, Share)| {
+            let mut kind = set.json();
+            kind["height_harmless_or_within_2_sigma"] = harmless.json();
+            kind
+        };
+        json!({
+            "estimator": sums.estimator.as_str(),
+            "kinds": sums.kinds.iter().map(kind).collect::<Vec<_>>(),
+            "all": sums.all.json(),
+        })
+    };
+    json!({
+        "draw": draw.as_str(),
+        "first_seed": draw.seeds().start,
+        "estimators": sums(rows).map(estimator).collect::<Vec<_>>(),
+    })
 }
 
 /// What is said of whole scenes.
 fn answers(sets: &[(Kind, SetScore, Share)]) -> String {
     let mut out = String::from(
         "| scenes | exact | false stairs | false steps | missed steps | of 15 dB and more | `ok` \
-         | `ok` of what is not wrong | `ok` and wrong, of `ok` | covered | `ok` / `degraded` / `fault` |\n\
-         |---|---|---|---|---|---|---|---|---|---|---|\n",
+         | `ok` of what is not wrong | `ok` and wrong, of `ok` | median horizon of an `ok` | covered | `ok` / `degraded` / `fault` |\n\
+         |---|---|---|---|---|---|---|---|---|---|---|---|\n",
     );
     for (kind, set, _) in sets {
         let [ok, degraded, fault] = set.status;
         let _ = writeln!(
             out,
-            "| {kind} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {ok} / {degraded} / {fault} |",
+            "| {kind} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {} | {ok} / {degraded} / {fault} |",
             set.exact.full(),
             set.false_stairs.full(),
             set.invented,
@@ -165,6 +216,7 @@ fn answers(sets: &[(Kind, SetScore, Share)]) -> String {
             set.ok.full(),
             set.ok_of_right.full(),
             set.ok_and_wrong.full(),
+            reliability::horizon(set),
             set.covered.full(),
         );
     }
@@ -226,7 +278,30 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Draw::Tuning
     );
     let rows = measure(args.draw, args.scenes)?;
-    let mut out = report(args.draw, args.scenes, &rows);
+    let out = match args.format {
+        Format::Text => text(args, &rows),
+        Format::Json => {
+            let mut out = report_json(args.draw, &rows);
+            if args.list {
+                let listed = rows.iter().map(|row| {
+                    json!({
+                        "estimator": row.estimator.as_str(),
+                        "kind": row.kind.to_string(),
+                        "scenes": score::confusions_json(&row.scenes),
+                    })
+                });
+                out["not_exact_or_wrong"] = listed.collect();
+            }
+            format!("{out}\n")
+        }
+    };
+    emit(&out);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The tables, and what is not exact or wrong if that is to be listed.
+fn text(args: &Args, rows: &[Row]) -> String {
+    let mut out = report(args.draw, args.scenes, rows);
     for row in rows.iter().filter(|_| args.list) {
         let _ = write!(
             out,
@@ -236,6 +311,5 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             score::confusions(&row.scenes)
         );
     }
-    emit(&out);
-    Ok(ExitCode::SUCCESS)
+    out
 }

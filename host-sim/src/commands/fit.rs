@@ -1,5 +1,5 @@
-//! `fit`: counts the verdict's hazards from simulated scans with known truth and writes the table
-//! that the firmware compiles.
+//! `fit`: counts the measurement model and the verdict's hazards from simulated scans with known
+//! truth and writes the tables that the firmware compiles.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,21 +10,24 @@ use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::Plane;
-use stairscan::params::hazard::{FEATURES, Weights};
+use stairscan::params::generative::Generative;
+use stairscan::params::hazard::{FEATURES, Map, Weights};
+use stairscan::params::measured;
 
 use super::{emit, progress};
 use crate::emulate::image::workspace;
 use crate::fit::logistic::Fit;
+use crate::fit::measurement::{self, Build};
 use crate::fit::{self, Lesson};
 use crate::recording::{self, Recording};
 use crate::scene::command::random_scan;
-use crate::scene::random::Kind;
+use crate::scene::random::{Kind, random_with};
 use crate::seeds::Draw;
 
 /// Scenes of each kind that hazards are counted from …
-const TRAINING: u64 = 160;
+const TRAINING: u64 = 100;
 /// … and that they are calibrated on.
-const CALIBRATION: u64 = 80;
+const CALIBRATION: u64 = 60;
 
 /// Arguments of `fit`.
 #[derive(clap::Args, Debug)]
@@ -39,9 +42,30 @@ pub struct Args {
     /// Write what was counted from, one JSON object a scan, to this file
     #[arg(long, value_name = "FILE")]
     dump: Option<PathBuf>,
-    /// Where to write the table; the firmware's source if not given
+    /// Where to write the hazards; the firmware's source if not given
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Where to write the measurement model; `measured.rs` beside the hazards if not given
+    #[arg(long, value_name = "FILE")]
+    measured: Option<PathBuf>,
+    /// Keep the measurement model as it is and count the hazards only
+    #[arg(long, conflicts_with = "measured")]
+    keep: bool,
+    /// Count the measurement model only
+    #[arg(long, conflicts_with = "keep")]
+    only_model: bool,
+}
+
+/// What there is to count from.
+/// A simulated scan, and how its stairs are built.
+type Sample = (Recording, Option<Build>);
+
+/// What is counted from.
+enum Source {
+    /// Scenes of every kind, simulated once: for training and for calibration.
+    Simulated([Vec<Sample>; 2]),
+    /// Recordings.
+    Recorded(Vec<PathBuf>),
 }
 
 /// What hazards are counted from, and what they are calibrated on.
@@ -52,10 +76,22 @@ struct Lessons {
 
 /// Counts, prints, writes.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let lessons = if args.on.is_empty() {
-        simulated(args.scenes)?
-    } else {
-        recorded(&args.on)?
+    let source = Source::new(args)?;
+    let output = match &args.output {
+        Some(path) => path.clone(),
+        None => workspace().join("src/params/fitted.rs"),
+    };
+    let model = match args.keep {
+        true => &measured::UP,
+        false => measurement_model(args, &source, &output)?,
+    };
+    if args.only_model {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let [training, calibration] = source.parts(|recording, _| fit::lesson(recording, model))?;
+    let lessons = Lessons {
+        training,
+        calibration,
     };
     if let Some(path) = &args.dump {
         dump(path, &lessons)?;
@@ -65,62 +101,111 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     emit(&format!(
         "depth plane\n{told_up}\nheight plane\n{told_down}"
     ));
-    let path = match &args.output {
-        Some(path) => path.clone(),
-        None => workspace().join("src/params/fitted.rs"),
-    };
-    std::fs::write(&path, fit::write(&up, &down)).with_context(|| path.display().to_string())?;
-    emit(&format!("written\n  {}\n", path.display()));
+    write(&output, &fit::write(&up, &down))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Lessons of simulated scenes of every kind.
-fn simulated(scenes: u64) -> Result<Lessons> {
-    let of = |draw: Draw, count: u64| -> Result<Vec<Lesson>> {
-        let seeds = || draw.seeds().take(count as usize);
-        let jobs: Vec<(Kind, u64)> = Kind::ALL
-            .iter()
-            .flat_map(|&kind| seeds().map(move |seed| (kind, seed)))
-            .collect();
-        let bar = progress(jobs.len() as u64);
-        let lessons: Result<Vec<Option<Lesson>>> = jobs
-            .par_iter()
-            .progress_with(bar.clone())
-            .map(|&(kind, seed)| fit::lesson(&random_scan(kind, kind.variety(), seed)?))
-            .collect();
-        bar.finish_and_clear();
-        Ok(lessons?.into_iter().flatten().collect())
-    };
-    Ok(Lessons {
-        training: of(Draw::Tuning, scenes)?,
-        calibration: of(Draw::Validation, scenes * CALIBRATION / TRAINING)?,
-    })
+/// Counts, prints and writes the measurement model.
+fn measurement_model(args: &Args, source: &Source, output: &Path) -> Result<&'static Generative> {
+    let [training, held_back] = source.parts(fit::sighting)?;
+    let measured = measurement::measure(&training);
+    let mut told = format!("measurement model: {} scans\n", measured.scans);
+    for (k, likelihood) in measured.rounds.iter().enumerate() {
+        let _ = writeln!(told, "  round {k}: log-likelihood {likelihood:.3} a scan");
+    }
+    told.push_str(&measurement::print(&measured.numbers));
+    for (name, table) in [("compiled", &measured::UP), ("counted", &measured.table)] {
+        let c = measurement::contrast(&held_back, table);
+        let _ = writeln!(
+            told,
+            "{name}: {} scans held back: log-likelihood {:.3}; cost against nothing {:.4}, the last \
+             step less {:.4}, one more {:.4}, an odd rise {:.4}",
+            c.scans, c.truth, c.cost[0], c.cost[1], c.cost[2], c.cost[3]
+        );
+    }
+    emit(&told);
+    let path = args
+        .measured
+        .clone()
+        .unwrap_or_else(|| output.with_file_name("measured.rs"));
+    write(&path, &measurement::write(&measured.table))?;
+    // The estimators that the hazards are counted with keep it.
+    Ok(Box::leak(Box::new(measured.table)))
 }
 
-/// Lessons of recordings with truth.
-fn recorded(directories: &[PathBuf]) -> Result<Lessons> {
-    let mut paths = Vec::new();
-    for directory in directories {
-        paths.extend(recording::list(directory)?);
+fn write(path: &Path, text: &str) -> Result<()> {
+    std::fs::write(path, text).with_context(|| path.display().to_string())?;
+    emit(&format!("written\n  {}\n", path.display()));
+    Ok(())
+}
+
+impl Source {
+    fn new(args: &Args) -> Result<Self> {
+        if args.on.is_empty() {
+            let calibration = args.scenes * CALIBRATION / TRAINING;
+            return Ok(Self::Simulated([
+                simulated(Draw::Tuning, args.scenes)?,
+                simulated(Draw::Validation, calibration)?,
+            ]));
+        }
+        let mut paths = Vec::new();
+        for directory in &args.on {
+            paths.extend(recording::list(directory)?);
+        }
+        Ok(Self::Recorded(paths))
     }
-    let bar = progress(paths.len() as u64);
-    let lessons: Result<Vec<Option<Lesson>>> = paths
+
+    /// What `look` makes of each scan, for training and for calibration.
+    fn parts<R: Send>(
+        &self,
+        look: impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Send + Sync,
+    ) -> Result<[Vec<R>; 2]> {
+        let paths = match self {
+            Self::Simulated([training, calibration]) => {
+                let look = |samples: &Vec<Sample>| -> Result<Vec<R>> {
+                    let made = in_parallel(samples, |(recording, build)| look(recording, *build))?;
+                    Ok(made.into_iter().flatten().collect())
+                };
+                return Ok([look(training)?, look(calibration)?]);
+            }
+            Self::Recorded(paths) => paths,
+        };
+        let each = in_parallel(paths, |path| look(&Recording::read(path)?, None))?;
+        let mut parts = [Vec::new(), Vec::new()];
+        for (k, made) in each.into_iter().enumerate() {
+            parts[usize::from(k % 3 == 2)].extend(made);
+        }
+        Ok(parts)
+    }
+}
+
+/// Scenes of every kind, `count` of each.
+fn simulated(draw: Draw, count: u64) -> Result<Vec<Sample>> {
+    let seeds = || draw.seeds().take(count as usize);
+    let jobs: Vec<(Kind, u64)> = Kind::ALL
+        .iter()
+        .flat_map(|&kind| seeds().map(move |seed| (kind, seed)))
+        .collect();
+    let made = in_parallel(&jobs, |&(kind, seed)| {
+        let build = Build::of(&random_with(kind, kind.variety(), seed));
+        Ok(Some((random_scan(kind, kind.variety(), seed)?, build)))
+    })?;
+    Ok(made.into_iter().flatten().collect())
+}
+
+/// What `make` makes of each job, in their order.
+fn in_parallel<J: Sync, R: Send>(
+    jobs: &[J],
+    make: impl Fn(&J) -> Result<Option<R>> + Send + Sync,
+) -> Result<Vec<Option<R>>> {
+    let bar = progress(jobs.len() as u64);
+    let made = jobs
         .par_iter()
         .progress_with(bar.clone())
-        .map(|path| fit::lesson(&Recording::read(path)?))
+        .map(make)
         .collect();
     bar.finish_and_clear();
-    let mut parts = Lessons {
-        training: Vec::new(),
-        calibration: Vec::new(),
-    };
-    for (k, lesson) in lessons?.into_iter().enumerate() {
-        match k % 3 {
-            2 => parts.calibration.extend(lesson),
-            _ => parts.training.extend(lesson),
-        }
-    }
-    Ok(parts)
+    made
 }
 
 /// The weights of one plane, and what there is to say of them.
@@ -132,25 +217,32 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
     let hazards = fit::hazards(&training.iter().collect::<Vec<_>>());
     let mut weights = Weights {
         hazard: [0.0; FEATURES],
-        slope: 1.0,
-        offset: 0.0,
+        maps: [Map::IDENTITY; 2],
         ok_from: f32::INFINITY,
     };
     for (weight, &fitted) in weights.hazard.iter_mut().zip(&hazards.weights) {
         *weight = fitted as f32;
     }
-    let map = fit::calibration(&calibration.iter().collect::<Vec<_>>(), &weights);
-    if let [slope, offset] = map.weights[..] {
-        (weights.slope, weights.offset) = (slope as f32, offset as f32);
+    let mut maps = Vec::new();
+    let bare = weights.clone();
+    for (stairs, map) in [false, true].into_iter().zip(&mut weights.maps) {
+        let lessons: Vec<_> = calibration.iter().filter(|l| l.stairs == stairs).collect();
+        let counted = fit::calibration(&lessons, &bare);
+        if let [slope, offset] = counted.weights[..] {
+            (map.slope, map.offset) = (slope as f32, offset as f32);
+        }
+        maps.push((lessons.len(), counted));
     }
     let least = fit::threshold(&calibration.iter().collect::<Vec<_>>(), &weights);
     weights.ok_from = least.from;
     let mut told = format!(
-        "ok from {:.3} on: {} scans of common forms for calibration, {} of them wrong\n",
+        "ok from {:.3} on: {} scans for calibration, {} of them wrong\n",
         least.from, least.ok, least.wrong
     );
     table(&mut told, "hazard", training.len(), &hazards);
-    table(&mut told, "calibration", calibration.len(), &map);
+    for (scans, map) in &maps {
+        table(&mut told, "calibration", *scans, map);
+    }
     (weights, told)
 }
 

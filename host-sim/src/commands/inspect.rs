@@ -60,10 +60,11 @@ fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
             config,
             pipeline,
             answer,
+            drive,
             ..
         } = *scanned;
         let map = pipeline.map();
-        let inspection = Inspection::of(map, config, answer.scan.scan);
+        let inspection = Inspection::of(map, config, answer.scan.scan, &drive);
         match args.format {
             Format::Json => emit(&format!("{}\n", inspection.json(answer))),
             Format::Text => emit(&format!("{}\n{}\n", answer.name(), inspection.text())),
@@ -77,6 +78,7 @@ fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
                 map,
                 answer,
                 paper,
+                posterior: &inspection.view().posterior,
             };
             let file = dir.join(format!("{}-inspect.png", recording.name));
             drawn = plots::write_inspect(&file, &scan, inspection.view());

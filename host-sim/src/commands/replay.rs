@@ -4,10 +4,14 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Result;
+use stairscan::config::EstimatorKind;
+use stairscan::drive::Mode;
 
 use super::{Format, Settings, emit};
 use crate::answer::Answer;
-use crate::plots::{self, PaperView, ScanView};
+use crate::inspect::Inspection;
+use crate::motion::Fault;
+use crate::plots::{self, PaperView, PosteriorView, ScanView};
 use crate::recording::Recording;
 use crate::replay::{self, Scanned};
 
@@ -28,6 +32,13 @@ pub struct Args {
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
+    /// What holds without motion input: auto, required or standing; without it `standing` for a single
+    /// scan without motion keys and `auto` for all others
+    #[arg(long, value_parser = parse_mode)]
+    motion: Option<Mode>,
+    /// Spoil the motion sentences in this way
+    #[arg(long, value_enum)]
+    motion_fault: Option<Fault>,
     /// Draw what the paper's figures show of each scan of the recordings into this directory
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
@@ -36,12 +47,22 @@ pub struct Args {
     format: Format,
 }
 
+fn parse_mode(word: &str) -> Result<Mode, String> {
+    let mut settings = stairscan::scan::Settings::default();
+    match settings.set("motion", word) {
+        Ok(()) => Ok(settings.motion),
+        Err(error) => Err(format!("expected {}", error.expected)),
+    }
+}
+
 /// Scans every recording; a bad one or a fault makes the exit status 1 and the rest goes on.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let options = replay::Options {
         scans: args.scans,
         backwards: args.backwards,
         single: args.single,
+        motion: args.motion,
+        motion_fault: args.motion_fault,
         ..args.settings.options(args.settings.config()?)
     };
     let mut code = ExitCode::SUCCESS;
@@ -82,12 +103,17 @@ fn draw(dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<PathBuf>> {
         answer,
         ..
     } = *scanned;
+    let map = pipeline.map();
+    let inspection = (config.estimator == EstimatorKind::Likelihood)
+        .then(|| Inspection::of(map, config, answer.scan.scan, &scanned.drive));
+    let posterior = inspection.map_or(PosteriorView::default(), |i| i.view().posterior.clone());
     let scan = ScanView {
         recording: &scanned.recording(),
         config,
-        map: pipeline.map(),
+        map,
         answer,
-        paper: &PaperView::of(pipeline.map(), config, answer.scan.scan),
+        paper: &PaperView::of(map, config, answer.scan.scan),
+        posterior: &posterior,
     };
     plots::write_scan(dir, &scan)
 }

@@ -4,7 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
-use stairscan::report::{Sentence, StepLine};
+use stairscan::report::Sentence;
 use stairscan::scan::Settings;
 
 use super::module::{Module, Request, Trigger};
@@ -247,7 +247,7 @@ impl<'a> Session<'a> {
         self.wait_for(&format!("the answer to {line}"), |sentence| {
             !matches!(
                 sentence,
-                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Boot { .. }
+                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Maybe(_) | Sentence::Boot { .. }
             )
         })
     }
@@ -325,9 +325,11 @@ impl<'a> Session<'a> {
         let Ok(Sentence::Scan(head)) = Sentence::parse(&sentences[0]) else {
             bail!("{}: no SCAN", sentences[0]);
         };
-        for index in 1..=head.steps {
-            let is_step = |sentence: &Sentence<'_>| matches!(sentence, Sentence::Step(StepLine { index: k, .. }) if *k == index);
-            sentences.push(self.wait_for("a step", is_step)?);
+        for _ in 0..head.following() {
+            let belongs = |sentence: &Sentence<'_>| {
+                matches!(sentence, Sentence::Step(_) | Sentence::Maybe(_))
+            };
+            sentences.push(self.wait_for("the rest of a scan", belongs)?);
         }
         Ok(sentences)
     }

@@ -21,6 +21,13 @@ const SETTLED: f64 = 1e-9;
 /// The most likely weights of `count` features for what happened (`true`) and what did not, each
 /// weight's prior being a Gaussian around 0 of `prior_sigma`.
 pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> Fit {
+    let once = |(features, happened): &(Vec<f64>, bool)| (features.clone(), *happened, 1.0);
+    let samples: Vec<_> = samples.iter().map(once).collect();
+    weighted(&samples, count, prior_sigma)
+}
+
+/// The same where each sample counts as many times as it says.
+pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f64) -> Fit {
     let mut weights = vec![0.0; count];
     let precision = 1.0 / (prior_sigma * prior_sigma);
     let mut curvature = Matrix::new(count);
@@ -30,10 +37,11 @@ pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> Fit 
         for k in 0..count {
             curvature.add(k, k, precision);
         }
-        for (features, happened) in samples {
+        for (features, happened, times) in samples {
             let x: f64 = features.iter().zip(&weights).map(|(f, w)| f * w).sum();
             let p = 1.0 / (1.0 + (-x).exp());
-            let (left, spread) = (f64::from(u8::from(*happened)) - p, p * (1.0 - p));
+            let left = times * (f64::from(u8::from(*happened)) - p);
+            let spread = times * p * (1.0 - p);
             for (i, &a) in features.iter().enumerate().filter(|(_, a)| **a != 0.0) {
                 slope[i] += left * a;
                 for (j, &b) in features.iter().enumerate().take(i + 1) {
@@ -68,13 +76,14 @@ pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> Fit 
 
 /// A symmetric, positive definite matrix; the lower half is kept.
 #[derive(Clone, Debug)]
-struct Matrix {
+pub struct Matrix {
     size: usize,
     values: Vec<f64>,
 }
 
 impl Matrix {
-    fn new(size: usize) -> Self {
+    /// Of zeros.
+    pub fn new(size: usize) -> Self {
         Self {
             size,
             values: vec![0.0; size * size],
@@ -85,12 +94,13 @@ impl Matrix {
         self.values[row * self.size + column]
     }
 
-    fn add(&mut self, row: usize, column: usize, value: f64) {
+    /// Adds to an element of the lower half.
+    pub fn add(&mut self, row: usize, column: usize, value: f64) {
         self.values[row * self.size + column] += value;
     }
 
-    /// Solves for one right-hand side (Cholesky).
-    fn solve(&self, right: &[f64]) -> Vec<f64> {
+    /// Solves for one right-hand side (Cholesky); not numbers if it is not positive definite.
+    pub fn solve(&self, right: &[f64]) -> Vec<f64> {
         let n = self.size;
         let mut root = Self::new(n);
         for i in 0..n {

@@ -5,38 +5,35 @@
 //! on other scenes, maps what the hazards add up to onto how often answers were right.
 
 pub mod logistic;
+pub mod measurement;
 mod table;
 
 use anyhow::Result;
+use stairscan::answer::Outcome;
 use stairscan::config::Plane;
+use stairscan::echoes::Echo;
+use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
 use stairscan::observer::{Event, Observer};
+use stairscan::params::generative::Generative;
 use stairscan::params::hazard::{FEATURES, Weights};
+use stairscan::params::measured;
+use stairscan::posterior::View;
+use stairscan::report::sentence::write_scan;
 
 use crate::answer::Answer;
 use crate::inspect;
 use crate::recording::{Recording, Truth};
-use crate::replay::{self, Options};
-use crate::scene::random::Kind;
+use crate::replay::{self, Options, Scanned};
 use crate::score;
 use logistic::Fit;
+use measurement::{Build, Sighting};
 
 pub use table::write;
 
 /// How far a feature's weight is taken to lie from 0 before anything is counted: standard deviation,
 /// log-odds. Features are of the order of 1, and e³ is a strong effect.
 const PRIOR_SIGMA: f64 = 3.0;
-
-/// The forms that a chair meets every day.
-const COMMON: [Kind; 7] = [
-    Kind::Ascending,
-    Kind::None,
-    Kind::Uneven,
-    Kind::Soft,
-    Kind::Landing,
-    Kind::Beside,
-    Kind::Clutter,
-];
 
 /// What one scan teaches.
 #[derive(Clone, Debug)]
@@ -47,57 +44,119 @@ pub struct Lesson {
     pub plane: Plane,
     /// The cells of the way ahead, the nearest first …
     pub cells: Vec<Cell>,
-    /// … and which of them is the first with an error.
+    /// … whether the answer holds steps, …
+    pub stairs: bool,
+    /// … and which of the cells is the first with an error.
     pub wrong: Option<usize>,
 }
 
-/// Listens for cells.
+/// Listens for cells and echoes.
 #[derive(Default)]
-struct Listener(Vec<Cell>);
+struct Listener {
+    cells: Vec<Cell>,
+    echoes: Vec<Echo>,
+}
 
 impl Observer for Listener {
     fn event(&mut self, event: Event<'_>) {
-        if let Event::Cell(cell) = event {
-            self.0.push(*cell);
+        match event {
+            Event::Cell(cell) => self.cells.push(*cell),
+            Event::Scatterer(scatterer) => self.echoes.push(scatterer.echo),
+            _ => {}
         }
     }
 }
 
-/// What the first scan of a recording teaches; nothing if it is a `fault` or has no truth.
+/// The first scan of a recording that has a truth and is no `fault`, seen by an estimator with the
+/// measurement model `g`.
 ///
 /// # Errors
 /// Names what in the recording no scan can be made of.
-pub fn lesson(recording: &Recording) -> Result<Option<Lesson>> {
+fn witness<R>(
+    recording: &Recording,
+    g: &'static Generative,
+    look: impl Fn(&Scanned<'_>, Truth, Outcome, Listener) -> Result<R>,
+) -> Result<Option<R>> {
     let options = Options {
         scans: Some(1),
         ..Options::default()
     };
-    let mut lesson = None;
+    let mut seen = None;
     replay::answers(recording, &options, |scanned| {
-        let mut listener = Listener::default();
-        let scan = scanned.answer.scan.scan;
-        inspect::repeat(scanned.pipeline.map(), scanned.config, scan, &mut listener);
-        if let Some(truth) = &scanned.recording().meta.truth
-            && !scanned.answer.is_fault()
-        {
-            let cells = listener.0;
-            let wrong = first_wrong(scanned.answer, truth, &cells);
-            lesson = Some(Lesson {
-                name: recording.name.clone(),
-                plane: scanned.config.mount.plane,
-                cells,
-                wrong,
-            });
+        let Some(truth) = scanned.recording().meta.truth else {
+            return;
+        };
+        if scanned.answer.is_fault() {
+            return;
         }
+        let mut listener = Listener::default();
+        let estimator = Likelihood::new().measuring(g);
+        let scan = scanned.answer.scan.scan;
+        let (map, config) = (scanned.pipeline.map(), scanned.config);
+        let mut outcome =
+            inspect::repeat_with(estimator, map, config, scan, &scanned.drive, &mut listener);
+        outcome.link();
+        seen = Some(look(scanned, truth, outcome, listener));
     })?;
-    Ok(lesson)
+    seen.transpose()
 }
 
-/// The first cell in which an answer goes wrong.
+/// What the first scan of a recording shows of the measurement model; nothing if it is a `fault`, has
+/// no truth or looks straight down.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn sighting(recording: &Recording, build: Option<Build>) -> Result<Option<Sighting>> {
+    let sighting = witness(recording, &measured::UP, |scanned, truth, _, listener| {
+        let map = scanned.pipeline.map();
+        let geometry = *map.geometry();
+        Ok((geometry.plane == Plane::Depth).then(|| Sighting {
+            name: recording.name.clone(),
+            echoes: listener.echoes,
+            geometry,
+            view: View::of(map),
+            truth,
+            build,
+        }))
+    })?;
+    Ok(sighting.flatten())
+}
+
+/// What the first scan of a recording teaches under the measurement model `g`; nothing if it is a
+/// `fault` or has no truth.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Lesson>> {
+    witness(recording, g, |scanned, truth, outcome, listener| {
+        let answer = answer_of(&recording.name, &outcome)?;
+        let wrong = first_wrong(&answer, &truth, &listener.cells);
+        Ok(Lesson {
+            name: recording.name.clone(),
+            plane: scanned.config.mount.plane,
+            cells: listener.cells,
+            stairs: !answer.steps.is_empty(),
+            wrong,
+        })
+    })
+}
+
+/// An outcome as it is reported.
+fn answer_of(name: &str, outcome: &Outcome) -> Result<Answer> {
+    let mut sentences = Vec::new();
+    write_scan(1, 0, outcome, |line| {
+        sentences.push(line.trim_end().to_owned())
+    });
+    Answer::parse(name, sentences)
+}
+
+/// The first cell in which an answer goes wrong for good. Where a cell ends between a step and its
+/// place in the answer, the one counts and the other does not, and that is no error of the answer: no
+/// horizon ends there.
 fn first_wrong(answer: &Answer, truth: &Truth, cells: &[Cell]) -> Option<usize> {
-    cells
-        .iter()
-        .position(|cell| score::wrong_up_to(answer, truth, cell.end_m.into()))
+    let right = |cell: &Cell| !score::wrong_up_to(answer, truth, cell.end_m.into());
+    let first = cells.iter().rposition(right).map_or(0, |last| last + 1);
+    (first < cells.len()).then_some(first)
 }
 
 /// The hazards of one plane, with the standard errors of their weights.
@@ -139,15 +198,12 @@ pub struct Threshold {
     pub wrong: usize,
 }
 
-/// The least probability with which none of the `ok` answers to common forms is wrong. Over all kinds
-/// a few in a hundred `ok` answers are, whatever the threshold: what the model cannot see in odd forms.
+/// One `ok` in so many may be wrong up to its horizon.
+const OK_IN: f64 = 200.0;
+
+/// The least probability, in thousandths, with which so few of the `ok` answers are wrong, half an
+/// error more than seen (Jeffreys).
 pub fn threshold(lessons: &[&Lesson], weights: &Weights) -> Threshold {
-    let common = |l: &&&Lesson| {
-        COMMON
-            .iter()
-            .any(|kind| l.name.starts_with(&kind.to_string()))
-    };
-    let lessons: Vec<&Lesson> = lessons.iter().filter(common).copied().collect();
     let courses: Vec<Vec<(f32, f32, bool)>> = lessons.iter().map(|l| course(l, weights)).collect();
     let judge = |from: f32| {
         let ends = courses
@@ -160,22 +216,13 @@ pub fn threshold(lessons: &[&Lesson], weights: &Weights) -> Threshold {
             wrong: ok.iter().filter(|(.., right)| !right).count(),
         }
     };
-    // In thousandths, from above to the first wrong one.
-    let mut best = Threshold {
+    let fine = |t: &Threshold| (t.wrong as f64 + 0.5) * OK_IN <= t.ok as f64 + 1.0;
+    let all = (900..1000_u16).map(|thousandths| judge(f32::from(thousandths) / 1000.0));
+    all.into_iter().find(fine).unwrap_or(Threshold {
         from: 2.0,
         ok: 0,
         wrong: 0,
-    };
-    for thousandths in (900..1000_u16).rev() {
-        let now = judge(f32::from(thousandths) / 1000.0);
-        if now.wrong > 0 {
-            break;
-        }
-        if now.ok > 0 {
-            best = now;
-        }
-    }
-    best
+    })
 }
 
 /// Of each cell of a lesson: where it ends, the probability that the answer is right up to there,
@@ -185,7 +232,11 @@ fn course(lesson: &Lesson, weights: &Weights) -> Vec<(f32, f32, bool)> {
     let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
         log_right += weights.log_survival(&cell.features);
         let right = lesson.wrong.is_none_or(|w| w > k);
-        (cell.end_m, weights.probability(log_right), right)
+        (
+            cell.end_m,
+            weights.probability(log_right, lesson.stairs),
+            right,
+        )
     });
     cells.collect()
 }

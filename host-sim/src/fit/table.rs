@@ -2,13 +2,17 @@
 
 use std::fmt::Write as _;
 
-use stairscan::params::hazard::Weights;
+use stairscan::params::hazard::{Map, Weights};
+
+fn map(map: Map) -> String {
+    format!("Map {{ slope: {:?}, offset: {:?} }}", map.slope, map.offset)
+}
 
 /// The source file of the verdict's weights in the depth and in the height plane.
 pub fn write(up: &Weights, down: &Weights) -> String {
     let mut out = String::from(
         "//! The verdict's hazards, counted from simulated scans: written by `cargo sim fit`.\n\n\
-         use super::hazard::Weights;\n",
+         use super::hazard::{Map, Weights};\n",
     );
     for (name, plane, weights) in [("UP", "depth", up), ("DOWN", "height", down)] {
         let _ = write!(
@@ -20,8 +24,9 @@ pub fn write(up: &Weights, down: &Weights) -> String {
         }
         let _ = write!(
             out,
-            "    ],\n    slope: {:?},\n    offset: {:?},\n    ok_from: {:?},\n}};\n",
-            weights.slope, weights.offset, weights.ok_from
+            "    ],\n    maps: [{}],\n    ok_from: {:?},\n}};\n",
+            weights.maps.map(map).join(", "),
+            weights.ok_from
         );
     }
     out

@@ -7,8 +7,10 @@ use super::colour::{CONCLUDED, HUES, Palette, TRUE};
 use super::page::{Frame, Swatch, number};
 use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
+use super::posterior::{self, PosteriorView};
 use super::sheet::{FAINT, Face, Shape, Sheet, Stroke};
 use super::staircase::{draw_truth, surface_to_draw};
+use crate::answer::Answer;
 use crate::recording::Truth;
 
 /// What a role says about the winner.
@@ -55,6 +57,8 @@ pub struct InspectView {
     pub scatterers: Vec<ScattererView>,
     /// Explanations, likeliest first.
     pub explanations: Vec<ExplanationView>,
+    /// What the posterior says; empty where there is none.
+    pub posterior: PosteriorView,
 }
 
 /// Rivals that are drawn; the others are far behind.
@@ -102,11 +106,12 @@ fn radius(snr_db: f64) -> f64 {
     4.0 + 6.0 * (snr_db / 40.0).clamp(0.0, 1.0)
 }
 
-/// The scatterers over the CFAR map, with the winner's and the best rivals' staircases.
+/// The scatterers over the CFAR map, with the winner's and the best rivals' staircases, the posterior
+/// of the number of steps and the answer's `MAYBE`s.
 pub fn draw(
     plane: &SagittalPlane<'_>,
     words: &Words,
-    view: &InspectView,
+    (view, answer): (&InspectView, &Answer),
     truth: Option<&Truth>,
 ) -> Result<Vec<u8>> {
     let mut words = words.clone();
@@ -125,6 +130,7 @@ pub fn draw(
         let swatch = Swatch::Mark(shape, 7.0, ink);
         words.legend.push((swatch, format!("{name} ({count})")));
     }
+    words.legend.extend(posterior::legend(&[], answer));
     if truth.is_some() {
         let edge = Stroke::solid(TRUE, 2.0);
         words
@@ -142,7 +148,9 @@ pub fn draw(
                 sheet.line(&line, *stroke)?;
             }
         }
-        draw_scatterers(sheet, frame, view)
+        draw_scatterers(sheet, frame, view)?;
+        posterior::draw_maybes(sheet, frame, answer)?;
+        posterior::draw_counts(sheet, frame, &view.posterior)
     })
 }
 

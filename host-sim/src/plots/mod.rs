@@ -11,7 +11,7 @@
 //! | `NAME-fig09-cfar-threshold.png` | fig. 2's chirp with its threshold | fig. 9 |
 //! | `NAME-fig10-map-cfar.png` | the sagittal plane, what CA-CFAR lets through | fig. 10 |
 //! | `NAME-fig11-beam-correction.png` | from the top particle to the height | fig. 11 |
-//! | `NAME-fig13-staircase.png` | the reported staircase over the truth | fig. 13 |
+//! | `NAME-fig13-staircase.png` | the reported staircase over the truth, its likeliest rivals faintly | fig. 13 |
 //! | `NAME-fig14-staircase.png` | the same of stairs that lead down | fig. 14 |
 //!
 //! A picture appears whole or not at all.
@@ -22,6 +22,7 @@ mod page;
 mod paper;
 mod particles;
 mod plane;
+mod posterior;
 mod profile;
 mod sector;
 mod sheet;
@@ -37,6 +38,7 @@ use stairscan::range::{Profile, RangeProcessor};
 pub use inspect::{ExplanationView, InspectView, ScattererView, Verdict};
 pub use particles::{BeamView, ClusterView, ParticleView, Point};
 pub use plane::Ground;
+pub use posterior::{HypothesisView, PosteriorView};
 pub use profile::ProfileView;
 
 use crate::answer::Answer;
@@ -72,6 +74,8 @@ pub struct ScanView<'a> {
     pub answer: &'a Answer,
     /// What the paper's estimator makes of the map.
     pub paper: &'a PaperView,
+    /// What the default estimator's posterior says; empty of another estimator.
+    pub posterior: &'a PosteriorView,
 }
 
 /// Writes all pictures of a scan into `dir`, which is made if there is none; returns their paths.
@@ -128,7 +132,7 @@ pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
         subtitle: format!("{name}: {}", conclusion(scan)),
         ..of("Reconstructed staircase")
     };
-    let picture = staircase::draw(&plane, &words, scan.answer, truth);
+    let picture = staircase::draw(&plane, &words, (scan.answer, scan.posterior), truth);
     let what = match scan.config.mount.plane {
         Plane::Depth => "fig13-staircase",
         Plane::Height => "fig14-staircase",
@@ -158,7 +162,10 @@ pub fn write_inspect(file: &Path, scan: &ScanView<'_>, view: &InspectView) -> Re
         legend: Vec::new(),
     };
     let truth = scan.recording.meta.truth.as_ref();
-    sheet::save(file, &inspect::draw(&plane, &words, view, truth)?)
+    sheet::save(
+        file,
+        &inspect::draw(&plane, &words, (view, scan.answer), truth)?,
+    )
 }
 
 /// The profile of chirp `k` of any radar's recording, with `processor` set up for it.
@@ -213,13 +220,14 @@ fn clearest_profile(scan: &ScanView<'_>) -> Result<Option<ProfileView>> {
     profile_view(scan.recording, k, &mut processor).map(Some)
 }
 
-/// Places that must be in view: true and reported steps.
+/// Places that must be in view: true and reported steps, and what else may well stand there.
 fn points_of_interest(scan: &ScanView<'_>) -> Vec<Point> {
     let truth = scan.recording.meta.truth.iter();
     let real = truth.flat_map(|t| t.steps.iter().map(|s| (s.distance_m, s.height_m)));
     let reported = staircase::steps(scan.answer);
     let reported = reported.iter().map(|s| (s.distance_m, s.height_m));
-    real.chain(reported).collect()
+    let doubtful = posterior::points_of_interest(scan.posterior, scan.answer);
+    real.chain(reported).chain(doubtful).collect()
 }
 
 /// The scan in a few words.

@@ -1,4 +1,4 @@
-//! The reconstructed staircase over the true one: figs. 13 and 14.
+//! The reconstructed staircase over the true one, among its likeliest rivals: figs. 13 and 14.
 
 use anyhow::Result;
 use plotters::style::WHITE;
@@ -8,6 +8,7 @@ use super::colour::{CONCLUDED, Palette, TRUE};
 use super::page::{Frame, Swatch, number};
 use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
+use super::posterior::{self, PosteriorView};
 use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot, Stroke};
 use crate::answer::{Answer, metres};
 use crate::recording::Truth;
@@ -48,21 +49,24 @@ fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
     line
 }
 
-/// The reported staircase over the truth, as far as that is known.
+/// The reported staircase over the truth, as far as that is known, and what else may stand there.
 pub fn draw(
     plane: &SagittalPlane<'_>,
     words: &Words,
-    answer: &Answer,
+    (answer, posterior): (&Answer, &PosteriorView),
     truth: Option<&Truth>,
 ) -> Result<Vec<u8>> {
     let reported = steps(answer);
+    let edges: Vec<Point> = (reported.iter())
+        .map(|s| (s.distance_m, s.height_m))
+        .collect();
+    let rivals = posterior::rivals(posterior, &edges);
     let found = Stroke::solid(CONCLUDED, 3.2);
     let real = Stroke::solid(TRUE, 2.0);
     let mut words = words.clone();
     if !reported.is_empty() {
-        words
-            .legend
-            .push((Swatch::Line(found), "reconstructed".into()));
+        let label = format!("reconstructed{}", posterior::share(posterior, &edges));
+        words.legend.push((Swatch::Line(found), label));
         let mark = Swatch::Mark(Shape::Dot, 7.0, CONCLUDED);
         words.legend.push((mark, "edge, box of ±2σ".into()));
     }
@@ -77,14 +81,14 @@ pub fn draw(
             .legend
             .push((Swatch::Line(stroke), "out of sight".into()));
     }
+    words.legend.extend(posterior::legend(&rivals, answer));
     plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
         if let Some(truth) = truth {
             draw_truth(sheet, frame, truth)?;
         }
-        let edges: Vec<Point> = reported
-            .iter()
-            .map(|s| (s.distance_m, s.height_m))
-            .collect();
+        posterior::draw_rivals(sheet, frame, &rivals)?;
+        posterior::draw_maybes(sheet, frame, answer)?;
+        posterior::draw_counts(sheet, frame, posterior)?;
         if edges.is_empty() {
             return say_none(sheet, frame, answer);
         }

@@ -79,6 +79,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
         scan: ScanLine {
             horizon: None,
             confidence: None,
+            maybes: 0,
             scan: 1,
             status,
             direction: if steps.is_empty() {
@@ -94,6 +95,24 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
             },
         },
         steps: steps.iter().map(step).collect(),
+        maybes: Vec::new(),
+    }
+}
+
+/// Two rivals of two steps.
+fn posterior() -> PosteriorView {
+    let hypothesis = |probability, edges: &[Point]| HypothesisView {
+        name: format!("{} steps", edges.len()),
+        probability,
+        edges: edges.to_vec(),
+    };
+    PosteriorView {
+        counts: vec![0.02, 0.08, 0.9],
+        hypotheses: vec![
+            hypothesis(0.9, &[(0.5, 0.17), (0.78, 0.34)]),
+            hypothesis(0.08, &[(0.5, 0.17)]),
+            hypothesis(0.02, &[]),
+        ],
     }
 }
 
@@ -138,6 +157,7 @@ fn pictures(test: &str, recording: &Recording, answer: &Answer, paper: &PaperVie
         map: &map,
         answer,
         paper,
+        posterior: &posterior(),
     };
     let inner = dir.0.join("a/b");
     let written = write_scan(&inner, &view).unwrap();
@@ -234,6 +254,7 @@ fn silence_does_no_harm() {
         map: &map,
         answer: &answer(Status::Fault, &[]),
         paper: &nothing,
+        posterior: &PosteriorView::default(),
     };
     assert_eq!(write_scan(&dir.0, &view).unwrap().len(), 10);
 }
@@ -282,6 +303,7 @@ fn what_the_estimator_thought_has_its_picture() {
         map: &map,
         answer: &answer(Status::Ok, &[(7800, 1700)]),
         paper: &PaperView::default(),
+        posterior: &PosteriorView::default(),
     };
     let scatterer = |x, role, verdict| ScattererView {
         at: (x, 0.2),
@@ -307,6 +329,7 @@ fn what_the_estimator_thought_has_its_picture() {
             explanation(9.0, false, &[(0.5, 0.1), (0.78, 0.2)]),
             explanation(0.0, false, &[]),
         ],
+        posterior: posterior(),
     };
     let dir = Directory::new("inspect");
     for (name, view) in [("full", &view), ("empty", &InspectView::default())] {
@@ -329,6 +352,7 @@ fn a_directory_that_cannot_be_made_is_named() {
         map: &map,
         answer: &answer(Status::Ok, &[]),
         paper: &PaperView::default(),
+        posterior: &PosteriorView::default(),
     };
     let error = write_scan(&dir.0.join("file/pictures"), &view).unwrap_err();
     assert!(format!("{error:#}").contains("file/pictures"), "{error:#}");

@@ -12,6 +12,7 @@ use indicatif::ParallelProgressIterator;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use super::Scene;
+use super::driving::Drive;
 use super::random::{Kind, Spread, Variety, random_with};
 use super::sequence::{Approach, pushed};
 use crate::commands::progress;
@@ -42,6 +43,12 @@ pub struct SimulateArgs {
     /// Way between two scans of an approach, metres, up to 40 % less or more.
     #[arg(long, requires = "approach", default_value_t = 0.1)]
     step: f64,
+    /// The chair of an approach does not stand during a scan but drives on at this speed, m/s.
+    #[arg(long, requires = "approach", conflicts_with = "step")]
+    speed: Option<f64>,
+    /// Time of a scan at that speed, seconds; without it 1.3 or 5.7, as the seed has it.
+    #[arg(long, requires = "speed")]
+    scan_time: Option<f64>,
     /// How widely a random scene's instrument is drawn (mount, beam, bandwidth, pitch); without it as its
     /// kind has it.
     #[arg(long, value_enum)]
@@ -50,6 +57,23 @@ pub struct SimulateArgs {
     /// polarisation, yaw); without it as its kind has it.
     #[arg(long, value_enum)]
     effects: Option<Spread>,
+}
+
+/// What the chair does, with the number of scans: metres between two stops, or metres a second.
+#[derive(Clone, Copy)]
+enum Way {
+    Stands,
+    Stops(usize, f64),
+    Drives(usize, f64, Option<f64>),
+}
+
+/// A drive of so many scans at a speed, each of so many seconds if that is said, of `rows` rows.
+fn drive(seed: u64, (scans, speed, scan_s): (usize, f64, Option<f64>), rows: usize) -> Drive {
+    let drive = Drive::new(seed, scans, speed);
+    match scan_s {
+        Some(seconds) => drive.with_rows(seconds / rows as f64),
+        None => drive,
+    }
 }
 
 /// Where scenes come from.
@@ -82,14 +106,24 @@ impl Source {
     }
 
     /// Scans with `seed` and writes the recording.
-    fn write(&self, path: &Path, seed: u64, approach: Option<(usize, f64)>) -> Result<()> {
+    fn write(&self, path: &Path, seed: u64, way: Way) -> Result<()> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        let approach = approach.map(|(scans, step)| Approach::new(seed, scans, step));
-        let recording = match (self, approach) {
-            (Self::File(scene), None) => scene.simulate(&name, seed),
-            (Self::File(scene), Some(a)) => scene.simulate_approach(&name, seed, &a)?,
-            (Self::Random(kind, variety), None) => random_scan(*kind, *variety, seed)?,
-            (Self::Random(kind, variety), Some(a)) => random_approach(*kind, *variety, seed, &a)?,
+        let recording = match (self, way) {
+            (Self::File(scene), Way::Stands) => scene.simulate(&name, seed),
+            (Self::File(scene), Way::Stops(scans, step)) => {
+                scene.simulate_approach(&name, seed, &Approach::new(seed, scans, step))?
+            }
+            (Self::File(scene), Way::Drives(scans, speed, scan_s)) => {
+                let drive = drive(seed, (scans, speed, scan_s), scene.rows());
+                scene.simulate_drive(&name, seed, &drive)?
+            }
+            (Self::Random(kind, variety), Way::Stands) => random_scan(*kind, *variety, seed)?,
+            (Self::Random(kind, variety), Way::Stops(scans, step)) => {
+                random_approach(*kind, *variety, seed, &Approach::new(seed, scans, step))?
+            }
+            (Self::Random(kind, variety), Way::Drives(scans, speed, scan_s)) => {
+                random_drive(*kind, *variety, seed, (scans, speed, scan_s))?
+            }
         };
         recording.write(path)
     }
@@ -112,6 +146,21 @@ pub fn random_approach(
     Scene::new(spec)?.simulate_approach(&format!("{kind}_{seed:03}"), seed, approach)
 }
 
+/// A drive towards the random scene `seed` of a kind, which is as far away as drawn at its end: so many
+/// scans at so many metres a second, each of so many seconds if that is said.
+pub fn random_drive(
+    kind: Kind,
+    variety: Variety,
+    seed: u64,
+    way: (usize, f64, Option<f64>),
+) -> Result<Recording> {
+    let drawn = random_with(kind, variety, seed);
+    let rows = Scene::new(drawn.clone())?.rows();
+    let drive = drive(seed, way, rows);
+    let scene = Scene::new(pushed(drawn, drive.length_m(rows)))?;
+    scene.simulate_drive(&format!("{kind}_{seed:03}"), seed, &drive)
+}
+
 /// Runs the command.
 pub fn simulate(args: &SimulateArgs) -> Result<()> {
     let source = Source::new(args)?;
@@ -120,7 +169,21 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         "--step: {}: expected 0 to 1 metre",
         args.step
     );
-    let approach = args.approach.map(|scans| (scans as usize, args.step));
+    ensure!(
+        args.speed.is_none_or(|v| (0.0..=2.0).contains(&v)),
+        "--speed: {}: expected 0 to 2 metres a second",
+        args.speed.unwrap_or_default()
+    );
+    ensure!(
+        args.scan_time.is_none_or(|s| (0.1..=60.0).contains(&s)),
+        "--scan-time: {}: expected 0.1 to 60 seconds",
+        args.scan_time.unwrap_or_default()
+    );
+    let approach = match (args.approach, args.speed) {
+        (None, _) => Way::Stands,
+        (Some(scans), None) => Way::Stops(scans as usize, args.step),
+        (Some(scans), Some(speed)) => Way::Drives(scans as usize, speed, args.scan_time),
+    };
     let Some(count) = args.count else {
         return source.write(&args.output, args.seed, approach);
     };

@@ -12,6 +12,7 @@
 pub mod beam;
 pub mod check;
 pub mod command;
+pub mod driving;
 pub mod edge;
 pub mod facets;
 #[cfg(test)]
@@ -73,6 +74,7 @@ pub struct Scene {
 }
 
 /// One echo's place on the grid of beat tones, and its amplitude at the ADC.
+#[derive(Clone, Copy)]
 struct Tone {
     place: Place,
     amplitude: Complex64,
@@ -274,19 +276,20 @@ impl Scene {
     /// The echoes' places on the grid of beat tones.
     fn place(&self, receiver: &Receiver, echoes: &[Echo]) -> Vec<Tone> {
         let gain = receiver.gain(self.antenna_gain_dbi());
+        let tones = echoes.iter().map(|e| self.tone(receiver, gain, e));
+        tones.flatten().collect()
+    }
+
+    /// One echo's place; none beyond the grid.
+    fn tone(&self, receiver: &Receiver, gain: f64, echo: &Echo) -> Option<Tone> {
         let offset = self.spec.mount.mirror_offset_m;
-        echoes
-            .iter()
-            .filter_map(|e| {
-                let place = self.beats().place(receiver.beat(e.range + offset))?;
-                Some(Tone {
-                    amplitude: e.amplitude * gain * place.centre,
-                    place,
-                    out: e.out,
-                    back: e.back,
-                })
-            })
-            .collect()
+        let place = self.beats().place(receiver.beat(echo.range + offset))?;
+        Some(Tone {
+            amplitude: echo.amplitude * gain * place.centre,
+            place,
+            out: echo.out,
+            back: echo.back,
+        })
     }
 
     fn antenna_gain_dbi(&self) -> f64 {

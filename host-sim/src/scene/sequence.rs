@@ -18,20 +18,20 @@ use crate::recording::{Motion, Recording, Sequence};
 const STOPS: u64 = 2;
 
 /// Room that the noise streams of one scan's chirps take.
-const SCAN_STREAMS: u64 = 1024;
+pub(super) const SCAN_STREAMS: u64 = 1024;
 
 /// Odometry is off by up to 2 % (tyre pressure and load) and by millimetres that add up (slip).
-const SCALE_SD: f64 = 0.01;
-const SCALE_MOST: f64 = 0.02;
+pub(super) const SCALE_SD: f64 = 0.01;
+pub(super) const SCALE_MOST: f64 = 0.02;
 const WANDER_SD: f64 = 0.0015;
 
 /// Floors, castors and drivers pitch a standing chair by tenths of a degree from stop to stop.
 const ROCKING_SD: f64 = 0.15;
 /// Noise of an inclinometer's single readings, degrees.
-const READING_SD: f64 = 0.02;
+pub(super) const READING_SD: f64 = 0.02;
 
 /// Times of a row: 281 rows in 1.3 or 5.7 s, s.
-const ROW_S: [f64; 2] = [4.63e-3, 20.3e-3];
+pub(super) const ROW_S: [f64; 2] = [4.63e-3, 20.3e-3];
 /// Speed between stops, m/s, and the time that it takes to come to rest, s.
 const SPEED: f64 = 0.25;
 const REST_S: f64 = 0.5;
@@ -117,7 +117,7 @@ pub fn pushed(mut spec: SceneSpec, by: f64) -> SceneSpec {
 
 impl Scene {
     /// The scene seen from `stop`, its pitch known by the inclinometer to within `error_deg`.
-    fn at(&self, stop: &Stop, error_deg: f64) -> Result<Self> {
+    pub(super) fn at(&self, stop: &Stop, error_deg: f64) -> Result<Self> {
         let mut spec = self.spec.clone();
         let mount = &mut spec.mount;
         let pitch = mount.pitch_deg.unwrap_or(0.0) + stop.rocking_deg;
@@ -206,7 +206,7 @@ impl Scene {
 }
 
 /// Rounded to `1 / per`, and never -0.
-fn digits(x: f64, per: f64) -> f64 {
+pub(super) fn digits(x: f64, per: f64) -> f64 {
     libm::floor(x * per + 0.5) / per + 0.0
 }
 

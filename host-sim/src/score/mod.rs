@@ -11,16 +11,24 @@
 //! A drop where there are no steps to count (a brink, a hole) must not lie before the horizon either.
 //! An answer without a horizon vouches for everything. Coverage is the share of true steps that lie
 //! within the horizon or are reported.
+//!
+//! An answer's confidence is the probability that nothing is wrong up to its horizon, or over the first
+//! metre if that is farther, and is held against just that. A `MAYBE` is right when a true step stands
+//! within 10 cm of it, counted or out of sight; where it says that the ground may end, a step down or a
+//! drop. Its height is not judged.
 
+mod reliability;
 mod set;
 mod share;
 mod text;
 
 use stairscan::answer::{Direction, Status};
+use stairscan::report::MaybeLine;
 
 use crate::answer::{Answer, metres};
 use crate::recording::{TrueStep, Truth};
 
+pub use reliability::{Bin, Prediction, Reliability};
 pub use set::{SetScore, Spread, by_set, quantile};
 pub use share::Share;
 pub use text::{confusions, confusions_json, median_table, table};
@@ -32,6 +40,8 @@ pub const MATCH_M: f64 = 0.10;
 pub const LIMIT_M: f64 = 0.03;
 /// Steps of this signal-to-noise ratio and more must not be missed, decibels.
 const STRONG_DB: f64 = 15.0;
+/// An answer's confidence reaches as far as this at least, metres: design contract of the report.
+const CONFIDENCE_M: f64 = 1.0;
 
 /// One matched step.
 #[derive(Clone, Copy, Debug)]
@@ -61,6 +71,11 @@ pub struct SceneScore {
     pub reasons: String,
     /// How far the answer vouches for itself, metres; infinite where it does not say.
     pub horizon_m: f64,
+    /// Its confidence, and whether it was right as far as that speaks of; `None` of a `fault` and where
+    /// it does not say.
+    pub confidence: Option<Prediction>,
+    /// Its `MAYBE`s, and whether something stands there; none of a `fault`.
+    pub maybes: Vec<Prediction>,
     /// True steps in sight.
     pub truth: Vec<TrueStep>,
     /// Matched steps.
@@ -182,6 +197,33 @@ pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
     is_wrong(&reported(answer), truth, horizon + LIMIT_M)
 }
 
+/// An answer's confidence, and whether it is right as far as that speaks of.
+fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
+    let permille = answer.scan.confidence.filter(|_| !answer.is_fault())?;
+    let end = answer.horizon_m.unwrap_or(f64::INFINITY).max(CONFIDENCE_M);
+    Some(Prediction {
+        told: f64::from(permille) / 1000.0,
+        so: !wrong_up_to(answer, truth, end),
+    })
+}
+
+/// What an answer says may stand there, and whether something does.
+fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
+    let told = answer.maybes.iter().filter(|_| !answer.is_fault());
+    let prediction = |maybe: &MaybeLine| {
+        let down = maybe.height.0 < 0;
+        let mut real = truth.steps.iter().chain(&truth.uncounted);
+        Prediction {
+            told: f64::from(maybe.probability) / 1000.0,
+            so: real.any(|step| {
+                let apart = (step.distance_m - metres(maybe.distance)).abs();
+                apart <= MATCH_M && (step.height_m < 0.0) == down
+            }),
+        }
+    };
+    told.map(prediction).collect()
+}
+
 /// The steps of an answer; none of a `fault`.
 fn reported(answer: &Answer) -> Vec<Reported> {
     let told = answer.steps.iter().filter(|_| !answer.is_fault());
@@ -229,6 +271,8 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
         status: answer.scan.status,
         reasons: answer.scan.reasons.to_string(),
         horizon_m,
+        confidence: confidence(answer, truth),
+        maybes: maybes(answer, truth),
         truth: truth.steps.clone(),
         exact: sorted.exact() && !false_stair,
         wrong: false_stair || is_wrong(&reported, truth, end),

@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use stairscan::answer::Status;
 
 use super::share::wilson;
-use super::{Match, SceneScore, Share, is_strong};
+use super::{Match, Reliability, SceneScore, Share, is_strong};
 use crate::recording::TrueStep;
 
 /// Mean, median and 95th percentile of absolute errors, metres; `None` without any.
@@ -94,6 +94,10 @@ pub struct SetScore {
     pub covered: Share,
     /// Median horizon of the answers that are `ok`, metres; infinite where they do not say.
     pub ok_horizon_m: Option<f64>,
+    /// Confidence that was told against answers that are right as far as it speaks of.
+    pub confidence: Reliability,
+    /// Probability of `MAYBE`s against what stands there.
+    pub maybes: Reliability,
     /// Recordings that are harmfully disturbed and still `ok`.
     pub harmful_ok: Share,
     /// Absolute distance errors: all matched steps, then the strong ones.
@@ -144,6 +148,10 @@ impl SetScore {
             ok_of_right: Share::count(scenes.clone().filter(right), |s| s.status == Status::Ok),
             covered: Share::new(count(&|s| s.covered), steps),
             ok_horizon_m: horizons.get(horizons.len() / 2).copied(),
+            confidence: Reliability::of_confidence(
+                scenes.clone().filter_map(|s| s.confidence.as_ref()),
+            ),
+            maybes: Reliability::of_maybes(scenes.clone().flat_map(|s| &s.maybes)),
             harmful_ok: Share::count(scenes.clone().filter(|s| s.harmful), |s| {
                 s.status == Status::Ok
             }),
@@ -175,6 +183,8 @@ impl SetScore {
             "ok_of_right": self.ok_of_right.json(),
             "covered": self.covered.json(),
             "ok_horizon_m": finite(self.ok_horizon_m),
+            "confidence": self.confidence.json(),
+            "maybes": self.maybes.json(),
             "harmful_ok": self.harmful_ok.json(),
             "distance_error_m": Spread::json(self.distance[0]),
             "height_error_m": Spread::json(self.height[0]),

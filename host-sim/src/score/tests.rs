@@ -1,6 +1,6 @@
 use super::*;
 use stairscan::answer::Reasons;
-use stairscan::report::{ScanLine, StepLine, Tenths};
+use stairscan::report::{MaybeLine, ScanLine, StepLine, Tenths};
 
 fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
     let tenths = |m: f64| Tenths((m * 10_000.0).round() as i32);
@@ -22,6 +22,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
         scan: ScanLine {
             horizon: None,
             confidence: None,
+            maybes: 0,
             scan: 1,
             status,
             direction: if steps.is_empty() {
@@ -34,6 +35,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
             reasons: Reasons::NONE,
         },
         steps,
+        maybes: Vec::new(),
     }
 }
 
@@ -206,4 +208,60 @@ fn quantiles_have_intervals() {
         low < height.p95 && height.p95 < high && high < 0.995,
         "{height:?}"
     );
+}
+
+#[test]
+fn confidence_is_held_against_what_it_speaks_of() {
+    let real = truth(&[(0.6, 0.15), (0.9, 0.30), (1.4, 0.45)], &[]);
+    let told = |mut answer: Answer, permille| {
+        answer.scan.confidence = permille;
+        scene(&answer, &real).confidence
+    };
+    let first = &[(0.6, 0.15)];
+    // What is missing at 0.9 m is beyond the horizon, but within the first metre.
+    let short = vouching(0.7, first);
+    assert!(!scene(&short, &real).wrong);
+    let so = |so, told| Some(Prediction { told, so });
+    assert_eq!(told(short, Some(873)), so(false, 0.873));
+    // What is missing at 1.4 m lies beyond both.
+    let two = &[(0.6, 0.15), (0.9, 0.30)];
+    assert_eq!(told(vouching(0.7, two), Some(995)), so(true, 0.995));
+    assert_eq!(told(vouching(1.2, two), Some(995)), so(true, 0.995));
+    assert_eq!(told(vouching(1.4, two), Some(995)), so(false, 0.995));
+    // Without a horizon it speaks of everything, without a confidence of nothing.
+    assert_eq!(told(answer(Status::Ok, two), Some(995)), so(false, 0.995));
+    assert_eq!(told(vouching(1.2, two), None), None);
+    assert_eq!(told(answer(Status::Fault, &[]), Some(10)), None);
+    let mut sure = vouching(1.2, two);
+    sure.scan.confidence = Some(995);
+    let set = SetScore::new("set", [scene(&sure, &real)].iter());
+    let last = &set.json()["confidence"]["bins"][7];
+    assert_eq!(last["actual"]["count"], 1);
+    assert_eq!(last["predicted_mean"], 0.995);
+}
+
+#[test]
+fn maybes_are_right_where_something_of_their_kind_stands() {
+    let maybes = |status, told: &[(i32, i32)], real: &Truth| {
+        let mut answer = answer(status, &[]);
+        answer.maybes = (told.iter())
+            .map(|&(distance, height)| MaybeLine {
+                distance: Tenths(10 * distance),
+                height: Tenths(10 * height),
+                probability: 250,
+                ..MaybeLine::default()
+            })
+            .collect();
+        let told = scene(&answer, real).maybes;
+        assert!(told.iter().all(|m| m.told == 0.25));
+        told.iter().map(|m| m.so).collect::<Vec<_>>()
+    };
+    let stairs = truth(&[(0.6, 0.15)], &[(1.8, 0.6)]);
+    let told = [(690, 150), (710, 150), (600, -100), (1750, 300)];
+    let so = maybes(Status::Degraded, &told, &stairs);
+    assert_eq!(so, [true, false, false, true]);
+    let drop = truth(&[], &[(0.8, -0.6)]);
+    let so = maybes(Status::Degraded, &[(800, -100), (800, 100)], &drop);
+    assert_eq!(so, [true, false]);
+    assert!(maybes(Status::Fault, &told, &stairs).is_empty());
 }

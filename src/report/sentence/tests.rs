@@ -45,10 +45,19 @@ fn every_sentence_survives_the_way_out_and_back() {
         reasons,
         horizon: Some(Tenths(13_000)),
         confidence: Some(987),
+        maybes: 2,
     };
     for sentence in [
         Sentence::Scan(scan),
         Sentence::Step(step()),
+        Sentence::Maybe(MaybeLine {
+            scan: 3,
+            index: 1,
+            count: 2,
+            distance: Tenths(12_345),
+            height: Tenths(-1_000),
+            probability: 53,
+        }),
         Sentence::Boot {
             version: "0.1.0",
             revision: "abc",
@@ -61,6 +70,8 @@ fn every_sentence_survives_the_way_out_and_back() {
             scans: 0,
             estimator: "paper",
             reasons,
+            motion: "good",
+            motion_faults: 3,
         },
         Sentence::Config {
             key: "seed",
@@ -124,6 +135,7 @@ fn a_scan_with_every_reason_keeps_what_follows_them() {
         reasons,
         horizon: Some(Tenths(-1_000_000)),
         confidence: Some(1000),
+        maybes: u8::MAX,
     };
     let line = Sentence::Scan(written).write();
     let Ok(Sentence::Scan(read)) = Sentence::parse(&line) else {
@@ -149,7 +161,8 @@ fn garbled_lines_are_refused() {
         ("PSTR,SCAN,1,ok,none,0,0,,", "confidence"),
         ("PSTR,SCAN,1,ok,none,0,0,,far,", "horizon"),
         ("PSTR,SCAN,1,ok,none,0,0,,1000.0,100.1", "confidence"),
-        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,", "end"),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,", "maybes"),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,", "end"),
         ("PSTR,STEP,1,1,1,+1.0,2.0,,,1.0,1.0,50", "distance"),
         ("PSTR,STEP,1,1,1,1.0,99999999999.0,,,1.0,1.0,50", "height"),
         ("PSTR,NOPE", "name"),

@@ -1,6 +1,7 @@
 //! Commands: lines of the report port, carried out one by one.
 
 use super::states::{Errand, Machine};
+use crate::config::ConfigError;
 use crate::report::command::{self, Command, Input, LineReader};
 use crate::scan::board::{Board, BytePort};
 use crate::scan::chain::DataPath;
@@ -15,6 +16,17 @@ pub(super) struct Console {
     reader: LineReader,
     /// Next key that `get` lists.
     listing: Option<usize>,
+    /// What has been read and waits for room to be answered.
+    held: Option<Held>,
+}
+
+/// What has been read and is to be answered.
+#[derive(Clone, Copy, Debug)]
+enum Held {
+    /// A line.
+    Line,
+    /// What cannot be one.
+    Bad(ConfigError),
 }
 
 impl Console {
@@ -29,23 +41,43 @@ impl Console {
         machine.reports.pump(&mut machine.hardware.port);
     }
 
-    /// Reads at most one line, and only when its answer has room.
+    /// Reads motion sentences, which are not answered, and at most one other line, which waits until
+    /// its answer has room.
     fn read<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath>(
         &mut self,
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
     ) {
-        while self.listing.is_none() && machine.reports.has_room() {
+        while self.held.is_none() {
             let Some(byte) = machine.hardware.port.read() else {
                 return;
             };
-            match self.reader.push(byte) {
-                Input::Partial => {}
-                Input::Line => return self.execute(now, machine),
-                Input::Bad(error) => {
-                    return machine.reports.refuse("-", error.field, error.expected);
+            self.held = match self.reader.push(byte) {
+                Input::Partial => None,
+                Input::Line if command::is_motion(self.reader.line()) => {
+                    self.drive(now, machine);
+                    None
                 }
-            }
+                Input::Line => Some(Held::Line),
+                Input::Bad(error) => Some(Held::Bad(error)),
+            };
+        }
+        if self.listing.is_some() || !machine.reports.has_room() {
+            return;
+        }
+        match self.held.take() {
+            Some(Held::Line) => self.execute(now, machine),
+            Some(Held::Bad(error)) => machine.reports.refuse("-", error.field, error.expected),
+            None => {}
+        }
+    }
+
+    /// A motion sentence. A damaged one is counted, and told by `status` and with the scan.
+    #[inline(never)]
+    fn drive<M, L, P, B, D>(&mut self, now: Micros, machine: &mut Machine<'_, M, L, P, B, D>) {
+        match command::parse(self.reader.line()) {
+            Ok(Command::Motion(reading)) => machine.odometry.take(now, reading),
+            _ => machine.odometry.garbled(),
         }
     }
 
@@ -71,7 +103,7 @@ impl Console {
             Command::Scan => machine.errand(now, "scan", Errand::Once),
             Command::SelfTest => machine.errand(now, "selftest", Errand::Answer),
             Command::Status => {
-                let status = machine.status();
+                let status = machine.status(now);
                 machine.reports.status(&status);
             }
             Command::Version => machine.reports.version(&machine.identity),
@@ -81,6 +113,8 @@ impl Console {
                 Ok(()) => tell_setting(machine, key),
                 Err(error) => machine.reports.refuse("set", error.field, error.expected),
             },
+            // Taken in before: `drive`.
+            Command::Motion(_) => {}
             Command::Measure(measure) => {
                 let value = settings::number(i64::from(machine.hardware.board.measure(measure)));
                 machine.reports.value(measure.key(), &value);

@@ -26,6 +26,7 @@ mod states;
 
 pub use reports::Reports;
 
+use crate::drive::{Drive, Odometry};
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::link::RadarLink;
@@ -37,8 +38,8 @@ use states::Machine;
 
 /// The scanner over its hardware.
 ///
-/// Its larger part, what it has to say, is lent to it ([`Reports`]): a scanner on a small stack
-/// keeps that elsewhere.
+/// Its larger parts, what it has to say ([`Reports`]) and what it is told of the chair's motion
+/// ([`Odometry`]), are lent to it: a scanner on a small stack keeps them elsewhere.
 #[derive(Debug)]
 pub struct Scanner<'a, M, L, P, B, D> {
     machine: Machine<'a, M, L, P, B, D>,
@@ -50,13 +51,13 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<'a
     pub fn new(
         hardware: Hardware<M, L, P, B>,
         data: D,
-        reports: &'a mut Reports,
+        memory: (&'a mut Reports, &'a mut Odometry),
         settings: Settings,
         identity: Identity,
         now: Micros,
     ) -> Self {
         Self {
-            machine: Machine::new(hardware, data, reports, settings, identity, now),
+            machine: Machine::new(hardware, data, memory, settings, identity, now),
             console: Console::default(),
         }
     }
@@ -64,6 +65,11 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<'a
     /// The data path: map and estimator of the last scan.
     pub fn data(&self) -> &D {
         self.machine.data()
+    }
+
+    /// What is known of the chair's motion in the last scan.
+    pub fn drive(&self) -> Drive<'_> {
+        self.machine.drive()
     }
 
     /// The serial port.

@@ -1,7 +1,8 @@
 //! What the scanner says: which sentences tell a scan, a state, the answer to a command.
 
 use crate::answer::{Outcome, Reasons, Status};
-use crate::report::{ScanLine, Sentence, StepLine};
+use crate::report::sentence::of_scan;
+use crate::report::{ScanLine, Sentence};
 use crate::scan::board::{BytePort, Identity};
 use crate::scan::outbox::Outbox;
 
@@ -100,21 +101,13 @@ impl Reports {
 
     /// Queues the answer's sentences as they fit; true when all are queued.
     pub(super) fn tell(&mut self, telling: &mut Telling) -> bool {
-        let outcome = &self.outcome;
-        let count = outcome.steps.len() as u8;
-        while telling.queued <= count {
-            let sentence = match telling.queued.checked_sub(1) {
-                None => Sentence::Scan(ScanLine::new(telling.scan, telling.lost, outcome)),
-                Some(k) => {
-                    let step = outcome.steps.get(usize::from(k));
-                    let step = step.copied().unwrap_or_default();
-                    Sentence::Step(StepLine::new(telling.scan, telling.queued, count, &step))
-                }
-            };
+        while let Some(sentence) =
+            of_scan(telling.scan, telling.lost, &self.outcome, telling.queued)
+        {
             if !self.outbox.push(&sentence) {
                 return false;
             }
-            telling.queued += 1;
+            telling.queued = telling.queued.saturating_add(1);
         }
         true
     }

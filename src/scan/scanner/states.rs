@@ -5,6 +5,7 @@ use core::task::Poll;
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::RadarConfig;
+use crate::drive::{Drive, Odometry};
 use crate::report::Sentence;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
@@ -54,6 +55,7 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub hardware: Hardware<M, L, P, B>,
     data: D,
     pub reports: &'a mut Reports,
+    pub odometry: &'a mut Odometry,
     pub settings: Settings,
     pub identity: Identity,
     state: State,
@@ -71,6 +73,12 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
     /// The data path.
     pub fn data(&self) -> &D {
         &self.data
+    }
+
+    /// What is known of the chair's motion in the last scan.
+    pub fn drive(&self) -> Drive<'_> {
+        let chirp_us = self.settings.timing.chirp_duration;
+        self.odometry.drive(self.settings.motion, chirp_us)
     }
 
     /// Number of scans begun since boot.
@@ -96,13 +104,15 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
     }
 
     /// What `status` says.
-    pub fn status(&self) -> Sentence<'static> {
+    pub fn status(&self, now: Micros) -> Sentence<'static> {
         Sentence::State {
             state: self.state(),
             clock: self.identity.clock,
             scans: self.scans,
             estimator: self.settings.config.estimator.as_str(),
             reasons: self.reasons,
+            motion: self.odometry.state(now).as_str(),
+            motion_faults: self.odometry.faults(),
         }
     }
 }
@@ -114,7 +124,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     pub fn new(
         hardware: Hardware<M, L, P, B>,
         data: D,
-        reports: &'a mut Reports,
+        (reports, odometry): (&'a mut Reports, &'a mut Odometry),
         settings: Settings,
         identity: Identity,
         now: Micros,
@@ -123,6 +133,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             hardware,
             data,
             reports,
+            odometry,
             settings,
             identity,
             state: State::Boot,
@@ -183,11 +194,15 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
                     &mut self.data,
                 );
                 let poll = sweep.poll(now, mirror, link, data);
+                if let Some((row, at)) = sweep.fired() {
+                    let mid = sweep.settings().timing.chirp_duration / 2;
+                    self.odometry.row(row, at.plus(mid));
+                }
                 self.deadline = sweep.deadline();
                 if let Poll::Ready(rows) = poll {
                     let radar = sweep.settings().config.radar;
                     self.adopt(radar);
-                    self.conclude(rows);
+                    self.conclude(now, rows);
                 }
             }
             State::Reporting(_) => self.report(now),
@@ -228,6 +243,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         let (mirror, link) = (&mut self.hardware.mirror, &mut self.hardware.link);
         match Sweep::start(now, &self.settings, self.scans, backward, mirror, link) {
             Ok(sweep) => {
+                self.odometry.begin(self.settings.config.sweep.angle_count);
                 self.backward = !backward;
                 self.state = State::Scanning(sweep);
             }
@@ -360,10 +376,15 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     /// From the last row to the outcome.
     #[inline(never)]
-    fn conclude(&mut self, rows: Rows) {
+    fn conclude(&mut self, now: Micros, rows: Rows) {
+        self.odometry.finish(now);
+        let chirp_us = self.settings.timing.chirp_duration;
         let mut outcome = match rows.fault {
             Some(reason) => Outcome::fault(reason),
-            None => self.data.finish(),
+            None => {
+                let drive = self.odometry.drive(self.settings.motion, chirp_us);
+                self.data.conclude(&drive)
+            }
         };
         if rows.lost > 0 {
             outcome.reasons.add(Reason::LostRows);

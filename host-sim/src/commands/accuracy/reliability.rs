@@ -1,0 +1,146 @@
+//! The tables of what is promised: how far told probabilities are kept.
+
+use std::fmt::Write as _;
+
+use crate::scene::random::Kind;
+use crate::score::{Bin, Reliability, SetScore, Share};
+
+/// `1.42 m`: the median horizon of the answers that are `ok`; a dash without any.
+pub fn horizon(set: &SetScore) -> String {
+    match set.ok_horizon_m {
+        None => "–".into(),
+        Some(m) if m.is_finite() => format!("{m:.2} m"),
+        Some(_) => "not told".into(),
+    }
+}
+
+/// What `ok` promises of all scenes together, and confidence and `MAYBE`s against what came true.
+pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
+    let mut out = format!(
+        "All scenes together: `ok` of what is not wrong {}; `ok` and wrong, of `ok`, {}; median horizon of \
+         an `ok` {}.\n\n",
+        all.ok_of_right.full(),
+        all.ok_and_wrong.full(),
+        horizon(all)
+    );
+    if all.confidence.all.actual.of == 0 {
+        out.push_str("No answer tells a confidence.\n");
+        return out;
+    }
+    out.push_str(
+        "An answer's confidence is the probability that nothing is wrong up to its horizon, or over the \
+         first metre if that is farther; right is what is so up to there. The standard error is that of \
+         the actual share if every prediction is kept. Predicted and actual agree when they differ by at \
+         most 5 points or twice that; fewer than 30 say little and are not judged.\n\n\
+         | confidence | answers | predicted | right | standard error | agree |\n\
+         |---|---|---|---|---|---|\n",
+    );
+    bins(&mut out, &all.confidence);
+    let _ = write!(
+        out,
+        "| all | {} |\n\n\
+         | scenes | answers | predicted | right | standard error | agree | bins that agree |\n\
+         |---|---|---|---|---|---|---|\n",
+        figures(&all.confidence.all)
+    );
+    for (kind, set, _) in kinds {
+        let Share { hits, of } = set.confidence.kept();
+        let figures = figures(&set.confidence.all);
+        let _ = writeln!(out, "| {kind} | {figures} | {hits} of {of} |");
+    }
+    out.push_str(
+        "\nA `MAYBE` is right when a true step stands within 10 cm of it, or a drop where it says that \
+         the ground may end.\n\n\
+         | probability | `MAYBE`s | predicted | right | standard error | agree |\n\
+         |---|---|---|---|---|---|\n",
+    );
+    bins(&mut out, &all.maybes);
+    let _ = writeln!(out, "| all | {} |", figures(&all.maybes.all));
+    out
+}
+
+/// One line for each bin.
+fn bins(out: &mut String, reliability: &Reliability) {
+    for bin in &reliability.bins {
+        let percent = |v: f64| format!("{:.0}", 100.0 * v);
+        let (from, to) = (percent(bin.from), percent(bin.to));
+        let _ = writeln!(out, "| {from}–{to} % | {} |", figures(bin));
+    }
+}
+
+/// Number, predicted mean, actual share, standard error, and whether they agree.
+fn figures(bin: &Bin) -> String {
+    let percent = |v: Option<f64>| v.map_or("–".into(), |v| format!("{:.1} %", 100.0 * v));
+    let agree = match bin.agrees() {
+        Some(true) => "yes",
+        Some(false) => "**no**",
+        None => "–",
+    };
+    format!(
+        "{} | {} | {} | {} | {agree}",
+        bin.actual.of,
+        percent(bin.predicted()),
+        bin.actual.percent(),
+        percent(bin.standard_error()),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::score::{Prediction, SceneScore};
+    use stairscan::answer::Status;
+
+    /// An `ok` answer with its horizon and confidence, and a `MAYBE`.
+    fn scene(horizon_m: f64, told: f64, so: bool) -> SceneScore {
+        SceneScore {
+            recording: String::new(),
+            set: String::new(),
+            status: Status::Ok,
+            reasons: String::new(),
+            horizon_m,
+            confidence: Some(Prediction { told, so }),
+            maybes: vec![Prediction { told: 0.15, so }],
+            truth: Vec::new(),
+            matches: Vec::new(),
+            missed: Vec::new(),
+            invented: Vec::new(),
+            exact: so,
+            wrong: !so,
+            covered: 0,
+            false_stair: false,
+            harmful: false,
+        }
+    }
+
+    #[test]
+    fn lines_tell_what_was_predicted_and_what_came_true() {
+        // Of 40 answers of 96 % all but 8 are right, of 10 of 99.5 % all.
+        let mut scenes = vec![scene(1.25, 0.96, true); 32];
+        scenes.extend(vec![scene(1.25, 0.96, false); 8]);
+        scenes.extend(vec![scene(1.5, 0.995, true); 10]);
+        let set = || SetScore::new("all", scenes.iter());
+        let text = tables(&[(Kind::None, set(), Share::default())], &set());
+        let has = |line: &str| assert!(text.contains(line), "{line}\n{text}");
+        has("| 95–97 % | 40 | 96.0 % | 80.0 % (65.2–89.5) | 3.1 % | **no** |\n");
+        has("| 99–100 % | 10 | 99.5 % | 100.0 % (72.2–100.0) | 2.2 % | – |\n");
+        has("| 0–50 % | 0 | – | – | – | – |\n");
+        has("| none | 50 | 96.7 % | 84.0 % (71.5–91.7) | 2.5 % | **no** | 0 of 1 |\n");
+        has("median horizon of an `ok` 1.25 m");
+        // 42 of 50 MAYBEs of 15 % are right.
+        has("| 10–20 % | 50 | 15.0 % | 84.0 % (71.5–91.7) | 5.0 % | **no** |\n");
+    }
+
+    #[test]
+    fn an_estimator_without_confidence_says_so() {
+        let mut silent = scene(f64::INFINITY, 0.9, true);
+        silent.confidence = None;
+        let set = SetScore::new("all", [silent].iter());
+        let text = tables(&[], &set);
+        assert!(
+            text.contains("median horizon of an `ok` not told"),
+            "{text}"
+        );
+        assert!(text.ends_with("No answer tells a confidence.\n"), "{text}");
+    }
+}

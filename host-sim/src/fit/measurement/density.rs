@@ -1,0 +1,67 @@
+//! The measurement model's densities in double precision, as `stairscan::posterior` has them.
+
+use std::f64::consts::TAU;
+
+use stairscan::posterior::LEAST_DB;
+
+/// Share and width of the tails are the model's: see `stairscan::posterior::tailed`.
+const CORE: f64 = 0.92;
+/// See [`CORE`].
+const TAIL: f64 = 0.005;
+/// See [`CORE`]: twice the variance of the tails in units of the core's.
+const TAIL_WIDTH: f64 = 32.0;
+/// Slope of the logistic function that stands for the normal distribution.
+const PROBIT: f64 = 1.702;
+/// Least share of a level's distribution above the detection threshold.
+const LEAST_TAIL: f64 = 0.02;
+/// Range of levels that a flat share is spread over, dB.
+const FLAT_DB: f64 = 50.0;
+
+/// Logarithm of the wide-tailed density at `z2` squared standard deviations.
+pub fn log_tailed(z2: f64) -> f64 {
+    (CORE * (-0.5 * z2).exp() + TAIL * (-z2 / TAIL_WIDTH).exp() + 1e-12).ln()
+}
+
+/// Wide-tailed density in two dimensions, by squared deviation and variances.
+pub fn tailed(z2: f64, variances: f64) -> f64 {
+    (log_tailed(z2)).exp() / (TAU * variances.sqrt())
+}
+
+/// Upper tail of the normal distribution.
+pub fn above(z: f64) -> f64 {
+    1.0 / (1.0 + (PROBIT * z).exp())
+}
+
+/// Density of a level that is cut off at the detection threshold.
+pub fn level(snr_db: f64, mean: f64, sigma: f64, flat: f64) -> f64 {
+    let z = (snr_db - mean) / sigma;
+    let tail = above((f64::from(LEAST_DB) - mean) / sigma).max(LEAST_TAIL);
+    (1.0 - flat) * (-0.5 * z * z).exp() / (TAU.sqrt() * sigma * tail) + flat / FLAT_DB
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stairscan::posterior;
+
+    #[test]
+    fn they_are_the_firmwares() {
+        for k in 0..60 {
+            let x = 0.25 * k as f32;
+            let tailed = posterior::tailed(x);
+            // The firmware's tails are a rational function.
+            assert!(
+                (f64::from(tailed) - log_tailed(x.into()).exp()).abs() < 2e-4,
+                "{x}"
+            );
+            for (mean, sigma) in [(2.0, 3.0), (9.0, 6.0), (-8.0, 4.0)] {
+                let there = f64::from(posterior::level_density(2.8 + x, mean, sigma, 0.05));
+                let here = level((2.8 + x).into(), mean.into(), sigma.into(), 0.05);
+                assert!(
+                    (there - here).abs() < 1e-4 * (1.0 + here),
+                    "{x} {mean} {there} {here}"
+                );
+            }
+        }
+    }
+}

@@ -1,0 +1,370 @@
+//! The most likely numbers of the measurement model for what was counted.
+
+use std::f64::consts::TAU;
+
+use stairscan::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
+use stairscan::posterior::labels::{Hit, Level};
+use stairscan::posterior::{Class, LEAST_DB};
+
+use super::climb::{Peak, Prior, climb};
+use super::counts::{Chance, Counts, Scan};
+use super::density::{above, level, log_tailed, tailed};
+use super::prior::{START, floor, sigma};
+use crate::fit::logistic;
+
+/// Names of the classes of point features.
+pub const POINT_NAMES: [&str; POINTS] = [
+    "corner",
+    "nosing",
+    "flash",
+    "top",
+    "hidden",
+    "edge below",
+    "edge above",
+];
+/// Names of the classes of extended features.
+pub const EXTENDED_NAMES: [&str; EXTENDED] = ["face", "tread", "floor", "air", "inside", "noise"];
+/// Class of noise.
+const NOISE: usize = EXTENDED - 1;
+/// Classes that lie on a surface: face, tread, floor.
+const SURFACES: usize = 3;
+/// Flat share of a point feature's level, and of each extended class's: the model's.
+const POINT_FLAT: f64 = 0.05;
+/// See [`POINT_FLAT`].
+const EXTENDED_FLAT: [f64; EXTENDED] = [0.05, 0.002, 0.005, 0.05, 0.01, 0.0];
+/// Error of a hidden riser's visible ends by the beam, metres squared: the model's.
+const SOFT_M2: f64 = 0.000_144;
+/// Least height of a hidden riser that is spread over, metres: the model's.
+const LEAST_SPAN_M: f64 = 0.01;
+
+/// A number as it was counted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Number {
+    /// Class and field.
+    pub name: String,
+    /// Its value, in the field's unit.
+    pub value: f64,
+    /// Its standard error.
+    pub error: f64,
+    /// Samples that it was counted from.
+    pub count: usize,
+}
+
+/// Collects numbers.
+struct Told<'n> {
+    class: &'static str,
+    count: usize,
+    numbers: &'n mut Vec<Number>,
+}
+
+impl Told<'_> {
+    fn number(&mut self, field: &str, value: f64, error: f64) -> f32 {
+        self.numbers.push(Number {
+            name: format!("{} {field}", self.class),
+            value,
+            error,
+            count: self.count,
+        });
+        value as f32
+    }
+
+    /// Of a spread with a floor, by what it exceeds that.
+    fn spread(&mut self, field: &str, floor: f64, (over, error): (f64, f64)) -> f32 {
+        let value = floor.hypot(over);
+        self.number(field, value, error * over.abs() / value)
+    }
+}
+
+impl Peak {
+    fn of(&self, k: usize) -> (f64, f64) {
+        (self.at[k], self.errors[k])
+    }
+}
+
+fn around(mean: f32, sigma: f64) -> Prior {
+    Prior {
+        mean: mean.into(),
+        sigma,
+    }
+}
+
+/// A spread's prior, by what it exceeds its floor.
+fn over(value: f32, floor: f64, sigma: f64) -> Prior {
+    let value = f64::from(value);
+    Prior {
+        mean: (value * value - floor * floor).max(0.0).sqrt(),
+        sigma,
+    }
+}
+
+fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
+    let start: Vec<f64> = priors.iter().map(|p| p.mean).collect();
+    climb(&start, priors, likelihood)
+}
+
+/// The table that the counts make most likely; `old` is the one that labelled them.
+pub fn estimate(counts: &Counts, old: &Generative) -> (Generative, Vec<Number>) {
+    let mut new = START;
+    let mut numbers = Vec::new();
+    let seen = chances(counts, old);
+    for class in 0..POINTS {
+        let hits = &counts.hits[class];
+        let mut told = Told {
+            class: POINT_NAMES[class],
+            count: hits.len(),
+            numbers: &mut numbers,
+        };
+        let start = &START.points[class];
+        if class == Class::Hidden as usize {
+            hidden(hits, &mut new, &mut told);
+        } else {
+            place(hits, start, &mut new.points[class], &mut told);
+        }
+        let p = &mut new.points[class];
+        let levels = hits.iter().map(|h| &h.1);
+        let priors = [start.snr_db, start.snr_per_db, start.snr_sigma_db];
+        let floor = floor::POINT_DB;
+        [p.snr_db, p.snr_per_db, p.snr_sigma_db] =
+            levels_of(levels, priors, floor, POINT_FLAT, &mut told);
+        if let Some(fit) = &seen[class] {
+            told.count = fit.samples;
+            let names = ["seen", "seen per 10 dB", "seen per room"];
+            let mut weight = |k: usize| told.number(names[k], fit.weights[k], fit.errors[k]);
+            (p.seen, p.seen_per_ten_db, p.seen_per_room) = (weight(0), weight(1), weight(2));
+        }
+    }
+    for class in 0..EXTENDED {
+        extended(counts, class, &mut new.extended[class], &mut numbers);
+    }
+    let fit = logistic::fit(&counts.risers, 4, sigma::ODDS);
+    let mut told = Told {
+        class: "riser",
+        count: fit.samples,
+        numbers: &mut numbers,
+    };
+    let names = [
+        "nothing",
+        "nothing per 10 dB",
+        "nothing if hidden",
+        "nothing per 10 dB before",
+    ];
+    for (k, name) in names.into_iter().enumerate() {
+        new.hidden.nothing[k] = told.number(name, fit.weights[k], fit.errors[k]);
+    }
+    (new, numbers)
+}
+
+/// Where a class's echoes lie against their feature.
+fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_>) {
+    let priors = [
+        around(start.range_m, sigma::RANGE_M),
+        over(start.range_sigma_m, floor::RANGE_M, sigma::RANGE_M),
+        around(start.across_m, sigma::ACROSS_M),
+        over(start.across_sigma_m, floor::ACROSS_M, sigma::ACROSS_M),
+        around(start.across_per_width_m, sigma::WIDTH_M),
+        over(start.sigma_per_width_m, floor::WIDTH_M, sigma::WIDTH_M),
+    ];
+    let peak = from_means(&priors, |x| {
+        let vr = x[1] * x[1] + floor::RANGE_M * floor::RANGE_M;
+        let least = floor::ACROSS_M * floor::ACROSS_M;
+        let log = |(hit, _): &(Hit, Level)| {
+            let (wide, noise) = (f64::from(hit.wide), f64::from(hit.noise_m));
+            let dr = f64::from(hit.range_m) - x[0];
+            let dc = f64::from(hit.across_m) - x[2] - x[4] * wide;
+            let by_width = x[5].hypot(floor::WIDTH_M) * wide;
+            let vc = x[3] * x[3] + least + by_width * by_width + noise * noise;
+            log_tailed(dr * dr / vr + dc * dc / vc) - 0.5 * (vr * vc).ln()
+        };
+        hits.iter().map(log).sum()
+    });
+    let number = |told: &mut Told<'_>, name, (value, error)| told.number(name, value, error);
+    p.range_m = number(told, "range m", peak.of(0));
+    p.range_sigma_m = told.spread("range sigma m", floor::RANGE_M, peak.of(1));
+    p.across_m = number(told, "across m", peak.of(2));
+    p.across_sigma_m = told.spread("across sigma m", floor::ACROSS_M, peak.of(3));
+    p.across_per_width_m = number(told, "across per width m", peak.of(4));
+    p.sigma_per_width_m = told.spread("sigma per width m", floor::WIDTH_M, peak.of(5));
+}
+
+/// Where the echoes of hidden risers lie: at the lower end of what can be seen, at the top, anywhere.
+fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
+    let class = Class::Hidden as usize;
+    let (start, ends) = (&START.points[class], [START.hidden.low, START.hidden.top]);
+    let rest = 1.0 - ends[0][0] - ends[1][0];
+    // Shares as log-odds against the rest.
+    let share = |k: usize| around((ends[k][0] / rest).ln(), sigma::ODDS);
+    let priors = [
+        around(start.range_m, sigma::RANGE_M),
+        over(start.range_sigma_m, floor::RANGE_M, sigma::RANGE_M),
+        over(start.sigma_per_width_m, floor::WIDTH_M, sigma::WIDTH_M),
+        share(0),
+        around(ends[0][1], sigma::ACROSS_M),
+        over(ends[0][2], floor::HIDDEN_M, sigma::ACROSS_M),
+        share(1),
+        around(ends[1][1], sigma::ACROSS_M),
+        over(ends[1][2], floor::HIDDEN_M, sigma::ACROSS_M),
+    ];
+    let shares = |x: &[f64]| {
+        let (low, top) = (x[3].exp(), x[6].exp());
+        let all = 1.0 + low + top;
+        [low / all, top / all, 1.0 / all]
+    };
+    let peak = from_means(&priors, |x| {
+        let shares = shares(x);
+        let vr = x[1] * x[1] + floor::RANGE_M * floor::RANGE_M;
+        let log = |(hit, _): &(Hit, Level)| {
+            let noise = f64::from(hit.noise_m);
+            let by_width = x[2].hypot(floor::WIDTH_M) * f64::from(hit.wide);
+            let va = noise * noise + by_width * by_width;
+            let [low, top] = hit.above_m.map(f64::from);
+            let dx = f64::from(hit.range_m) - x[0];
+            let end = |share: f64, dx: f64, above: f64, offset: f64, spread: f64| {
+                let v = spread * spread + floor::HIDDEN_M * floor::HIDDEN_M + va;
+                let y = (above - offset) / f64::from(hit.cos);
+                share * tailed(dx * dx / vr + y * y / v, vr * v)
+            };
+            let soft = (SOFT_M2 + va).sqrt();
+            let within = (above(-low / soft) - above(-top / soft)).max(0.0);
+            let even = within / (low - top).max(LEAST_SPAN_M);
+            let face = shares[2] * even * log_tailed(dx * dx / vr).exp() / (TAU * vr).sqrt();
+            let at_low = end(shares[0], dx, low, x[4], x[5]);
+            let at_top = end(shares[1], dx + f64::from(hit.over_m), top, x[7], x[8]);
+            (at_low + at_top + face + f64::MIN_POSITIVE).ln()
+        };
+        hits.iter().map(log).sum()
+    });
+    let p = &mut new.points[class];
+    let (value, error) = peak.of(0);
+    p.range_m = told.number("range m", value, error);
+    p.range_sigma_m = told.spread("range sigma m", floor::RANGE_M, peak.of(1));
+    p.sigma_per_width_m = told.spread("sigma per width m", floor::WIDTH_M, peak.of(2));
+    (p.across_m, p.across_sigma_m) = (0.0, 0.0);
+    let shares = shares(&peak.at);
+    let ends = [("low", 3), ("top", 6)];
+    for (k, (name, at)) in ends.into_iter().enumerate() {
+        let error = shares[k] * (1.0 - shares[k]) * peak.errors[at];
+        let share = told.number(&format!("{name} share"), shares[k], error);
+        let (value, error) = peak.of(at + 1);
+        let offset = told.number(&format!("{name} m"), value, error);
+        let field = format!("{name} sigma m");
+        let spread = told.spread(&field, floor::HIDDEN_M, peak.of(at + 2));
+        let end = match k {
+            0 => &mut new.hidden.low,
+            _ => &mut new.hidden.top,
+        };
+        *end = [share, offset, spread];
+    }
+}
+
+/// Level at a strongest echo of 30 dB, per dB of that, and spread.
+fn levels_of<'l>(
+    levels: impl Iterator<Item = &'l Level>,
+    start: [f32; 3],
+    floor: f64,
+    flat: f64,
+    told: &mut Told<'_>,
+) -> [f32; 3] {
+    let levels: Vec<_> = levels.collect();
+    let priors = [
+        around(start[0], sigma::SNR_DB),
+        around(start[1], sigma::SNR_PER_DB),
+        over(start[2], floor, sigma::SNR_DB),
+    ];
+    let peak = from_means(&priors, |x| {
+        let spread = x[2].hypot(floor);
+        let log = |l: &&Level| {
+            let mean = x[0] + x[1] * TEN_DB * f64::from(l.q) + f64::from(l.fade_db);
+            level(l.snr_db.into(), mean, spread, flat).ln()
+        };
+        levels.iter().map(log).sum()
+    });
+    [
+        told.number("snr dB", peak.at[0], peak.errors[0]),
+        told.number("snr per dB", peak.at[1], peak.errors[1]),
+        told.spread("snr sigma dB", floor, peak.of(2)),
+    ]
+}
+
+/// dB in the unit of what is counted in tens of dB.
+const TEN_DB: f64 = 10.0;
+
+/// Log-odds of being seen, by class.
+///
+/// The model takes it for granted that a riser which shows anything shows at least one feature, so
+/// that of those, each stands for the risers that are left out: those whose features, as likely to
+/// be seen, all stay unseen. Where a riser has one feature only, its being seen says nothing.
+fn chances(counts: &Counts, old: &Generative) -> Vec<Option<logistic::Fit>> {
+    let mut rows = vec![Vec::new(); POINTS];
+    for riser in counts.chances.iter().filter(|r| r.len() > 1) {
+        if riser.iter().all(|f| !f.seen) {
+            continue;
+        }
+        let unseen: f64 = riser.iter().map(|f| 1.0 - probability(f, old)).product();
+        for f in riser {
+            rows[f.class].push((f.on.to_vec(), f.seen, 1.0));
+            rows[f.class].push((f.on.to_vec(), false, unseen / (1.0 - unseen)));
+        }
+    }
+    let fit = |rows: &Vec<_>| (!rows.is_empty()).then(|| logistic::weighted(rows, 3, sigma::ODDS));
+    rows.iter().map(fit).collect()
+}
+
+fn probability(f: &Chance, g: &Generative) -> f64 {
+    let p = &g.points[f.class];
+    let weights = [p.seen, p.seen_per_ten_db, p.seen_per_room].map(f64::from);
+    let odds: f64 = weights.iter().zip(&f.on).map(|(w, x)| w * x).sum();
+    (1.0 / (1.0 + (-odds).exp())).clamp(LEAST_SEEN, MOST_SEEN)
+}
+
+/// The model's bounds of being seen.
+const LEAST_SEEN: f64 = 0.02;
+/// See [`LEAST_SEEN`].
+const MOST_SEEN: f64 = 0.985;
+
+/// A class of extended features.
+fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<Number>) {
+    let (start, samples) = (&START.extended[class], &counts.extended[class]);
+    let mut told = Told {
+        class: EXTENDED_NAMES[class],
+        count: samples.len(),
+        numbers,
+    };
+    let priors = match class {
+        NOISE => vec![around(start.rate, sigma::RATE)],
+        _ => vec![
+            around(start.rate, sigma::RATE),
+            around(start.rate_per_ten_db, sigma::RATE_PER_TEN_DB),
+        ],
+    };
+    let peak = from_means(&priors, |x| {
+        let log = |s: &Scan| {
+            let log_rate = x[0] + x.get(1).map_or(0.0, |per| per * s.q);
+            s.echoes[class] * log_rate - s.exposure[class] * log_rate.exp()
+        };
+        counts.scans.iter().map(log).sum()
+    });
+    p.rate = told.number("rate", peak.at[0], peak.errors[0]);
+    if class == NOISE {
+        let above = samples.iter().map(|s| f64::from(s.0.snr_db - LEAST_DB));
+        let count = samples.len().max(1) as f64;
+        let mean = (above.sum::<f64>() / count).max(floor::NOISE_DB);
+        p.snr_sigma_db = told.number("snr sigma dB", mean, mean / count.sqrt());
+        return;
+    }
+    p.rate_per_ten_db = told.number("rate per 10 dB", peak.at[1], peak.errors[1]);
+    let levels = samples.iter().map(|s| &s.0);
+    let (floor, flat) = (floor::EXTENDED_DB, EXTENDED_FLAT[class]);
+    let priors = [start.snr_db, start.snr_per_db, start.snr_sigma_db];
+    [p.snr_db, p.snr_per_db, p.snr_sigma_db] = levels_of(levels, priors, floor, flat, &mut told);
+    if class < SURFACES {
+        let prior = over(start.off_sigma_m, floor::OFF_M, sigma::ACROSS_M);
+        let peak = from_means(&[prior], |x| {
+            let log = |s: &(Level, f64, f64)| {
+                let v = x[0] * x[0] + floor::OFF_M * floor::OFF_M + s.2 * s.2;
+                log_tailed(s.1 * s.1 / v) - 0.5 * v.ln()
+            };
+            samples.iter().map(log).sum()
+        });
+        p.off_sigma_m = told.spread("off sigma m", floor::OFF_M, peak.of(0));
+    }
+}

@@ -1,0 +1,171 @@
+//! What stands in a scene whose truth is known, as the measurement model sees it.
+
+use stairscan::echoes::Echo;
+use stairscan::grid::Geometry;
+use stairscan::posterior::{Kind, Model, Staircase, View, weight};
+
+use crate::recording::Truth;
+use crate::scene::spec::{SceneSpec, Way};
+
+/// What the truth does not say of a flight and its scene does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Build {
+    /// Whether there is nothing below the treads.
+    pub open: bool,
+    /// How far the nosings stand before their risers, metres.
+    pub overhang_m: f32,
+}
+
+impl Build {
+    /// Of a scene; nothing if its flights differ.
+    pub fn of(scene: &SceneSpec) -> Option<Self> {
+        let up = scene.stairs.iter().filter(|s| s.direction == Way::Up);
+        let mut builds = up.map(|s| Self {
+            open: s.open,
+            overhang_m: s.nosing_m as f32,
+        });
+        let first = builds.next()?;
+        builds.all(|build| build == first).then_some(first)
+    }
+
+    /// All that there may be.
+    fn all() -> Vec<Self> {
+        let closed = (0..=OVERHANGS).map(|k| Self {
+            open: false,
+            overhang_m: OVERHANG_STEP_M * f32::from(k),
+        });
+        let open = Self {
+            open: true,
+            overhang_m: 0.0,
+        };
+        closed.chain([open]).collect()
+    }
+}
+
+/// Overhangs that are tried beside none: up to 6 cm.
+const OVERHANGS: u8 = 12;
+/// From one to the next, metres.
+const OVERHANG_STEP_M: f32 = 0.005;
+/// Walls that are tried: at the strongest echoes.
+const WALLS: usize = 3;
+/// Echoes of one wall, metres.
+const SAME_WALL_M: f32 = 0.05;
+/// A wall stands at least this far behind the last riser, metres: the shortest landing.
+const LANDING_M: f32 = 0.28;
+/// A weaker echo shows no wall, dB.
+const WALL_DB: f32 = 8.0;
+/// Where ramps begin, metres, …
+const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
+/// … and how steep they are: from 1:16 to what no chair climbs.
+const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
+/// Heights of what is no step, metres: thresholds and boxes.
+const THINGS_M: [f32; 5] = [0.015, 0.03, 0.3, 0.5, 0.8];
+/// Up to here a thing is a threshold, metres.
+const THRESHOLD_M: f32 = 0.1;
+
+/// The most likely of what may stand there under the truth; nothing if the model cannot hold it: it
+/// goes down, or leaves the ground.
+pub fn standing(model: &Model<'_>, truth: &Truth, build: Option<Build>) -> Option<Staircase> {
+    let mut steps: Vec<(f32, f32)> = truth
+        .steps
+        .iter()
+        .chain(&truth.uncounted)
+        .map(|s| (s.distance_m as f32, s.height_m as f32))
+        .collect();
+    steps.sort_by(|a, b| a.0.total_cmp(&b.0));
+    if steps.iter().any(|s| s.1 <= 0.0) {
+        return None;
+    }
+    let bare = match steps.is_empty() {
+        true => things(model),
+        false => build
+            .map_or_else(Build::all, |build| vec![build])
+            .iter()
+            .map(|build| flight(&steps, *build))
+            .collect(),
+    };
+    let walls = walls(model);
+    let all = bare.iter().flat_map(|s| {
+        let last = s.len().checked_sub(1).map_or(0.0, |k| s.x(k));
+        let fits = move |w: &&f32| **w > last + LANDING_M && s.kind != Kind::Ramp;
+        let with = move |wall_m: &f32| Staircase {
+            wall_m: *wall_m,
+            ..*s
+        };
+        [*s].into_iter().chain(walls.iter().filter(fits).map(with))
+    });
+    all.map(|s| (weight(model, &s), s))
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|best| best.1)
+}
+
+fn flight(steps: &[(f32, f32)], build: Build) -> Staircase {
+    let mut s = Staircase::nothing();
+    for (k, &(x_m, top_m)) in steps.iter().enumerate() {
+        s = s.with(k, x_m + build.overhang_m, top_m);
+    }
+    s.open = build.open;
+    s.overhang_m = build.overhang_m;
+    s
+}
+
+/// Places of the strongest echoes.
+fn walls(model: &Model<'_>) -> Vec<f32> {
+    let mut echoes: Vec<_> = model.echoes.iter().filter(|e| e.snr_db > WALL_DB).collect();
+    echoes.sort_by(|a, b| b.snr_db.total_cmp(&a.snr_db));
+    let mut walls: Vec<f32> = Vec::new();
+    for e in echoes {
+        if walls.len() < WALLS && walls.iter().all(|w| (w - e.x_m).abs() > SAME_WALL_M) {
+            walls.push(e.x_m);
+        }
+    }
+    walls
+}
+
+/// What may stand where no step does.
+fn things(model: &Model<'_>) -> Vec<Staircase> {
+    let mut all = vec![Staircase::nothing()];
+    for wall_m in RAMPS_FROM_M {
+        all.extend(SLOPES.map(|slope| Staircase {
+            kind: Kind::Ramp,
+            slope,
+            wall_m,
+            ..Staircase::nothing()
+        }));
+    }
+    for x_m in walls(model) {
+        for height_m in THINGS_M {
+            let mut thing = Staircase::nothing().with(0, x_m, height_m);
+            thing.kind = match height_m < THRESHOLD_M {
+                true => Kind::Threshold,
+                false => Kind::Box,
+            };
+            all.push(thing);
+        }
+    }
+    all
+}
+
+/// One scan to count from.
+#[derive(Clone, Debug)]
+pub struct Sighting {
+    /// Its recording's name.
+    pub name: String,
+    /// Its echoes after calibration on the floor.
+    pub echoes: Vec<Echo>,
+    /// The instrument …
+    pub geometry: Geometry,
+    /// … and what it sees.
+    pub view: View,
+    /// What stands there …
+    pub truth: Truth,
+    /// … and how it is built, if that is known.
+    pub build: Option<Build>,
+}
+
+impl Sighting {
+    /// The echoes under a model.
+    pub fn model<'g>(&self, g: &'g stairscan::params::generative::Generative) -> Model<'g> {
+        Model::new(&self.echoes, self.view, &self.geometry, g)
+    }
+}

@@ -1,0 +1,118 @@
+//! The measurement model before anything is counted: where the fit starts and what its priors stand
+//! around.
+//!
+//! Set by hand, once, from what the instrument and building practice suggest: ranges within a
+//! centimetre, heights within a few, levels that follow the scene's strongest echo, half of the
+//! features seen. The priors are wide: a few dozen samples outweigh them.
+
+use stairscan::params::generative::{Extended, Generative, Hidden, Point};
+
+/// Features whose echo is a corner's or a mirror's: as strong as the scene's strongest.
+const BRIGHT_DB: f32 = 25.0;
+/// Edges.
+const DIM_DB: f32 = 12.0;
+/// Edges of floating treads, which have nothing brighter beside them.
+const OPEN_DB: f32 = 15.0;
+
+const fn point(range_mm: f32, across: [f32; 2], snr_db: f32, seen: f32, room: f32) -> Point {
+    Point {
+        range_m: 0.0,
+        range_sigma_m: 0.001 * range_mm,
+        across_m: across[0],
+        across_sigma_m: across[1],
+        across_per_width_m: 0.0,
+        sigma_per_width_m: 0.1,
+        snr_db,
+        snr_per_db: 0.8,
+        snr_sigma_db: 8.0,
+        seen,
+        seen_per_ten_db: 0.3,
+        seen_per_room: room,
+    }
+}
+
+const fn extended(rate: f32, snr_db: f32, snr_per_db: f32, off_sigma_m: f32) -> Extended {
+    Extended {
+        rate,
+        rate_per_ten_db: 0.5,
+        snr_db,
+        snr_per_db,
+        snr_sigma_db: 6.0,
+        off_sigma_m,
+    }
+}
+
+/// The table to start from.
+pub const START: Generative = Generative {
+    points: [
+        point(4.0, [0.0, 0.005], BRIGHT_DB, 1.5, 1.0),
+        point(5.0, [-0.005, 0.015], DIM_DB, 0.5, 1.0),
+        point(4.0, [0.0, 0.015], BRIGHT_DB, 1.5, 1.0),
+        point(6.0, [-0.02, 0.025], DIM_DB, 0.0, 1.0),
+        point(6.0, [0.0, 0.025], DIM_DB, 0.5, 0.0),
+        point(6.0, [-0.01, 0.02], OPEN_DB, 2.0, 0.0),
+        point(6.0, [-0.02, 0.025], OPEN_DB, 1.5, 0.0),
+    ],
+    extended: [
+        extended(-2.3, 10.0, 0.7, 0.006),
+        extended(0.5, 6.0, 0.4, 0.010),
+        extended(1.5, 10.0, 0.6, 0.008),
+        extended(-3.0, 8.0, 0.5, 0.0),
+        extended(-2.0, 6.0, 0.3, 0.0),
+        Extended {
+            rate: 1.5,
+            rate_per_ten_db: 0.0,
+            snr_db: 0.0,
+            snr_per_db: 0.0,
+            snr_sigma_db: 1.0,
+            off_sigma_m: 0.0,
+        },
+    ],
+    hidden: Hidden {
+        low: [0.4, 0.0, 0.015],
+        top: [0.3, -0.015, 0.015],
+        nothing: [-3.0, -1.0, 0.5, -0.5],
+    },
+};
+
+/// Standard deviations of the priors around [`START`]; those of spreads are of their departure.
+pub mod sigma {
+    /// Offsets in range, metres.
+    pub const RANGE_M: f64 = 0.005;
+    /// Offsets across the line of sight and in height, metres.
+    pub const ACROSS_M: f64 = 0.03;
+    /// What the lobe's width adds, metres per unit.
+    pub const WIDTH_M: f64 = 0.2;
+    /// Levels, dB.
+    pub const SNR_DB: f64 = 15.0;
+    /// Levels per dB of the strongest echo.
+    pub const SNR_PER_DB: f64 = 0.3;
+    /// Logarithm of a rate.
+    pub const RATE: f64 = 3.0;
+    /// The same per 10 dB.
+    pub const RATE_PER_TEN_DB: f64 = 1.0;
+    /// Log-odds, around 0.
+    pub const ODDS: f64 = 3.0;
+}
+
+/// Least spreads: what the labels cannot tell, for the truth is known to a millimetre and the
+/// simulator's surfaces are smoother than those that a chair meets.
+pub mod floor {
+    /// In range, metres.
+    pub const RANGE_M: f64 = 0.002;
+    /// Across the line of sight, metres.
+    pub const ACROSS_M: f64 = 0.0015;
+    /// What a wide lobe adds across the line of sight, metres per unit: labels cut off the tails, and
+    /// an echo that lies farther out than its spread allows speaks for a wrong height all the louder.
+    pub const WIDTH_M: f64 = 0.05;
+    /// Of what a hidden riser shows, metres.
+    pub const HIDDEN_M: f64 = 0.004;
+    /// Off a surface, metres.
+    pub const OFF_M: f64 = 0.003;
+    /// Of a point feature's level, dB.
+    pub const POINT_DB: f64 = 3.0;
+    /// Of an extended feature's level, dB.
+    pub const EXTENDED_DB: f64 = 2.0;
+    /// Of noise above its threshold, dB.
+    pub const NOISE_DB: f64 = 0.3;
+}

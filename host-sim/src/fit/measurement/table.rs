@@ -1,0 +1,103 @@
+//! The measurement model's table as the firmware compiles it, and as it is printed.
+
+use std::fmt::Write as _;
+
+use stairscan::params::generative::{Extended, Generative, Point};
+
+use super::estimate::{EXTENDED_NAMES, Number, POINT_NAMES};
+
+/// Decimals that are kept: a hundredth of a millimetre, of a decibel or of a log-odd matters nowhere.
+const UNIT: f64 = 1e5;
+
+/// The table as it will be read: with the decimals that are kept.
+pub fn rounded(g: &Generative) -> Generative {
+    let near = |x: &mut f32| *x = ((f64::from(*x) * UNIT).round() / UNIT) as f32 + 0.0;
+    let mut g = *g;
+    g.points
+        .iter_mut()
+        .for_each(|p| point(p).into_iter().for_each(|(_, x)| near(x)));
+    g.extended
+        .iter_mut()
+        .for_each(|p| extended(p).into_iter().for_each(|(_, x)| near(x)));
+    let h = &mut g.hidden;
+    h.low
+        .iter_mut()
+        .chain(&mut h.top)
+        .chain(&mut h.nothing)
+        .for_each(near);
+    g
+}
+
+fn point(p: &mut Point) -> [(&'static str, &mut f32); 12] {
+    [
+        ("range_m", &mut p.range_m),
+        ("range_sigma_m", &mut p.range_sigma_m),
+        ("across_m", &mut p.across_m),
+        ("across_sigma_m", &mut p.across_sigma_m),
+        ("across_per_width_m", &mut p.across_per_width_m),
+        ("sigma_per_width_m", &mut p.sigma_per_width_m),
+        ("snr_db", &mut p.snr_db),
+        ("snr_per_db", &mut p.snr_per_db),
+        ("snr_sigma_db", &mut p.snr_sigma_db),
+        ("seen", &mut p.seen),
+        ("seen_per_ten_db", &mut p.seen_per_ten_db),
+        ("seen_per_room", &mut p.seen_per_room),
+    ]
+}
+
+fn extended(p: &mut Extended) -> [(&'static str, &mut f32); 6] {
+    [
+        ("rate", &mut p.rate),
+        ("rate_per_ten_db", &mut p.rate_per_ten_db),
+        ("snr_db", &mut p.snr_db),
+        ("snr_per_db", &mut p.snr_per_db),
+        ("snr_sigma_db", &mut p.snr_sigma_db),
+        ("off_sigma_m", &mut p.off_sigma_m),
+    ]
+}
+
+/// The source file of the measurement model in the depth plane.
+pub fn write(g: &Generative) -> String {
+    let mut g = rounded(g);
+    let mut out = String::from(
+        "//! The measurement model, counted from simulated scans: written by `cargo sim fit`.\n\n\
+         use super::generative::{Extended, Generative, Hidden, Point};\n\n\
+         /// In the depth plane.\npub static UP: Generative = Generative {\n    points: [\n",
+    );
+    for (p, name) in g.points.iter_mut().zip(POINT_NAMES) {
+        entry(&mut out, "Point", name, &point(p));
+    }
+    out.push_str("    ],\n    extended: [\n");
+    for (p, name) in g.extended.iter_mut().zip(EXTENDED_NAMES) {
+        entry(&mut out, "Extended", name, &extended(p));
+    }
+    let h = &g.hidden;
+    let _ = write!(
+        out,
+        "    ],\n    hidden: Hidden {{\n        low: {:?},\n        top: {:?},\n        \
+         nothing: {:?},\n    }},\n}};\n",
+        h.low, h.top, h.nothing
+    );
+    out
+}
+
+fn entry(out: &mut String, kind: &str, name: &str, fields: &[(&str, &mut f32)]) {
+    let _ = writeln!(out, "        // {name}\n        {kind} {{");
+    for (field, value) in fields {
+        let _ = writeln!(out, "            {field}: {value:?},");
+    }
+    out.push_str("        },\n");
+}
+
+/// Every number with its standard error and what it was counted from.
+pub fn print(numbers: &[Number]) -> String {
+    let mut out = String::new();
+    for n in numbers {
+        let _ = writeln!(
+            out,
+            "  {:<32} {:>10.5} ± {:<9.5} {:>6}",
+            n.name, n.value, n.error, n.count
+        );
+    }
+    out
+}

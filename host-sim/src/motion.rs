@@ -1,0 +1,270 @@
+//! What a chair's controller would have sent while a recording was made: motion sentences from what
+//! the recording says of travel and pitch, and what goes wrong with them on the way.
+
+use std::collections::VecDeque;
+
+use clap::ValueEnum;
+use stairscan::drive::Reading;
+use stairscan::report::motion;
+use stairscan::scan::Micros;
+
+use crate::recording::Recording;
+
+/// Sentences are at least so far apart, µs: a hundred a second.
+const APART_US: u64 = 10_000;
+/// A row of a recording that bears no times, s: the paper's 281 rows in 1.3 s.
+const ROW_S: f64 = 1.3 / 281.0;
+/// Between two scans of such a recording: time to come to rest, s, and speed on the way, m/s.
+const REST_S: f64 = 0.5;
+const SPEED: f64 = 0.25;
+/// Time before the first chirp, s: the controller is there before the scanner is.
+const LEAD_S: f64 = 1.0;
+/// Of a hundred sentences so many are lost where some are.
+const LOST_PER_CENT: u64 = 30;
+/// How late sentences come where they are late, µs.
+const DELAY_US: u64 = 300_000;
+/// How far travel jumps where it does, 0.1 mm.
+const JUMP: i32 = 1_000;
+
+/// What is wrong with the motion sentences.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Fault {
+    /// None is sent.
+    Absent,
+    /// 30 % do not arrive.
+    Lost,
+    /// Every other one comes after the one that was sent after it.
+    Swapped,
+    /// All come 300 ms late.
+    Delayed,
+    /// From the second scan's middle on the same sentence comes again and again.
+    Stuck,
+    /// Travel and pitch never change, while sentences go on being counted.
+    Frozen,
+    /// In the middle of each scan travel jumps by 10 cm.
+    Jumping,
+    /// Forward is told as backward.
+    Reversed,
+    /// One in ten has a byte changed.
+    Garbled,
+}
+
+/// The sentences of one recording, or of one scan of it.
+#[derive(Clone, Debug)]
+pub struct Feed {
+    /// For each chirp: time, µs, travel, 0.1 mm, and pitch, 0.001°.
+    rows: Vec<(u64, Said)>,
+    per_scan: usize,
+    fault: Option<Fault>,
+    sequence: u16,
+    sent_us: Option<u64>,
+    under_way: VecDeque<(u64, String)>,
+}
+
+/// What a sentence says.
+#[derive(Clone, Copy, Debug)]
+struct Said {
+    travel: f64,
+    pitch: Option<f64>,
+}
+
+impl Feed {
+    /// That of `recording`; none where it does not say how far the chair went.
+    pub fn new(recording: &Recording, fault: Option<Fault>) -> Option<Self> {
+        let sensors = &recording.meta.motion;
+        if sensors.travel_m.is_empty() {
+            return None;
+        }
+        let per_scan = recording.chirps_per_scan().max(1);
+        let mut time = LEAD_S;
+        let start = sensors.time_s.first().copied().unwrap_or(0.0);
+        let mut rows: Vec<(u64, Said)> = Vec::new();
+        for (k, &travel_m) in sensors.travel_m.iter().enumerate() {
+            if let (Some(before), true) = (k.checked_sub(1), sensors.time_s.is_empty()) {
+                time += ROW_S;
+                if k % per_scan == 0 {
+                    time += REST_S + (travel_m - sensors.travel_m[before]).abs() / SPEED;
+                }
+            }
+            let time = sensors.time_s.get(k).map_or(time, |t| LEAD_S + t - start);
+            let said = Said {
+                travel: travel_m * 1e4,
+                pitch: sensors.pitch_deg.get(k).map(|p| p * 1e3),
+            };
+            rows.push(((time * 1e6).round() as u64, said));
+        }
+        Some(Self {
+            rows,
+            per_scan,
+            fault,
+            sequence: 0,
+            sent_us: None,
+            under_way: VecDeque::new(),
+        })
+    }
+
+    /// When chirp `k` is fired, µs.
+    pub fn time_us(&self, k: usize) -> Option<u64> {
+        self.rows.get(k).map(|row| row.0)
+    }
+
+    /// What arrives at `now` (µs), chirp `k` being the next one or, at its time, the present one.
+    pub fn arriving(&mut self, k: usize, now: u64) -> Vec<String> {
+        if self.sent_us.is_none_or(|sent| now >= sent + APART_US) {
+            self.send(k, now);
+            self.sent_us = Some(now);
+        }
+        let mut arrived = Vec::new();
+        while let Some((_, line)) = self.under_way.pop_front_if(|(at, _)| *at <= now) {
+            arrived.push(line);
+        }
+        arrived
+    }
+
+    /// Where the chair is at `now`, before chirp `k` or with it.
+    fn said(&self, k: usize, now: u64) -> Option<Said> {
+        let (to_us, to) = *self.rows.get(k).or(self.rows.last())?;
+        let (from_us, from) = k.checked_sub(1).and_then(|k| self.rows.get(k)).copied()?;
+        let share = (now.saturating_sub(from_us)) as f64 / (to_us - from_us).max(1) as f64;
+        let mix = |a: f64, b: f64| a + share.min(1.0) * (b - a);
+        Some(Said {
+            travel: mix(from.travel, to.travel),
+            pitch: from.pitch.zip(to.pitch).map(|(a, b)| mix(a, b)),
+        })
+    }
+
+    fn send(&mut self, k: usize, now: u64) {
+        let Some(mut said) = self.said(k, now).or(self.rows.first().map(|row| row.1)) else {
+            return;
+        };
+        let stuck = self.fault == Some(Fault::Stuck) && k > self.per_scan + self.per_scan / 2;
+        if !stuck {
+            self.sequence = self.sequence.wrapping_add(1);
+        }
+        let number = u64::from(self.sequence);
+        // Whether a sentence is hit by chance: the same ones in every run.
+        let chance = number.wrapping_mul(0x9E37_79B9_7F4A_7C15) >> 33;
+        let mut at = now;
+        match self.fault {
+            Some(Fault::Absent) => return,
+            Some(Fault::Lost) if chance % 100 < LOST_PER_CENT => return,
+            Some(Fault::Swapped) if number.is_multiple_of(2) => at = now + APART_US + APART_US / 2,
+            Some(Fault::Delayed) => at = now + DELAY_US,
+            Some(Fault::Frozen) => said = self.rows.first().map_or(said, |row| row.1),
+            Some(Fault::Reversed) => said.travel = -said.travel,
+            Some(Fault::Jumping) => {
+                let jumps = (k + self.per_scan / 2) / self.per_scan;
+                said.travel += f64::from(JUMP) * jumps as f64;
+            }
+            _ => {}
+        }
+        let reading = Reading {
+            sequence: self.sequence,
+            travel: said.travel.round() as i32,
+            pitch: said.pitch.map(|p| p.round() as i32),
+        };
+        let mut line = motion::write(&reading).as_str().to_owned();
+        if self.fault == Some(Fault::Garbled) && chance % 10 == 0 {
+            line = line.replacen('.', ":", 1);
+        }
+        self.under_way.push_back((at, line));
+        self.under_way.make_contiguous().sort_by_key(|(at, _)| *at);
+    }
+}
+
+/// The scanner's time steps where nothing else bounds them, µs.
+const GRAIN_US: u64 = 1_000;
+/// Steps of the scanner from the module's settings to the first trigger, and from row to row.
+const STEPS_TO_FIRST: u64 = 2;
+const STEPS_TO_NEXT: u64 = 4;
+/// While the scanner waits for a scan's first chirp, it is stepped so often, µs.
+const WAIT_US: u64 = 50_000;
+
+/// Lets the chirps of a recording come when they were made, and the motion sentences between them.
+#[derive(Clone, Debug)]
+pub struct Timetable {
+    feed: Feed,
+    /// The next chirp, and when the last one was fired: the plan, and the scanner's moment.
+    next: usize,
+    fired: Option<(u64, u64)>,
+    steps: u64,
+    /// What has arrived at the scanner's port and is not read yet.
+    port: VecDeque<u8>,
+}
+
+impl Timetable {
+    /// Before the first chirp.
+    pub fn new(feed: Feed) -> Self {
+        Self {
+            feed,
+            next: 0,
+            fired: None,
+            steps: 0,
+            port: VecDeque::new(),
+        }
+    }
+
+    /// Whether chirp `chirp` is the first or the last of its scan.
+    fn at_an_end(&self, chirp: usize) -> bool {
+        let place = chirp % self.feed.per_scan;
+        place == 0 || place + 1 == self.feed.per_scan
+    }
+
+    fn arrive(&mut self, chirp: usize, now: u64) {
+        for line in self.feed.arriving(chirp, now) {
+            self.port.extend(line.bytes());
+        }
+    }
+
+    /// When a scan is to begin so that its first chirp is in time.
+    fn ready(&self) -> Option<u64> {
+        let due = self.feed.time_us(self.next)?;
+        let first = self.next.is_multiple_of(self.feed.per_scan);
+        first.then_some(due - STEPS_TO_FIRST * GRAIN_US)
+    }
+
+    /// Whether it is too early for the next scan.
+    pub fn early(&self, now: Micros) -> bool {
+        self.ready().is_some_and(|ready| u64::from(now.0) < ready)
+    }
+
+    /// Chirp `chirp` is fired.
+    pub fn fired(&mut self, chirp: usize, now: Micros) {
+        let now = now.0.into();
+        if self.at_an_end(chirp) {
+            // What lies between two scans is a guess: it must not reach into them.
+            self.feed.sent_us = None;
+        }
+        self.arrive(chirp, now);
+        self.fired = self.feed.time_us(chirp).map(|plan| (plan, now));
+        self.next = chirp + 1;
+        self.steps = 0;
+    }
+
+    /// When the scanner gets its next step after that at `now`.
+    pub fn step(&mut self, now: Micros) -> Micros {
+        let now = u64::from(now.0);
+        let next = match (self.ready(), self.fired, self.feed.time_us(self.next)) {
+            (Some(ready), _, _) if now < ready => ready.min(now + WAIT_US),
+            (None, Some((plan, at)), Some(due)) if self.steps < STEPS_TO_NEXT => {
+                self.steps += 1;
+                at + (due - plan) * self.steps / STEPS_TO_NEXT
+            }
+            _ => now + GRAIN_US,
+        };
+        if self.ready().is_some() {
+            self.arrive(self.next, next);
+        }
+        Micros(next as u32)
+    }
+
+    /// Lines that are typed beside the motion sentences.
+    pub fn type_in(&mut self, text: &str) {
+        self.port.extend(text.bytes());
+    }
+
+    /// The next byte at the scanner's port.
+    pub fn read(&mut self) -> Option<u8> {
+        self.port.pop_front()
+    }
+}

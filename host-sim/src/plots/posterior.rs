@@ -1,0 +1,245 @@
+//! What else may stand there: rivals of the answer with their probability, the numbers of steps with
+//! theirs, and the answer's `MAYBE`s.
+
+use anyhow::Result;
+use plotters::style::RGBColor;
+
+use super::colour::HUES;
+use super::page::{Frame, Swatch, number};
+use super::particles::Point;
+use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
+use super::staircase::surface_to_draw;
+use crate::answer::{Answer, metres};
+use crate::score::MATCH_M;
+
+/// One hypothesis of the posterior.
+#[derive(Clone, Debug)]
+pub struct HypothesisView {
+    /// What it says.
+    pub name: String,
+    /// How likely it is, 0…1.
+    pub probability: f64,
+    /// Distance and height of each of its edges that can be seen.
+    pub edges: Vec<Point>,
+}
+
+/// What the posterior says; empty where there is none.
+#[derive(Clone, Debug, Default)]
+pub struct PosteriorView {
+    /// Probability of each number of steps, from none.
+    pub counts: Vec<f64>,
+    /// The hypotheses, the likeliest first.
+    pub hypotheses: Vec<HypothesisView>,
+}
+
+/// Rivals that are drawn.
+const RIVALS: usize = 3;
+/// What is less likely is not drawn: it is told as 0 %.
+const LEAST: f64 = 0.005;
+/// What is as likely as this is brought into view: what is told as a `MAYBE`.
+const LEAST_IN_VIEW: f64 = 0.05;
+/// The rivals' colours.
+const INKS: [RGBColor; RIVALS] = [HUES[5], HUES[7], HUES[6]];
+/// The colour of `MAYBE`s: of no scatterer and no staircase.
+const MAYBE: RGBColor = INK;
+
+/// `97 %` of a probability.
+fn percent(probability: f64) -> String {
+    format!("{} %", number(100.0 * probability, 0))
+}
+
+/// Whether a hypothesis says the same as the edges of an answer.
+fn same(hypothesis: &HypothesisView, told: &[Point]) -> bool {
+    let mut pairs = hypothesis.edges.iter().zip(told);
+    hypothesis.edges.len() == told.len() && pairs.all(|(a, b)| (a.0 - b.0).abs() <= MATCH_M)
+}
+
+/// The likeliest hypotheses that say something else than the edges of an answer, and how they are drawn.
+pub fn rivals<'a>(
+    posterior: &'a PosteriorView,
+    told: &[Point],
+) -> Vec<(Stroke, &'a HypothesisView)> {
+    let likely = (posterior.hypotheses.iter()).filter(|h| h.probability >= LEAST);
+    let rivals = likely.filter(|h| !same(h, told));
+    let faint = |ink| Stroke::solid(ink, 2.2).dashed(9.0, 6.0).alpha(0.6);
+    INKS.into_iter().map(faint).zip(rivals).collect()
+}
+
+/// How likely what an answer says is, in words for the legend; nothing without a posterior.
+pub fn share(posterior: &PosteriorView, told: &[Point]) -> String {
+    let alike = posterior.hypotheses.iter().filter(|h| same(h, told));
+    match posterior.hypotheses.as_slice() {
+        [] => String::new(),
+        _ => format!(", {}", percent(alike.map(|h| h.probability).sum())),
+    }
+}
+
+/// Places that must be in view: `MAYBE`s, and edges of rivals that are as likely.
+pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Point> {
+    let likely = posterior.hypotheses.iter().take(1 + RIVALS);
+    let likely = likely.filter(|h| h.probability >= LEAST_IN_VIEW);
+    let maybes = answer.maybes.iter();
+    let maybes = maybes.map(|m| (metres(m.distance), metres(m.height)));
+    likely
+        .flat_map(|h| h.edges.iter().copied())
+        .chain(maybes)
+        .collect()
+}
+
+/// The rivals and `MAYBE`s for the legend.
+pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swatch, String)> {
+    let rival = |(stroke, h): &(Stroke, &HypothesisView)| {
+        let label = format!("rival, {}: {}", percent(h.probability), h.name);
+        (Swatch::Line(*stroke), label)
+    };
+    let mut legend: Vec<(Swatch, String)> = rivals.iter().map(rival).collect();
+    if !answer.maybes.is_empty() {
+        let label = "MAYBE and its probability".to_owned();
+        legend.push((Swatch::Line(maybe_stroke()), label));
+    }
+    legend
+}
+
+/// Draws the rivals' staircases, each with its probability at its end.
+pub fn draw_rivals(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    rivals: &[(Stroke, &HypothesisView)],
+) -> Result<()> {
+    let right = frame.at.0 + frame.size.0;
+    let mut words: Vec<Spot> = Vec::new();
+    for (stroke, rival) in rivals {
+        let line = match rival.edges.as_slice() {
+            [] => vec![frame.spot(frame.x.0, 0.0), frame.spot(frame.x.1, 0.0)],
+            edges => surface_to_draw(frame, edges),
+        };
+        sheet.line(&line, *stroke)?;
+        let end = line.last().copied().unwrap_or(frame.at);
+        let at = free(&words, (end.0.min(right) - 6.0, end.1 - 18.0));
+        words.push(at);
+        let face = Face::plain(20.0).right().ink(stroke.ink);
+        sheet.note(&percent(rival.probability), at, face)?;
+    }
+    Ok(())
+}
+
+/// The first place from `at` downwards where a probability covers none of those at `words`.
+fn free(words: &[Spot], mut at: Spot) -> Spot {
+    const APART: Spot = (70.0, 26.0);
+    let covers = |w: &&Spot, at: Spot| (w.0 - at.0).abs() < APART.0 && (w.1 - at.1).abs() < APART.1;
+    while let Some(word) = words.iter().find(|w| covers(w, at)) {
+        at.1 = word.1 + APART.1;
+    }
+    at
+}
+
+fn maybe_stroke() -> Stroke {
+    Stroke::solid(MAYBE, 2.4).dashed(5.0, 4.0)
+}
+
+/// Draws what the answer says may stand there: a dashed diamond on a dashed stalk.
+pub fn draw_maybes(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
+    const RADIUS: f64 = 11.0;
+    for maybe in &answer.maybes {
+        let (x, y) = (metres(maybe.distance), metres(maybe.height));
+        if !frame.holds(x, y) {
+            continue;
+        }
+        let (at, foot) = (frame.spot(x, y), frame.spot(x, 0.0));
+        // Up from the ground, or down from it.
+        let way = if y < 0.0 { -1.0 } else { 1.0 };
+        let end = (at.0, at.1 + way * RADIUS);
+        if (foot.1 - at.1) * way > RADIUS {
+            sheet.line(&[foot, end], maybe_stroke().alpha(0.6))?;
+        }
+        let corners = [
+            (0.0, -1.0),
+            (1.0, 0.0),
+            (0.0, 1.0),
+            (-1.0, 0.0),
+            (0.0, -1.0),
+        ];
+        let corner = |(dx, dy): (f64, f64)| (at.0 + RADIUS * dx, at.1 + RADIUS * dy);
+        sheet.line(&corners.map(corner), maybe_stroke())?;
+        let probability = f64::from(maybe.probability) / 1000.0;
+        let face = Face::plain(20.0).left().ink(MAYBE);
+        sheet.note(&percent(probability), (at.0 + 18.0, at.1), face)?;
+    }
+    Ok(())
+}
+
+/// Writes the probability of each number of steps into the upper left corner, where stairs that lead up
+/// leave room.
+pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) -> Result<()> {
+    const LINE: f64 = 27.0;
+    let mut at = (frame.at.0 + 14.0, frame.at.1 + 22.0);
+    let counts = posterior.counts.iter().enumerate();
+    let likely: Vec<(usize, &f64)> = counts.filter(|(_, p)| **p >= LEAST).collect();
+    let face = Face::plain(20.0).left();
+    if !likely.is_empty() {
+        sheet.note("number of steps", at, face.ink(FAINT))?;
+    }
+    for (count, probability) in likely {
+        at.1 += LINE;
+        let text = format!("{count}:  {}", percent(*probability));
+        sheet.note(&text, at, face)?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_answer_says_is_no_rival_of_it() {
+        let hypothesis = |probability, edges: &[Point]| HypothesisView {
+            name: String::new(),
+            probability,
+            edges: edges.to_vec(),
+        };
+        let posterior = PosteriorView {
+            counts: Vec::new(),
+            hypotheses: vec![
+                hypothesis(0.6, &[(0.62, 0.16), (0.9, 0.3)]),
+                hypothesis(0.2, &[(0.6, 0.15)]),
+                hypothesis(0.1, &[]),
+                hypothesis(0.096, &[(0.6, 0.15), (1.1, 0.3)]),
+                hypothesis(0.004, &[(0.3, 0.1)]),
+            ],
+        };
+        let rivals = |told: &[Point]| -> Vec<f64> {
+            let rivals = rivals(&posterior, told).into_iter();
+            rivals.map(|r| r.1.probability).collect()
+        };
+        assert_eq!(rivals(&[(0.6, 0.15), (0.91, 0.31)]), [0.2, 0.1, 0.096]);
+        assert_eq!(rivals(&[]), [0.6, 0.2, 0.096]);
+    }
+
+    #[test]
+    fn probabilities_do_not_cover_each_other() {
+        let words = [(100.0, 50.0), (120.0, 80.0), (400.0, 106.0)];
+        assert_eq!(free(&words, (110.0, 30.0)), (110.0, 106.0));
+        assert_eq!(free(&words, (110.0, 20.0)), (110.0, 20.0));
+        assert_eq!(free(&words, (300.0, 50.0)), (300.0, 50.0));
+    }
+
+    #[test]
+    fn the_answers_own_share_is_told() {
+        let hypothesis = |probability, edges: &[Point]| HypothesisView {
+            name: String::new(),
+            probability,
+            edges: edges.to_vec(),
+        };
+        let posterior = PosteriorView {
+            counts: Vec::new(),
+            hypotheses: vec![
+                hypothesis(0.6, &[(0.6, 0.15)]),
+                hypothesis(0.3, &[]),
+                hypothesis(0.1, &[(0.61, 0.17)]),
+            ],
+        };
+        assert_eq!(share(&posterior, &[(0.6, 0.15)]), ", 70 %");
+        assert_eq!(share(&PosteriorView::default(), &[]), "");
+    }
+}

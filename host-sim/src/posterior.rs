@@ -1,0 +1,237 @@
+//! What the posterior says: probability by number of steps, and by hypothesis.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+use stairscan::answer::Maybe;
+use stairscan::posterior::{Cloud, Kind, Staircase, View};
+
+use crate::plots::{HypothesisView, Point, PosteriorView};
+
+/// Two particles tell of the same stairs when each edge of one is within so much of the other's,
+/// metres: the design contract's distance of scoring.
+const SAME_M: f64 = crate::score::MATCH_M;
+
+/// The particles' mass by hypothesis, the likeliest first: particles whose steps in sight are the same,
+/// in number, place and kind, are one hypothesis, told by its likeliest particle.
+pub fn view(cloud: &Cloud, view: &View) -> PosteriorView {
+    let mut particles: Vec<(&Staircase, f32)> = cloud.particles().collect();
+    particles.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut groups: Vec<(Kind, bool, HypothesisView)> = Vec::new();
+    for (staircase, probability) in particles {
+        let edges = edges(staircase, view);
+        // Whether a single thing that is no stairs is open says nothing.
+        let open = staircase.kind == Kind::Stairs && staircase.open;
+        let same = groups.iter_mut().find(|(kind, other, known)| {
+            *kind == staircase.kind && *other == open && alike(&known.edges, &edges)
+        });
+        match same {
+            Some((.., known)) => known.probability += f64::from(probability),
+            None => {
+                let hypothesis = HypothesisView {
+                    name: name(staircase, edges.len()),
+                    probability: probability.into(),
+                    edges,
+                };
+                groups.push((staircase.kind, open, hypothesis));
+            }
+        }
+    }
+    let mut hypotheses: Vec<HypothesisView> = groups.into_iter().map(|g| g.2).collect();
+    hypotheses.sort_by(|a, b| b.probability.total_cmp(&a.probability));
+    PosteriorView {
+        counts: cloud.counts().into_iter().map(f64::from).collect(),
+        hypotheses,
+    }
+}
+
+fn alike(a: &[Point], b: &[Point]) -> bool {
+    let near = |(a, b): (&Point, &Point)| (a.0 - b.0).abs() <= SAME_M;
+    a.len() == b.len() && a.iter().zip(b).all(near)
+}
+
+/// Distance and height of what can be seen: of every step's edge, of a single thing's, of where the
+/// ground ends.
+fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
+    let point = |x: f32, y: f32| (f64::from(x), f64::from(y));
+    match staircase.kind {
+        Kind::Stairs => {
+            let seen = staircase.edges(view).filter(|e| e.seen);
+            seen.map(|e| point(e.x_m, e.y_m)).collect()
+        }
+        Kind::Box | Kind::Threshold => {
+            let pairs = staircase.x_m.iter().zip(&staircase.top_m);
+            let pairs = pairs.take(staircase.len());
+            pairs.map(|(&x, &y)| point(x, y)).collect()
+        }
+        Kind::Drop => vec![point(staircase.wall_m, Maybe::DROP_M)],
+        Kind::Nothing | Kind::Ramp => Vec::new(),
+    }
+}
+
+/// A staircase in words, of which so many edges can be seen.
+fn name(staircase: &Staircase, seen: usize) -> String {
+    let mut name = match staircase.kind {
+        Kind::Nothing => "no stairs".to_owned(),
+        Kind::Stairs => {
+            let kind = if staircase.open { "floating" } else { "closed" };
+            let plural = if seen == 1 { "" } else { "s" };
+            let rise = staircase.rise();
+            format!("{seen} step{plural} up, {kind}, rise {rise:.2} m")
+        }
+        Kind::Ramp => {
+            let slope = 100.0 * staircase.slope;
+            format!("ramp of {slope:.0} % from {:.2} m", staircase.wall_m)
+        }
+        Kind::Drop => format!("ground ends at {:.2} m", staircase.wall_m),
+        Kind::Box => format!("obstacle, {:.2} m high", staircase.level(1)),
+        Kind::Threshold => format!("threshold, {:.2} m high", staircase.level(1)),
+    };
+    if staircase.wall().is_finite() {
+        let _ = write!(name, ", wall at {:.2} m", staircase.wall());
+    }
+    name
+}
+
+/// As tables for people.
+pub fn text(posterior: &PosteriorView) -> String {
+    let mut text = String::from("\n  probability  number of steps\n");
+    for (count, probability) in posterior.counts.iter().enumerate() {
+        if *probability >= LEAST_TOLD {
+            let _ = writeln!(text, "  {:9.1} %  {count}", 100.0 * probability);
+        }
+    }
+    text.push_str("\n  probability  hypothesis\n");
+    for hypothesis in &posterior.hypotheses {
+        if hypothesis.probability < LEAST_TOLD {
+            break;
+        }
+        let percent = 100.0 * hypothesis.probability;
+        let _ = write!(text, "  {percent:9.1} %  {}", hypothesis.name);
+        for (x, y) in &hypothesis.edges {
+            let _ = write!(text, "  ({x:.3}, {y:.3})");
+        }
+        text.push('\n');
+    }
+    text
+}
+
+/// What is less likely does not show in tables for people: it rounds to 0.0 %.
+const LEAST_TOLD: f64 = 0.0005;
+
+/// As JSON: `counts` by number of steps from 0, `hypotheses` the likeliest first.
+pub fn json(posterior: &PosteriorView) -> Value {
+    // Millionths, so that an f32 does not drag its binary digits along.
+    let decimal = |v: f64| (v * 1e6).round() / 1e6;
+    let edge = |&(x, y): &Point| json!({"distance_m": decimal(x), "height_m": decimal(y)});
+    let hypothesis = |h: &HypothesisView| {
+        json!({
+            "name": h.name,
+            "probability": decimal(h.probability),
+            "edges": h.edges.iter().map(edge).collect::<Vec<_>>(),
+        })
+    };
+    let counts = posterior.counts.iter().copied().map(decimal);
+    json!({
+        "counts": counts.collect::<Vec<_>>(),
+        "hypotheses": posterior.hypotheses.iter().map(hypothesis).collect::<Vec<_>>(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stairscan::posterior::{MAX_STEPS, Told};
+
+    const VIEW: View = View {
+        height_m: 0.4,
+        lowest: -1.0,
+        highest: 0.3,
+        farthest_m: 2.8,
+    };
+
+    /// Particles of these weights, with no answer to be held against.
+    fn posterior(particles: &[(Staircase, f32)]) -> PosteriorView {
+        let told = Told {
+            edges: &[],
+            view: VIEW,
+        };
+        let mut cloud = Cloud::new();
+        for (staircase, weight) in particles {
+            cloud.add(staircase, weight.ln(), &[0.01; MAX_STEPS], &told);
+        }
+        view(&cloud, &VIEW)
+    }
+
+    fn stairs(edges: &[(f32, f32)]) -> Staircase {
+        let with = |s: Staircase, (k, &(x, top)): (usize, &(f32, f32))| s.with(k, x, top);
+        edges.iter().enumerate().fold(Staircase::nothing(), with)
+    }
+
+    #[test]
+    fn mass_is_summed_by_hypothesis() {
+        let floating = Staircase {
+            open: true,
+            ..stairs(&[(0.6, 0.15), (0.9, 0.30)])
+        };
+        let walled = Staircase {
+            wall_m: 2.1,
+            ..stairs(&[(0.62, 0.15), (0.91, 0.31)])
+        };
+        let posterior = posterior(&[
+            (stairs(&[(0.6, 0.15), (0.9, 0.30)]), 0.4),
+            (Staircase::nothing(), 0.1),
+            (walled, 0.2),
+            (stairs(&[(0.6, 0.15)]), 0.25),
+            (floating, 0.05),
+        ]);
+        let told = |h: &HypothesisView| (h.name.clone(), (1000.0 * h.probability).round());
+        let told: Vec<(String, f64)> = posterior.hypotheses.iter().map(told).collect();
+        let expected = [
+            ("2 steps up, closed, rise 0.15 m", 600.0),
+            ("1 step up, closed, rise 0.15 m", 250.0),
+            ("no stairs", 100.0),
+            ("2 steps up, floating, rise 0.15 m", 50.0),
+        ];
+        assert_eq!(told, expected.map(|(name, p)| (name.to_owned(), p)));
+        let counts: Vec<f64> = (posterior.counts.iter())
+            .map(|p| (1000.0 * p).round())
+            .collect();
+        assert_eq!(counts[..4], [100.0, 250.0, 650.0, 0.0]);
+        let text = text(&posterior);
+        assert!(text.contains("       65.0 %  2\n"), "{text}");
+        let json = json(&posterior);
+        assert_eq!(json["counts"][2], 0.65);
+        assert_eq!(json["hypotheses"][1]["edges"][0]["distance_m"], 0.6);
+    }
+
+    #[test]
+    fn what_is_no_stairs_has_its_words() {
+        let ramp = Staircase {
+            kind: Kind::Ramp,
+            slope: 0.09,
+            wall_m: 0.8,
+            ..Staircase::nothing()
+        };
+        let drop = Staircase {
+            kind: Kind::Drop,
+            wall_m: 1.2,
+            ..Staircase::nothing()
+        };
+        let obstacle = Staircase {
+            kind: Kind::Box,
+            ..stairs(&[(0.7, 0.5)])
+        };
+        let posterior = posterior(&[(ramp, 0.5), (drop, 0.3), (obstacle, 0.2)]);
+        let names: Vec<&str> = (posterior.hypotheses.iter())
+            .map(|h| h.name.as_str())
+            .collect();
+        let expected = [
+            "ramp of 9 % from 0.80 m",
+            "ground ends at 1.20 m",
+            "obstacle, 0.50 m high",
+        ];
+        assert_eq!(names, expected);
+        assert_eq!(posterior.hypotheses[1].edges.len(), 1);
+    }
+}

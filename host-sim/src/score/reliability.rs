@@ -1,0 +1,229 @@
+//! Whether told probabilities are kept: what was predicted against what came true, by bins.
+
+use serde_json::{Value, json};
+
+use super::Share;
+
+/// Bins of an answer's confidence: where each begins, and where the last ends. They are narrow where
+/// `ok` is decided.
+const CONFIDENCE: &[f64] = &[0.0, 0.5, 0.8, 0.9, 0.95, 0.97, 0.98, 0.99, 1.0];
+/// Bins of a `MAYBE`'s probability, which is told from 5 % on.
+const MAYBES: &[f64] = &[0.0, 0.1, 0.2, 0.5, 0.8, 1.0];
+/// A bin of fewer predictions is told but not judged.
+const JUDGED: usize = 30;
+/// Prediction and outcome agree when they differ by so much at most …
+const AGREES: f64 = 0.05;
+/// … or by so many standard errors.
+const AGREES_ERRORS: f64 = 2.0;
+
+/// A told probability, and whether what it speaks of is so.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Prediction {
+    /// The probability, 0…1.
+    pub told: f64,
+    /// Whether it is so.
+    pub so: bool,
+}
+
+/// Predictions of similar probability.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bin {
+    /// The least probability that belongs to it.
+    pub from: f64,
+    /// Where the next one begins.
+    pub to: f64,
+    /// How many came true, of how many.
+    pub actual: Share,
+    /// Sum of the told probabilities.
+    sum: f64,
+    /// Variance of the number that come true if what is told is kept.
+    variance: f64,
+}
+
+impl Bin {
+    fn new<'a>(from: f64, to: f64, predictions: impl Iterator<Item = &'a Prediction>) -> Self {
+        let mut bin = Self {
+            from,
+            to,
+            actual: Share::default(),
+            sum: 0.0,
+            variance: 0.0,
+        };
+        for prediction in predictions {
+            bin.actual.of += 1;
+            bin.actual.hits += usize::from(prediction.so);
+            bin.sum += prediction.told;
+            bin.variance += prediction.told * (1.0 - prediction.told);
+        }
+        bin
+    }
+
+    /// Mean of the told probabilities; `None` of nothing.
+    pub fn predicted(&self) -> Option<f64> {
+        let count = self.actual.of as f64;
+        (self.actual.of > 0).then(|| self.sum / count)
+    }
+
+    /// Standard error of the actual share, if every prediction is kept and independent of the others;
+    /// `None` of nothing. It does not vanish when all predictions of a bin came true, as one from the
+    /// actual share would.
+    pub fn standard_error(&self) -> Option<f64> {
+        let count = self.actual.of as f64;
+        (self.actual.of > 0).then(|| self.variance.sqrt() / count)
+    }
+
+    /// Whether predicted and actual share differ by at most 5 points or twice the standard error;
+    /// `None` of fewer than 30 predictions, which say little.
+    pub fn agrees(&self) -> Option<bool> {
+        let judged = self.actual.of >= JUDGED;
+        let apart = (self.predicted()? - self.actual.value()?).abs();
+        let most = AGREES.max(AGREES_ERRORS * self.standard_error()?);
+        judged.then_some(apart <= most)
+    }
+
+    /// The figures as JSON, probabilities 0…1.
+    fn json(&self) -> Value {
+        json!({
+            "from": self.from,
+            "to": self.to,
+            "actual": self.actual.json(),
+            "actual_mean": self.actual.value(),
+            "predicted_mean": self.predicted(),
+            "standard_error": self.standard_error(),
+            "agrees": self.agrees(),
+        })
+    }
+}
+
+/// Predictions by bins, and all together.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reliability {
+    /// The bins, the least probable first.
+    pub bins: Vec<Bin>,
+    /// All predictions.
+    pub all: Bin,
+}
+
+impl Reliability {
+    /// Of answers' confidence.
+    pub fn of_confidence<'a>(told: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
+        Self::by(CONFIDENCE, told)
+    }
+
+    /// Of `MAYBE`s.
+    pub fn of_maybes<'a>(told: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
+        Self::by(MAYBES, told)
+    }
+
+    fn by<'a>(edges: &[f64], told: impl Iterator<Item = &'a Prediction> + Clone) -> Self {
+        let last = edges.len().saturating_sub(2);
+        let bin = |(k, pair): (usize, &[f64])| {
+            let (from, to) = (pair[0], pair[1]);
+            // Certainty belongs to the last bin, which no other one follows.
+            let inside = move |p: &&Prediction| p.told >= from && (p.told < to || k == last);
+            Bin::new(from, to, told.clone().filter(inside))
+        };
+        let ends = (edges.first(), edges.last());
+        let (from, to) = (ends.0.copied(), ends.1.copied());
+        Self {
+            bins: edges.windows(2).enumerate().map(bin).collect(),
+            all: Bin::new(from.unwrap_or(0.0), to.unwrap_or(1.0), told.clone()),
+        }
+    }
+
+    /// How many bins agree, of those that are judged.
+    pub fn kept(&self) -> Share {
+        Share::count(self.bins.iter().filter_map(Bin::agrees), |agrees| agrees)
+    }
+
+    /// The figures as JSON, probabilities 0…1.
+    pub fn json(&self) -> Value {
+        json!({
+            "all": self.all.json(),
+            "bins": self.bins.iter().map(Bin::json).collect::<Vec<_>>(),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// `right` of `of` predictions of probability `told` that came true.
+    fn predictions(told: f64, right: usize, of: usize) -> Vec<Prediction> {
+        (0..of)
+            .map(|k| Prediction {
+                told,
+                so: k < right,
+            })
+            .collect()
+    }
+
+    fn confidence(lists: &[Vec<Prediction>]) -> Reliability {
+        Reliability::of_confidence(lists.concat().iter())
+    }
+
+    #[test]
+    fn predictions_fall_into_their_bins() {
+        let lists = [
+            predictions(0.0, 0, 1),
+            predictions(0.499, 1, 2),
+            predictions(0.5, 1, 3),
+            predictions(0.949, 3, 4),
+            predictions(0.95, 5, 5),
+            predictions(0.99, 5, 6),
+            predictions(1.0, 7, 7),
+        ];
+        let reliability = confidence(&lists);
+        let counts: Vec<Share> = reliability.bins.iter().map(|b| b.actual).collect();
+        let expected = [
+            (1, 3),
+            (1, 3),
+            (0, 0),
+            (3, 4),
+            (5, 5),
+            (0, 0),
+            (0, 0),
+            (12, 13),
+        ];
+        assert_eq!(counts, expected.map(|(hits, of)| Share::new(hits, of)));
+        assert_eq!(reliability.all.actual, Share::new(22, 28));
+        let last = &reliability.bins[7];
+        assert_eq!((last.from, last.to), (0.99, 1.0));
+        let mean = (6.0 * 0.99 + 7.0) / 13.0;
+        assert!((last.predicted().unwrap() - mean).abs() < 1e-12);
+    }
+
+    /// By hand: 100 predictions of 60 % have a standard error of √(0.6·0.4/100) = 4.9 points, so that 70
+    /// to come true is 2.04 of them off and 69 is 1.84.
+    #[test]
+    fn agreement_is_within_two_standard_errors() {
+        for (right, agrees) in [(60, true), (69, true), (70, false), (51, true), (50, false)] {
+            let reliability = confidence(&[predictions(0.6, right, 100)]);
+            let bin = &reliability.bins[1];
+            assert!((bin.standard_error().unwrap() - 0.048_989_8).abs() < 1e-6);
+            assert_eq!(bin.agrees(), Some(agrees), "{right}");
+        }
+    }
+
+    /// Many predictions: 5 points are more than two standard errors of 0.22 points.
+    #[test]
+    fn agreement_is_within_five_points() {
+        for (right, agrees) in [(1000, true), (941, true), (939, false)] {
+            let reliability = confidence(&[predictions(0.99, right, 1000)]);
+            assert_eq!(reliability.bins[7].agrees(), Some(agrees), "{right}");
+        }
+    }
+
+    #[test]
+    fn few_predictions_are_told_and_not_judged() {
+        let reliability = confidence(&[predictions(0.99, 0, 29), predictions(0.6, 0, 30)]);
+        assert_eq!(reliability.bins[7].agrees(), None);
+        assert_eq!(reliability.bins[7].actual, Share::new(0, 29));
+        assert_eq!(reliability.bins[1].agrees(), Some(false));
+        assert_eq!(reliability.kept(), Share::new(0, 1));
+        let empty = &reliability.bins[0];
+        assert_eq!((empty.predicted(), empty.standard_error()), (None, None));
+        assert!(reliability.json()["bins"][0]["predicted_mean"].is_null());
+    }
+}

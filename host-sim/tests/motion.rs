@@ -1,0 +1,185 @@
+//! A chair that drives while the mirror turns: with its motion sentences, without, and with faulty
+//! ones.
+
+use std::sync::OnceLock;
+
+use host_sim::answer::Answer;
+use host_sim::motion::Fault;
+use host_sim::recording::{Motion, Recording, Truth};
+use host_sim::replay::{self, Options};
+use host_sim::scene::Scene;
+use host_sim::scene::driving::Drive;
+use stairscan::answer::{Reason, Status};
+use stairscan::drive::Mode;
+
+/// Three scans of a flight of three from a chair at 0.2 m/s, which ends 80 cm before it.
+fn driven() -> &'static Recording {
+    static DRIVEN: OnceLock<Recording> = OnceLock::new();
+    DRIVEN.get_or_init(|| {
+        let scene = Scene::parse(
+            "[[stairs]]\ndistance_m = 1.6\ncount = 3\nrise_m = 0.17\ngoing_m = 0.29\n\
+             material = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n",
+        );
+        let drive = Drive::new(11, 3, 0.2).with_rows(1.3 / 281.0);
+        scene.unwrap().simulate_drive("driven", 11, &drive).unwrap()
+    })
+}
+
+fn without_keys(recording: &Recording) -> Recording {
+    let mut blind = recording.clone();
+    blind.meta.motion = Motion::default();
+    blind
+}
+
+fn answers(recording: &Recording, options: Options) -> Vec<Answer> {
+    replay::answers(recording, &options, |_| ()).unwrap()
+}
+
+fn with_fault(fault: Fault) -> Vec<Answer> {
+    let motion_fault = Some(fault);
+    let options = Options {
+        motion_fault,
+        ..Options::default()
+    };
+    answers(driven(), options)
+}
+
+fn ok(answer: &Answer) -> bool {
+    answer.scan.status == Status::Ok
+}
+
+fn says(answer: &Answer, reason: Reason) -> bool {
+    answer.scan.reasons.has(reason)
+}
+
+/// Largest error in distance and height of the steps that are found within 10 cm, metres, and how many
+/// those are.
+fn errors(answer: &Answer, truth: &Truth) -> (f64, f64, usize) {
+    let metres = |tenths: i32| f64::from(tenths) * 1e-4;
+    let (mut far, mut high, mut found) = (0.0f64, 0.0f64, 0);
+    for step in &truth.steps {
+        let off = answer.steps.iter().map(|s| {
+            let (d, h) = (metres(s.distance.0), metres(s.height.0));
+            ((d - step.distance_m).abs(), (h - step.height_m).abs())
+        });
+        let nearest = off.min_by(|a, b| a.0.total_cmp(&b.0));
+        if let Some((d, h)) = nearest.filter(|(d, _)| *d < 0.1) {
+            (far, high, found) = (far.max(d), high.max(h), found + 1);
+        }
+    }
+    (far, high, found)
+}
+
+#[test]
+fn every_row_is_put_where_it_was_seen() {
+    let answers = answers(driven(), Options::default());
+    assert_eq!(answers.len(), 3);
+    for (answer, truth) in answers.iter().zip(&driven().meta.sequence.truth) {
+        let (far, high, found) = errors(answer, truth);
+        assert_eq!((found, answer.steps.len()), (3, 3), "{answer:?}");
+        assert!(far < 0.01 && high < 0.03, "{far} {high}: {answer:?}");
+    }
+    // A first scan alone confirms nothing.
+    assert!(!ok(&answers[0]) && says(&answers[0], Reason::Unconfirmed));
+    for answer in &answers[1..] {
+        let doubts = [Reason::Unconfirmed, Reason::Moving, Reason::MotionInput];
+        assert!(!doubts.iter().any(|r| says(answer, *r)), "{answer:?}");
+    }
+}
+
+#[test]
+fn without_its_keys_the_same_recording_is_never_ok() {
+    let blind = without_keys(driven());
+    let told = answers(&blind, Options::default());
+    assert!(told.iter().all(|a| !ok(a)));
+    assert!(says(&told[0], Reason::Unconfirmed));
+    assert!(told[1..].iter().all(|a| says(a, Reason::Moving)));
+}
+
+#[test]
+fn each_scan_as_the_first_of_its_own_is_confirmed_by_none() {
+    for recording in [driven().clone(), without_keys(driven())] {
+        let single = Options {
+            single: true,
+            ..Options::default()
+        };
+        let told = answers(&recording, single);
+        assert_eq!(told.len(), 3);
+        assert!(told.iter().all(|a| !ok(a) && says(a, Reason::Unconfirmed)));
+    }
+}
+
+#[test]
+fn required_motion_input_is_required() {
+    let required = Options {
+        motion: Some(Mode::Required),
+        ..Options::default()
+    };
+    let told = answers(&without_keys(driven()), required);
+    assert!(told.iter().all(|a| !ok(a) && says(a, Reason::MotionInput)));
+    let told = answers(driven(), required);
+    assert!(told.iter().all(|a| !says(a, Reason::MotionInput)));
+}
+
+#[test]
+fn motion_sentences_that_are_damaged_stuck_or_impossible_are_told_and_not_used() {
+    let blind = answers(&without_keys(driven()), Options::default());
+    for fault in [Fault::Garbled, Fault::Jumping, Fault::Swapped] {
+        let told = with_fault(fault);
+        for (answer, blind) in told.iter().zip(&blind) {
+            assert!(says(answer, Reason::MotionInput), "{fault:?}: {answer:?}");
+            assert!(!ok(answer), "{fault:?}");
+            // As if there were none, but for the recording's times.
+            assert_eq!(answer.steps.len(), blind.steps.len(), "{fault:?}");
+        }
+    }
+    let stuck = with_fault(Fault::Stuck);
+    let told = |a: &Answer| says(a, Reason::MotionInput);
+    assert!(!told(&stuck[0]) && told(&stuck[1]) && told(&stuck[2]));
+    assert!(stuck.iter().all(|a| !ok(a)));
+}
+
+#[test]
+fn motion_that_is_not_the_chairs_is_contradicted_by_the_sweeps() {
+    for fault in [Fault::Frozen, Fault::Reversed] {
+        let told = with_fault(fault);
+        assert!(told.iter().all(|a| !ok(a)), "{fault:?}");
+        assert!(
+            told[1..].iter().all(|a| says(a, Reason::Moving)),
+            "{fault:?}"
+        );
+    }
+}
+
+#[test]
+fn a_third_of_the_sentences_may_be_lost() {
+    let whole = answers(driven(), Options::default());
+    let some = with_fault(Fault::Lost);
+    for (a, b) in whole.iter().zip(&some) {
+        assert_eq!(a.scan.status, b.scan.status);
+        for (a, b) in a.steps.iter().zip(&b.steps) {
+            assert!(a.distance.0.abs_diff(b.distance.0) < 20, "{a:?} {b:?}");
+        }
+    }
+}
+
+#[test]
+fn a_chair_that_stands_is_believed_from_the_second_sweep_on() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/stair_a");
+    let one = Recording::read(path.as_ref()).unwrap();
+    let auto = Options {
+        motion: Some(Mode::Auto),
+        scans: Some(2),
+        ..Options::default()
+    };
+    let told = answers(&one, auto);
+    assert!(says(&told[0], Reason::Unconfirmed) && !ok(&told[0]));
+    let doubts = [Reason::Unconfirmed, Reason::Moving, Reason::MotionInput];
+    assert!(!doubts.iter().any(|r| says(&told[1], *r)), "{:?}", told[1]);
+    // What a recording of one scan without motion keys is by itself: a bench.
+    let standing = answers(&one, Options::default());
+    let places =
+        |a: &Answer| -> Vec<_> { a.steps.iter().map(|s| (s.distance, s.height)).collect() };
+    assert_eq!(places(&standing[0]), places(&told[1]));
+    assert!(!says(&standing[0], Reason::Unconfirmed));
+}

@@ -1,0 +1,127 @@
+//! What the particles are good for: without them the answers are others, and worse.
+
+use std::path::Path;
+
+use host_sim::inspect::repeat_with;
+use host_sim::recording::Recording;
+use host_sim::replay::{self, Options};
+use host_sim::scene::command::random_scan;
+use host_sim::scene::random::Kind;
+use host_sim::seeds::TUNING;
+use stairscan::answer::Outcome;
+use stairscan::drive::Drive;
+use stairscan::flight::Likelihood;
+use stairscan::observer::{Event, Observer};
+use stairscan::params::hazard::Features;
+
+/// Scenes whose flight the search alone takes for a longer or shorter one.
+const CONFUSED: [(Kind, u64); 9] = [
+    (Kind::Ascending, 5_031),
+    (Kind::Ascending, 5_042),
+    (Kind::Open, 5_030),
+    (Kind::Uneven, 5_018),
+    (Kind::Uneven, 5_041),
+    (Kind::Irregular, 5_024),
+    (Kind::Irregular, 5_036),
+    (Kind::Irregular, 5_041),
+    (Kind::Irregular, 5_048),
+];
+/// In so many of them at least the particles must make the difference between right and wrong.
+const SETTLED: usize = 5;
+
+/// An answer, and what its verdict knows of each cell of the way.
+struct Answered {
+    outcome: Outcome,
+    cells: Vec<Features>,
+}
+
+/// A scan's answers with the particles and without.
+struct Pair {
+    with: Answered,
+    without: Answered,
+}
+
+/// Keeps what the verdict knows.
+#[derive(Default)]
+struct Cells(Vec<Features>);
+
+impl Observer for Cells {
+    fn event(&mut self, event: Event<'_>) {
+        if let Event::Cell(cell) = event {
+            self.0.push(cell.features);
+        }
+    }
+}
+
+fn pair(recording: &Recording) -> Pair {
+    let options = Options {
+        scans: Some(1),
+        ..Options::default()
+    };
+    let mut pair = None;
+    replay::answers(recording, &options, |scanned| {
+        let answer = |estimator| {
+            let (map, config) = (scanned.pipeline.map(), scanned.config);
+            let mut cells = Cells::default();
+            Answered {
+                outcome: repeat_with(estimator, map, config, 1, &Drive::STANDING, &mut cells),
+                cells: cells.0,
+            }
+        };
+        pair = Some(Pair {
+            with: answer(Likelihood::new()),
+            without: answer(Likelihood::new().without_particles()),
+        });
+    })
+    .unwrap();
+    pair.unwrap()
+}
+
+#[test]
+fn the_particles_settle_how_many_steps_there_are() {
+    let mut settled = Vec::new();
+    let (mut right, mut right_without) = (0, 0);
+    for (kind, seed) in CONFUSED {
+        assert!(TUNING.contains(&seed));
+        let recording = random_scan(kind, kind.variety(), seed).unwrap();
+        let steps = recording.meta.truth.as_ref().unwrap().steps.len();
+        let pair = pair(&recording);
+        let told = (
+            pair.with.outcome.steps.len(),
+            pair.without.outcome.steps.len(),
+        );
+        right += usize::from(told.0 == steps);
+        right_without += usize::from(told.1 == steps);
+        if told.0 == steps && told.1 != steps {
+            settled.push((kind, seed));
+        }
+    }
+    assert!(settled.len() >= SETTLED, "only {settled:?}");
+    assert!(right >= right_without + SETTLED, "{right} {right_without}");
+}
+
+#[test]
+fn the_particles_tell_the_verdict_what_they_doubt() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    for name in ["stair_a", "stair_b", "stair_c", "empty"] {
+        let Pair { with, without } = pair(&Recording::read(&root.join(name)).unwrap());
+        // The steps are plain, and the same; what may be wrong with them is known from the particles.
+        assert_eq!(with.outcome.steps.len(), without.outcome.steps.len());
+        let differ = with
+            .cells
+            .iter()
+            .zip(&without.cells)
+            .filter(|(a, b)| a != b);
+        assert!(differ.count() > with.cells.len() / 2, "{name}");
+        assert!(without.outcome.maybes.is_empty(), "{name}");
+    }
+}
+
+/// Flights going down are searched for only.
+#[test]
+fn going_down_there_are_none() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    let Pair { with, without } = pair(&Recording::read(&root.join("descending")).unwrap());
+    assert_eq!(with.outcome, without.outcome);
+    assert_eq!(with.cells, without.cells);
+}

@@ -1,0 +1,219 @@
+//! When each row of a scan was seen, and where the chair was then.
+//!
+//! Rows are kept in blocks, each with the means of its rows: a chair that weighs a hundred
+//! kilograms does not move otherwise than straight within the tens of milliseconds of one block, and
+//! the means take most of an inclinometer's noise away.
+
+/// Most blocks of a scan: six rows each of the paper's 281, some 30 ms of its fastest scan.
+const BLOCKS: usize = 48;
+
+/// When and where a row was seen.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Place {
+    /// Time since the scan's first row, seconds.
+    pub time_s: f32,
+    /// Forward travel since the scan's first row, metres.
+    pub travel_m: f32,
+    /// The chair's pitch, nose up positive, radians.
+    pub pitch_rad: f32,
+}
+
+impl Place {
+    const ZERO: Self = Self {
+        time_s: 0.0,
+        travel_m: 0.0,
+        pitch_rad: 0.0,
+    };
+
+    fn mix(self, other: Self, share: f32) -> Self {
+        let mix = |a: f32, b: f32| a + share * (b - a);
+        Self {
+            time_s: mix(self.time_s, other.time_s),
+            travel_m: mix(self.travel_m, other.travel_m),
+            pitch_rad: mix(self.pitch_rad, other.pitch_rad),
+        }
+    }
+}
+
+/// The means of some neighbouring rows.
+#[derive(Clone, Copy, Debug)]
+struct Block {
+    row: f32,
+    place: Place,
+    rows: u16,
+}
+
+impl Block {
+    const EMPTY: Self = Self {
+        row: 0.0,
+        place: Place::ZERO,
+        rows: 0,
+    };
+
+    fn add(&mut self, row: u16, place: Place) {
+        self.rows = self.rows.saturating_add(1);
+        let share = 1.0 / f32::from(self.rows);
+        self.row += share * (f32::from(row) - self.row);
+        self.place = self.place.mix(place, share);
+    }
+}
+
+/// The rows of one scan.
+#[derive(Clone, Debug)]
+pub struct Track {
+    blocks: [Block; BLOCKS],
+    rows_per_block: u16,
+    last: Place,
+}
+
+impl Default for Track {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Track {
+    /// Without rows.
+    pub const fn new() -> Self {
+        Self {
+            blocks: [Block::EMPTY; BLOCKS],
+            rows_per_block: 1,
+            last: Place::ZERO,
+        }
+    }
+
+    /// Ready for the first of `rows` rows.
+    pub fn begin(&mut self, rows: u16) {
+        self.blocks.fill(Block::EMPTY);
+        self.rows_per_block = rows.div_ceil(BLOCKS as u16).max(1);
+        self.last = Place::ZERO;
+    }
+
+    /// Takes in a row of the map, in the order in which they are seen.
+    pub fn add(&mut self, row: u16, place: Place) {
+        let block = usize::from(row / self.rows_per_block.max(1));
+        if let Some(block) = self.blocks.get_mut(block) {
+            block.add(row, place);
+        }
+        self.last = place;
+    }
+
+    /// When and where the last row was seen.
+    pub fn end(&self) -> Place {
+        self.last
+    }
+
+    /// The two blocks between, or nearest to, which `row` lies.
+    fn around(&self, row: f32) -> Option<(Block, Block)> {
+        let mut pair: Option<(Block, Block)> = None;
+        for &block in self.blocks.iter().filter(|b| b.rows > 0) {
+            pair = Some(match pair {
+                None => (block, block),
+                Some((_, last)) => (last, block),
+            });
+            let first = pair.is_some_and(|(a, b)| a.row == b.row);
+            if !first && block.row >= row {
+                break;
+            }
+        }
+        pair
+    }
+
+    /// When and where row `row` (a fraction, too) was seen: between the blocks on a straight line,
+    /// which goes on before the first and behind the last.
+    pub fn at(&self, row: f32) -> Place {
+        let Some((a, b)) = self.around(row) else {
+            return Place::ZERO;
+        };
+        let rows = b.row - a.row;
+        if rows == 0.0 {
+            return a.place;
+        }
+        a.place.mix(b.place, (row - a.row) / rows)
+    }
+
+    /// By how much time, travel and pitch change from row to row of the map around `row`.
+    pub fn per_row(&self, row: f32) -> Place {
+        let Some((a, b)) = self.around(row).filter(|(a, b)| b.row != a.row) else {
+            return Place::ZERO;
+        };
+        let rows = b.row - a.row;
+        Place {
+            time_s: (b.place.time_s - a.place.time_s) / rows,
+            travel_m: (b.place.travel_m - a.place.travel_m) / rows,
+            pitch_rad: (b.place.pitch_rad - a.place.pitch_rad) / rows,
+        }
+    }
+
+    /// Forward speed around `row`, metres a second.
+    pub fn speed(&self, row: f32) -> f32 {
+        let step = self.per_row(row);
+        if step.time_s == 0.0 {
+            0.0
+        } else {
+            step.travel_m / step.time_s
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The place of a chair at 0.2 m/s whose nose comes up, 5 ms a row.
+    fn place(arrival: u16) -> Place {
+        let time_s = 0.005 * f32::from(arrival);
+        Place {
+            time_s,
+            travel_m: 0.2 * time_s,
+            pitch_rad: 0.01 * time_s,
+        }
+    }
+
+    #[test]
+    fn a_straight_drive_is_kept_whichever_way_the_rows_come() {
+        for backward in [false, true] {
+            for rows in [3u16, 40, 281, 1500] {
+                let mut track = Track::new();
+                track.begin(rows);
+                let arrival = |row: u16| if backward { rows - 1 - row } else { row };
+                for k in 0..rows {
+                    track.add(arrival(k), place(k));
+                }
+                for row in 0..rows {
+                    let (found, there) = (track.at(f32::from(row)), place(arrival(row)));
+                    assert!(
+                        (found.time_s - there.time_s).abs() < 2e-5,
+                        "{row} of {rows}"
+                    );
+                    assert!((found.travel_m - there.travel_m).abs() < 5e-6);
+                    assert!((found.pitch_rad - there.pitch_rad).abs() < 5e-6);
+                }
+                assert_eq!(track.end(), place(rows - 1));
+                assert!((track.speed(1.0) - 0.2).abs() < 1e-3);
+            }
+        }
+    }
+
+    #[test]
+    fn lost_rows_leave_the_others_where_they_are() {
+        let mut track = Track::new();
+        track.begin(281);
+        for k in (0..281).filter(|k| k % 7 != 0 && !(60..80).contains(k)) {
+            track.add(k, place(k));
+        }
+        for row in [0u16, 63, 70, 140, 280] {
+            let (found, there) = (track.at(f32::from(row)), place(row));
+            assert!((found.travel_m - there.travel_m).abs() < 5e-6, "{row}");
+        }
+    }
+
+    #[test]
+    fn without_rows_there_is_no_motion() {
+        let mut track = Track::new();
+        track.begin(281);
+        assert_eq!((track.at(7.0), track.speed(7.0)), (Place::ZERO, 0.0));
+        track.add(9, place(9));
+        assert_eq!(track.at(200.0), place(9));
+    }
+}

@@ -1,0 +1,31 @@
+//! The posterior over staircases, computed by particles.
+//!
+//! | module | does |
+//! |---|---|
+//! | `staircase` | a hypothesis, and where it contradicts an answer |
+//! | `feature`, `model`, `places` | how likely the echoes are under a hypothesis |
+//! | [`labels`] | what the model takes each echo for: what its numbers are counted from |
+//! | `prior` | what stairs people build |
+//! | `refine` | the Gaussian over a hypothesis's continuous part |
+//! | `proposals` | what else may stand there |
+//! | `cloud` | weighted particles, resampled, and what they say of an answer |
+
+mod cloud;
+mod feature;
+pub mod labels;
+mod model;
+mod places;
+mod prior;
+mod proposals;
+mod refine;
+mod staircase;
+
+#[cfg(test)]
+mod tests;
+
+pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
+pub use feature::Class;
+pub use model::{LEAST_DB, Model, level_density, tailed};
+pub use proposals::{Base, Proposals, weight};
+pub use refine::refine;
+pub use staircase::{Edge, Kind, MAX_STEPS, Sigmas, Staircase, View};

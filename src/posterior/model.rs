@@ -1,0 +1,576 @@
+//! The measurement model: how likely the scan's echoes are if a staircase stands there.
+//!
+//! Echoes come from point features (corners, nosings, flashes, edges), each seen with a probability,
+//! and as a Poisson process from extended ones (floor, treads, faces) and from noise. With b(z) the
+//! density of echo z from everything that is no point feature, and Λ how many such are expected,
+//!
+//! ```text
+//! ln p(Z) = Σ ln b(z) - Λ + Σ over risers ln( p₀ + (1 - p₀) (Π z_f - Π(1 - P_f)) / (1 - Π(1 - P_f)) )
+//! z_f     = 1 - P_f + P_f Σ over echoes (1 - used) p_f(z) / b(z)
+//! ```
+//!
+//! where p₀ is the probability that a riser shows nothing at all: one that is seen shows at least
+//! one echo. What one feature has claimed of an echo, the next one cannot have.
+
+use super::feature::{Class, Place, before};
+use super::prior::ln;
+use super::staircase::{Kind, Staircase, View};
+use crate::echoes::Echo;
+use crate::grid::Geometry;
+use crate::math;
+use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
+use crate::sort::shell_sort;
+use heapless::Vec;
+
+/// Below this level no echo is detected, dB.
+pub const LEAST_DB: f32 = 2.8;
+/// Most echoes that the model looks at, the strongest: what a staircase's features show and as many
+/// again of everything else.
+pub const MAX_SEEN: usize = 40;
+/// Nearer than this the mirror's own echo covers everything, metres.
+const NEAREST_M: f32 = 0.12;
+/// Width of a clean lobe, in units of a point scatterer's.
+const CLEAN_WIDTH: f32 = 1.03;
+/// Area that is scanned, m².
+const AREA_M2: f32 = 4.4;
+/// Extent of the scan: range in metres times angle in radians.
+const EXTENT: f32 = 3.3;
+/// Echoes so far behind a riser still belong to the tread before it, metres.
+pub(super) const BEHIND_M: f32 = 0.02;
+/// Range gate of a feature, metres.
+const GATE_M: f32 = 0.06;
+/// Cross gate, metres.
+const CROSS_GATE_M: f32 = 0.20;
+/// Echoes near one riser.
+pub(super) const NEAR: usize = 16;
+/// So many standard deviations off leave nothing.
+const SURE: f32 = 6.0;
+/// Beyond this squared deviation only the tails are left.
+const CORE: f32 = 25.0;
+/// Below a brink echoes are so many times as dense as in the air.
+const BELOW: f32 = 3.0;
+/// 1 / √(2π).
+const GAUSS: f32 = 0.398_942_3;
+/// Least density, so that its logarithm is finite.
+const LEAST: f32 = 1e-12;
+
+/// Sums over the echoes from each number on.
+pub type Sums = [f32; MAX_SEEN + 1];
+
+/// An echo as the model sees it.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Seen {
+    pub x_m: f32,
+    pub y_m: f32,
+    pub range_m: f32,
+    /// Standard deviation across the line of sight, metres.
+    pub across_m: f32,
+    /// Width of the lobe above a point's.
+    pub wide: f32,
+    pub snr_db: f32,
+    /// Densities that do not depend on the staircase.
+    noise: f32,
+    air: f32,
+    inside: f32,
+    tread: f32,
+    floor: f32,
+    face: f32,
+    point: [f32; POINTS],
+    /// One over the standard deviations off tread, floor and face, per metre.
+    per_tread: f32,
+    per_floor: f32,
+    per_face: f32,
+}
+
+/// The echoes of a scan under the model.
+pub struct Model<'p> {
+    /// The echoes in order of their distance.
+    pub echoes: Vec<Seen, MAX_SEEN>,
+    /// What can be seen.
+    pub view: View,
+    /// Mirror above the ground, metres.
+    pub(super) height_m: f32,
+    /// Strongest echo over 30 dB, tens of dB.
+    pub(super) q: f32,
+    pub(super) beam_rad: f32,
+    pub(super) cell_m: f32,
+    /// Rates of the extended features at this level, per metre or per scan.
+    rates: [f32; EXTENDED],
+    /// Its numbers.
+    pub g: &'p Generative,
+}
+
+/// What the echo that is a feature says.
+#[derive(Clone, Copy, Debug)]
+pub struct Best {
+    /// Where it is, metres.
+    pub x_m: f32,
+    /// How high the feature is, metres, …
+    pub level_m: f32,
+    /// … and its standard deviation.
+    pub sigma_m: f32,
+}
+
+pub(super) fn logistic(x: f32) -> f32 {
+    1.0 / (1.0 + math::exp(-x))
+}
+
+/// Upper tail of the normal distribution.
+pub fn above(z: f32) -> f32 {
+    if z.abs() > SURE {
+        return if z > 0.0 { 0.0 } else { 1.0 };
+    }
+    logistic(-1.702 * z)
+}
+
+/// A Gaussian with wide tails, not normalised by its standard deviations.
+pub fn tailed(z2: f32) -> f32 {
+    if z2 > 120.0 {
+        return 1e-9;
+    }
+    let wide = 1.0 / (1.0 + z2 / 128.0);
+    let wide = 0.005 * (wide * wide) * (wide * wide);
+    if z2 > CORE {
+        return wide;
+    }
+    0.92 * math::exp(-0.5 * z2) + wide
+}
+
+/// Density of a level, cut off at the detection threshold, with a flat share.
+pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
+    let z = (snr_db - mean) / sigma;
+    let tail = math::max(above((LEAST_DB - mean) / sigma), 0.02);
+    (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / 50.0
+}
+
+impl<'p> Model<'p> {
+    /// Without echoes.
+    pub const fn empty(g: &'p Generative) -> Self {
+        Self {
+            echoes: Vec::new(),
+            view: View::NOTHING,
+            height_m: 0.0,
+            q: 0.0,
+            beam_rad: 0.0,
+            cell_m: 0.0,
+            rates: [0.0; EXTENDED],
+            g,
+        }
+    }
+
+    /// With these echoes.
+    pub fn new(echoes: &[Echo], view: View, geometry: &Geometry, g: &'p Generative) -> Self {
+        let mut model = Self::empty(g);
+        model.take(echoes, view, geometry);
+        model
+    }
+
+    /// Takes in a scan's echoes, which come strongest first: as many as there is room for.
+    #[inline(never)]
+    pub fn take(&mut self, echoes: &[Echo], view: View, geometry: &Geometry) {
+        let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
+        self.view = view;
+        self.height_m = view.height_m;
+        self.q = (strongest - 30.0) / 10.0;
+        self.beam_rad = 0.9 * geometry.beamwidth_rad;
+        self.cell_m = 0.02 * geometry.bin_m / 0.0117;
+        for (rate, p) in self.rates.iter_mut().zip(&self.g.extended) {
+            *rate = math::exp(p.rate + p.rate_per_ten_db * self.q);
+        }
+        self.echoes.clear();
+        for e in echoes.iter().filter(|e| e.range_m > NEAREST_M) {
+            let seen = self.seen(e);
+            if self.echoes.push(seen).is_err() {
+                break;
+            }
+        }
+        shell_sort(&mut self.echoes, |a, b| a.x_m < b.x_m);
+    }
+
+    /// Strongest echo over 30 dB, tens of dB.
+    pub fn q(&self) -> f32 {
+        self.q
+    }
+
+    #[inline(never)]
+    fn seen(&self, e: &Echo) -> Seen {
+        let [face, tread, floor, air, inside, noise] = &self.g.extended;
+        let s = e.snr_db;
+        let level = |x: &Extended, off: f32, flat: f32| {
+            let mean = x.snr_db + x.snr_per_db * 10.0 * self.q + off;
+            math::exp(x.rate + x.rate_per_ten_db * self.q)
+                * level_density(s, mean, x.snr_sigma_db, flat)
+        };
+        let far = math::max(e.x_m - 0.6, -0.4);
+        let mut point = [0.0; POINTS];
+        for (value, p) in point.iter_mut().zip(&self.g.points) {
+            *value = level_density(s, self.level(p, e.range_m), p.snr_sigma_db, 0.05);
+        }
+        let across_m = e.range_m * math::hypot(1.5 * e.angle_sigma_rad, 0.0015);
+        let per_range = across_m / math::max(e.range_m, 0.05);
+        let (up_m, along_m) = (per_range * e.x_m, per_range * (self.height_m - e.y_m));
+        Seen {
+            x_m: e.x_m,
+            y_m: e.y_m,
+            range_m: e.range_m,
+            across_m,
+            wide: (e.width - CLEAN_WIDTH).clamp(0.0, 0.5),
+            snr_db: s,
+            noise: math::exp(noise.rate - (s - LEAST_DB) / noise.snr_sigma_db)
+                / (EXTENT * math::max(e.range_m, 0.1) * noise.snr_sigma_db),
+            air: level(air, 0.0, 0.05) / AREA_M2,
+            inside: level(inside, 0.0, 0.01) / AREA_M2,
+            tread: GAUSS * level(tread, 0.0, 0.002),
+            floor: GAUSS * level(floor, -8.0 * far, 0.005) * math::exp(-1.5 * far),
+            face: GAUSS * 10.0 * level(face, 0.0, 0.05),
+            point,
+            per_tread: 1.0 / math::hypot(tread.off_sigma_m, up_m),
+            per_floor: 1.0 / math::hypot(floor.off_sigma_m, up_m),
+            per_face: 1.0 / math::hypot(face.off_sigma_m, along_m),
+        }
+    }
+
+    fn level(&self, p: &Point, range_m: f32) -> f32 {
+        p.snr_db + p.snr_per_db * 10.0 * self.q
+            - 20.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, 0.3))
+    }
+
+    /// Level that the strongest echo predicts at a range, tens of dB over 30 dB.
+    pub(super) fn expected_q(&self, range_m: f32) -> f32 {
+        self.q - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, 0.3))
+    }
+
+    /// Density of an echo before riser `k` from everything that is no point feature.
+    pub(super) fn background(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
+        math::max(self.parts(s, k, e).iter().sum(), LEAST)
+    }
+
+    /// The same by class: face, tread, floor, air, inside, noise.
+    #[inline(never)]
+    pub(super) fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
+        let base = self.base(s, k, e.x_m);
+        let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
+        let low = self.sight(e.x_m, base, edge);
+        let mut inside = above((e.y_m - low + 0.015) / (0.012 + e.across_m));
+        if s.open && k > 0 {
+            inside *= 0.35;
+        }
+        if s.kind == Kind::Drop && e.x_m > s.wall_m {
+            return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];
+        }
+        let mut parts = [
+            0.0,
+            0.0,
+            0.0,
+            (1.0 - inside) * e.air,
+            inside * e.inside,
+            e.noise,
+        ];
+        let [on_face, on_tread, on_floor, ..] = &mut parts;
+        if k > 0 && base < self.height_m {
+            let z = (e.y_m - base) * e.per_tread;
+            *on_tread = e.tread * tailed(z * z) * e.per_tread;
+        }
+        if k == 0 || s.open {
+            let z = (e.y_m - if k == 0 { base } else { 0.0 }) * e.per_floor;
+            let share = if k == 0 { 1.0 } else { 0.3 };
+            *on_floor = share * e.floor * tailed(z * z) * e.per_floor;
+        }
+        for i in [k.checked_sub(1), Some(k)].into_iter().flatten() {
+            if i >= s.len() {
+                continue;
+            }
+            let (b, t) = self.face_span(s, i);
+            *on_face += Self::face(e, s.x(i) - 0.3 * s.overhang_m, b, t);
+        }
+        if s.wall().is_finite() && k == s.len() && e.y_m > base - 0.03 {
+            let z = (e.x_m - s.wall()) / 0.008;
+            if z * z < 60.0 {
+                *on_face += 0.25 * e.face * tailed(z * z) / 0.008;
+            }
+        }
+        parts
+    }
+
+    /// Level of what lies below `x` before riser `k`.
+    pub(super) fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
+        if s.kind == Kind::Ramp {
+            s.slope * math::max(x - s.wall_m, 0.0)
+        } else {
+            s.level(k)
+        }
+    }
+
+    /// Density as part of a face at `x` from `b` to `t`.
+    fn face(e: &Seen, x: f32, b: f32, t: f32) -> f32 {
+        if t <= b + 0.01 {
+            return 0.0;
+        }
+        let z = (e.x_m - x) * e.per_face;
+        if z * z > 100.0 {
+            return 0.0;
+        }
+        let soft = 0.008 + e.across_m;
+        let within = above((b - e.y_m) / soft) - above((t - e.y_m) / soft);
+        e.face * math::max(within, 0.0) * tailed(z * z) * e.per_face
+    }
+
+    /// Log-likelihood of the echoes before riser `k` (or of the landing), and of their number.
+    pub fn tread(&self, s: &Staircase, k: usize) -> f32 {
+        self.within(s, k, f32::NEG_INFINITY, f32::INFINITY) - self.expected(s, k)
+    }
+
+    /// Log-likelihood of the echoes before riser `k` that lie between two distances.
+    #[inline(never)]
+    pub fn within(&self, s: &Staircase, k: usize, from_m: f32, to_m: f32) -> f32 {
+        let start = k.checked_sub(1).map_or(f32::NEG_INFINITY, |k| s.x(k));
+        let from = math::max(start + BEHIND_M, from_m);
+        let to = math::min(s.x(k) + BEHIND_M, to_m);
+        let mut total = 0.0;
+        for e in self.between(from, to) {
+            total += ln(self.background(s, k, e));
+        }
+        total
+    }
+
+    /// Log-likelihoods of all echoes on the tread before riser `k`, wherever that begins, summed up
+    /// from the farthest: entry i holds those from number i on.
+    #[inline(never)]
+    pub fn sums(&self, s: &Staircase, k: usize) -> Sums {
+        let mut sums = [0.0; MAX_SEEN + 1];
+        let mut sum = 0.0;
+        let places = sums.iter_mut().zip(&self.echoes);
+        for (place, e) in places.rev() {
+            sum += ln(self.background(s, k, e));
+            *place = sum;
+        }
+        sums
+    }
+
+    /// Number of the first echo beyond a distance.
+    pub fn first_beyond(&self, x_m: f32) -> usize {
+        self.echoes.partition_point(|e| e.x_m <= x_m)
+    }
+
+    /// How many echoes are expected on the tread before riser `k`, and on its face.
+    pub fn expected(&self, s: &Staircase, k: usize) -> f32 {
+        let exposure = self.exposure(s, k);
+        exposure.iter().zip(&self.rates).map(|(e, r)| e * r).sum()
+    }
+
+    /// How much of face, tread and floor there is before riser `k`: expected echoes over their rate.
+    pub(super) fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
+        let n = s.len();
+        let mut out = [0.0; 3];
+        let [face, tread, floor] = &mut out;
+        if k == 0 {
+            let mut end = 2.2;
+            if s.kind != Kind::Ramp && n == 0 {
+                end = math::min(end, s.wall_m);
+            }
+            if !s.open {
+                end = math::min(end, s.x(0));
+            }
+            let reach = |x: f32| math::exp(-1.5 * (x - 0.6));
+            *floor = (reach(0.34) - reach(math::max(end, 0.34))) / 1.5;
+        } else if s.level(k) < self.height_m {
+            let x = s.x(k - 1);
+            let next = if k < n {
+                s.x(k)
+            } else {
+                math::min(x + 0.6, 2.4)
+            };
+            *tread = math::max(next - x, 0.0);
+        }
+        if k < n {
+            let (b, t) = self.face_span(s, k);
+            if t > b && self.in_scan(s.x(k), t) {
+                *face = 10.0 * (t - b);
+            }
+        }
+        out
+    }
+
+    pub(super) fn between(&self, from: f32, to: f32) -> &[Seen] {
+        let first = self.echoes.partition_point(|e| e.x_m <= from);
+        let end = self.echoes.partition_point(|e| e.x_m <= to);
+        self.echoes.get(first..end).unwrap_or(&[])
+    }
+
+    /// Log-likelihood ratio of riser `k`'s point features against none; `k` may be the wall behind
+    /// the last one.
+    pub fn riser(&self, s: &Staircase, k: usize) -> f32 {
+        let places = self.places(s, k);
+        if places.is_empty() {
+            return 0.0;
+        }
+        self.points(s, k, k >= s.len(), &places)
+    }
+
+    #[inline(never)]
+    fn points(&self, s: &Staircase, k: usize, wall: bool, places: &[Place]) -> f32 {
+        let mut used = [0f32; NEAR];
+        let (mut gone, mut found) = (1.0f32, 0.0f32);
+        let mut odds = 0.0;
+        let x = if wall { s.wall() } else { s.x(k) };
+        let near = self.between(x - 0.12, x + 0.10);
+        let mut backgrounds = [0f32; NEAR];
+        for (i, place) in places.iter().enumerate() {
+            let Some(p) = self.g.points.get(place.class as usize) else {
+                continue;
+            };
+            let q = self.expected_q(place.range_m);
+            let seen =
+                logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * (place.room - 1.0))
+                    .clamp(0.02, 0.985);
+            if i == 0 {
+                let [a, b, c, d] = self.g.hidden.nothing;
+                let hidden = if place.class == Class::Hidden { c } else { 0.0 };
+                odds = a + b * q + hidden + d * before(self.shown(s, k));
+            }
+            let mut gains = [0f32; NEAR];
+            let mut sum = 0.0;
+            let echoes = near.iter().zip(&mut gains).zip(&used).zip(&mut backgrounds);
+            for (((e, gain), used), b) in echoes {
+                let density = self.density(s, k, place, p, e);
+                if density > 0.0 {
+                    if *b <= 0.0 {
+                        *b = self.behind(s, k, e);
+                    }
+                    *gain = seen * density / *b * (1.0 - used);
+                    sum += *gain;
+                }
+            }
+            let z = 1.0 - seen + sum;
+            gone *= 1.0 - seen;
+            found += ln(z);
+            for (used, gain) in used.iter_mut().zip(&gains) {
+                *used = math::min(*used + 0.999 * gain / z, 0.999);
+            }
+        }
+        let nothing = if wall { 0.3 } else { logistic(odds) };
+        let left = math::exp(-found.min(80.0));
+        let share = nothing * left + (1.0 - nothing) * (1.0 - gone * left) / (1.0 - gone);
+        found + ln(math::max(share, LEAST))
+    }
+
+    /// Density of an echo near riser `k` from everything that is no point feature.
+    fn behind(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
+        let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
+        self.background(s, tread.min(s.len()), e)
+    }
+
+    /// Of each point feature of riser `k`: the echo that most likely is it, if one more likely is than
+    /// not.
+    #[inline(never)]
+    pub fn features(&self, s: &Staircase, k: usize, mut each: impl FnMut(Class, &Best)) {
+        let near = self.between(s.x(k) - 0.12, s.x(k) + 0.10);
+        for place in &self.places(s, k) {
+            let Some(p) = self.g.points.get(place.class as usize) else {
+                continue;
+            };
+            let mut best = (1.0, None);
+            for e in near {
+                let density = self.density(s, k, place, p, e);
+                if density > 0.0 {
+                    let odds = density / self.behind(s, k, e);
+                    if odds > best.0 {
+                        best = (odds, Some(e));
+                    }
+                }
+            }
+            if let (_, Some(e)) = best {
+                let lever = math::max(e.x_m, 0.05) / e.range_m;
+                let off_m = p.across_m + p.across_per_width_m * e.wide;
+                let wide = math::hypot(p.sigma_per_width_m * e.wide, e.across_m);
+                each(
+                    place.class,
+                    &Best {
+                        x_m: e.x_m,
+                        level_m: e.y_m - off_m / lever,
+                        sigma_m: math::hypot(p.across_sigma_m, wide) / lever,
+                    },
+                );
+            }
+        }
+    }
+
+    /// Density of an echo as one of riser `k`'s point features.
+    #[inline(never)]
+    pub(super) fn density(
+        &self,
+        s: &Staircase,
+        k: usize,
+        place: &Place,
+        p: &Point,
+        e: &Seen,
+    ) -> f32 {
+        let density = match place.class {
+            Class::Hidden => self.hidden(s, k, e, place.x_m),
+            _ => self.point(p, e, place.x_m, place.y_m, place.range_m),
+        };
+        if density <= 0.0 {
+            return 0.0;
+        }
+        density * e.point.get(place.class as usize).copied().unwrap_or(0.0)
+    }
+
+    /// Density of an echo as a point feature, levels apart.
+    fn point(&self, p: &Point, e: &Seen, x: f32, y: f32, range: f32) -> f32 {
+        let dr = e.range_m - range - p.range_m;
+        if dr.abs() > GATE_M {
+            return 0.0;
+        }
+        let across = (x * (e.y_m - self.height_m) - (y - self.height_m) * e.x_m) / range;
+        let dc = across - p.across_m - p.across_per_width_m * e.wide;
+        if dc.abs() > CROSS_GATE_M {
+            return 0.0;
+        }
+        let wide = p.sigma_per_width_m * e.wide;
+        let vr = p.range_sigma_m * p.range_sigma_m;
+        let vc = p.across_sigma_m * p.across_sigma_m + wide * wide + e.across_m * e.across_m;
+        let z2 = dr * dr / vr + dc * dc / vc;
+        if z2 > 100.0 {
+            return 0.0;
+        }
+        tailed(z2) * GAUSS * GAUSS / math::sqrt(vr * vc)
+    }
+
+    /// Density of an echo as what can be seen of a riser whose foot is hidden.
+    fn hidden(&self, s: &Staircase, k: usize, e: &Seen, x: f32) -> f32 {
+        let (low, top) = self.face_span(s, k);
+        if (e.x_m - x).abs() > 0.08 || e.y_m < low - 0.12 || e.y_m > top + 0.12 {
+            return 0.0;
+        }
+        let Some(p) = self.g.points.get(Class::Hidden as usize) else {
+            return 0.0;
+        };
+        let g = &self.g.hidden;
+        let ca = e.x_m / e.range_m;
+        let wide = p.sigma_per_width_m * e.wide;
+        let va = e.across_m * e.across_m + wide * wide;
+        let dx = (e.x_m - x) * ca - p.range_m;
+        let over = dx + s.overhang_m * ca;
+        let vr = p.range_sigma_m * p.range_sigma_m;
+        let mut total = 0.0;
+        for ([share, off, sigma], at, dx) in [(g.low, low, dx), (g.top, top, over)] {
+            let v = sigma * sigma + va;
+            let y = (e.y_m - at - off) / ca;
+            total += share * tailed(dx * dx / vr + y * y / v) * GAUSS * GAUSS / math::sqrt(vr * v);
+        }
+        let soft = math::sqrt(0.000_144 + va);
+        let within = above((low - e.y_m) / soft) - above((top - e.y_m) / soft);
+        let even = math::max(within, 0.0) / math::max(top - low, 0.01);
+        total + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS / math::sqrt(vr)
+    }
+
+    /// Log-likelihood of riser `k` with the tread before it.
+    pub fn step(&self, s: &Staircase, k: usize) -> f32 {
+        self.tread(s, k) + self.riser(s, k)
+    }
+
+    /// Log-likelihood of the whole.
+    pub fn whole(&self, s: &Staircase) -> f32 {
+        (0..=s.len()).map(|k| self.step(s, k)).sum()
+    }
+}

@@ -1,0 +1,372 @@
+//! What else may stand there: one riser more or less, another overhang, an odd rise.
+//!
+//! Each proposal differs from a hypothesis in a few risers, so that only their part of the
+//! likelihood is looked at anew.
+
+use super::cloud::{Cloud, Told};
+use super::model::{BEHIND_M, Model, Sums};
+use super::prior::{GOES_ON, going, ln, overhang, prior};
+use super::staircase::{Kind, MAX_STEPS, Sigmas, Staircase};
+use crate::math;
+use heapless::Vec;
+
+/// Places for one more riser that are tried at most.
+const SPOTS: usize = 40;
+/// Echoes below show no place for a riser, dB.
+const SPOT_DB: f32 = 5.0;
+/// Two places nearer to each other are one, metres.
+const APART_M: f32 = 0.015;
+
+/// Logarithm of prior times likelihood.
+pub fn weight(model: &Model<'_>, s: &Staircase) -> f32 {
+    prior(s) + model.whole(s)
+}
+
+/// A hypothesis, its likelihood riser by riser, and its weight.
+#[derive(Clone, Copy, Debug)]
+pub struct Base {
+    /// The hypothesis.
+    pub staircase: Staircase,
+    /// Standard deviations of its levels, metres.
+    pub sigmas: Sigmas,
+    /// Log-likelihood of each riser with the tread before it, and of the landing.
+    steps: [f32; MAX_STEPS + 1],
+    /// Logarithm of prior times likelihood.
+    pub log_weight: f32,
+}
+
+/// Standard deviation of a level that a proposal puts where it is, metres.
+const PLACED_M: f32 = 0.01;
+
+impl Base {
+    /// Weighs a hypothesis whose levels are known to `sigmas`.
+    #[inline(never)]
+    pub fn new(model: &Model<'_>, staircase: Staircase, sigmas: Sigmas) -> Self {
+        let mut steps = [0.0; MAX_STEPS + 1];
+        let mut total = prior(&staircase);
+        for (k, value) in steps.iter_mut().take(staircase.len() + 1).enumerate() {
+            *value = model.step(&staircase, k);
+            total += *value;
+        }
+        Self {
+            staircase,
+            sigmas,
+            steps,
+            log_weight: total,
+        }
+    }
+
+    /// What risers from number `from` to before `to` say.
+    #[inline(never)]
+    fn part(&self, from: usize, to: usize) -> f32 {
+        self.steps.get(from..to).map_or(0.0, |s| s.iter().sum())
+    }
+}
+
+/// Puts proposals into a cloud.
+pub struct Proposals<'a> {
+    /// What weighs them.
+    pub model: &'a Model<'a>,
+    /// The answer that they are held against.
+    pub told: &'a Told<'a>,
+    /// Where they go.
+    pub cloud: &'a mut Cloud,
+}
+
+/// Places for one more riser, and how much of the way each stands for, metres.
+type Spots = Vec<(f32, f32), SPOTS>;
+
+impl Proposals<'_> {
+    /// Everything near a hypothesis.
+    pub fn around(&mut self, base: &Base) {
+        match base.staircase.kind {
+            Kind::Stairs => {
+                self.less(base);
+                self.behind(base);
+                self.front(base);
+                self.between(base);
+                self.odd(base);
+                self.overhangs(base);
+            }
+            Kind::Nothing => self.floor(base),
+            _ => {}
+        }
+    }
+
+    #[inline(never)]
+    fn put(&mut self, s: &Staircase, log_weight: f32, sigmas: &Sigmas) {
+        self.cloud.add(s, log_weight, sigmas, self.told);
+    }
+
+    /// Log-likelihood of a staircase's risers from `from` to before `to`.
+    fn part(&self, s: &Staircase, from: usize, to: usize) -> f32 {
+        (from..to).map(|k| self.model.step(s, k)).sum()
+    }
+
+    /// Places on a grid of `step_m` from `from_m` to `to_m`, and of echoes there.
+    #[inline(never)]
+    fn spots(&self, from_m: f32, to_m: f32, step_m: f32, echo_m: f32) -> Spots {
+        let mut spots = Spots::new();
+        let mut x = from_m;
+        while x < to_m && spots.len() < SPOTS / 2 {
+            // There is room for as many.
+            let _ = spots.push((x, step_m));
+            x += step_m;
+        }
+        let mut last = f32::NEG_INFINITY;
+        for e in &self.model.echoes {
+            let within = e.x_m > from_m && e.x_m < to_m && e.snr_db > SPOT_DB;
+            if within && e.x_m > last + APART_M {
+                last = e.x_m;
+                // Those that find no room stand among many.
+                let _ = spots.push((e.x_m, echo_m));
+            }
+        }
+        spots
+    }
+
+    /// The flight less its last steps.
+    #[inline(never)]
+    fn less(&mut self, base: &Base) {
+        let mut longer = base.staircase;
+        let mut weight = base.log_weight;
+        let mut part = base.part(base.staircase.len(), base.staircase.len() + 1);
+        for n in (0..base.staircase.len()).rev() {
+            let shorter = longer.less_last();
+            let landing = self.model.step(&shorter, n);
+            part += base.part(n, n + 1);
+            weight += prior(&shorter) - prior(&longer) + landing - part;
+            self.put(&shorter, weight, &base.sigmas);
+            part = landing;
+            longer = shorter;
+        }
+    }
+
+    /// One more riser behind the last, at an echo or where nothing shows it.
+    #[inline(never)]
+    fn behind(&mut self, base: &Base) {
+        let s = &base.staircase;
+        let (x, mean) = (s.last_x(), s.going());
+        let end = math::min(x + 1.6, s.wall() - 0.1);
+        let near = self.spots(x + 0.20, math::min(x + 0.60, end), 0.04, 0.006);
+        let far = self.spots(x + 0.60, end, f32::INFINITY, 0.006);
+        let top = s.level(s.len()) + s.rise();
+        for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
+            let more = self.more(base, top + off, Kind::Stairs);
+            for &(at, step) in near.iter().chain(far.iter().skip(1)) {
+                let landing = if at > x + 0.4 { 0.03 } else { 0.0 };
+                let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
+                if odds > 1e-5 {
+                    let (new, weight) = self.added(base, &more, at);
+                    self.put(&new, weight + ln(odds), &base.sigmas);
+                }
+            }
+        }
+    }
+
+    /// One more riser behind the last whose top is at `top_m`, wherever it stands.
+    fn more(&self, base: &Base, top_m: f32, kind: Kind) -> More {
+        let s = &base.staircase;
+        let n = s.len();
+        let mut far = s.with(n, s.last_x(), top_m);
+        far.kind = kind;
+        let hides = top_m > self.model.view.height_m;
+        More {
+            top_m,
+            kind,
+            // What can be seen behind an edge above the mirror depends on where that stands.
+            sums: (!hides).then(|| (self.model.sums(s, n), self.model.sums(&far, n + 1))),
+        }
+    }
+
+    /// That riser at `x_m`, and the logarithm of its weight but for its odds.
+    #[inline(never)]
+    fn added(&self, base: &Base, more: &More, x_m: f32) -> (Staircase, f32) {
+        let (model, s) = (self.model, &base.staircase);
+        let n = s.len();
+        let mut new = s.with(n, x_m, more.top_m);
+        new.kind = more.kind;
+        let old = base.part(n, n + 1);
+        let part = match &more.sums {
+            None => self.part(&new, n, n + 2),
+            Some((before, behind)) => {
+                let (from, to) = (x_m - NEAR_M, x_m + NEAR_M);
+                let at = |sums: &Sums, x| sums.get(model.first_beyond(x)).copied().unwrap_or(0.0);
+                let start = if n > 0 {
+                    s.last_x() + BEHIND_M
+                } else {
+                    f32::NEG_INFINITY
+                };
+                let from = math::max(from, start);
+                at(before, start) - at(before, from)
+                    + model.within(&new, n, from, to)
+                    + model.within(&new, n + 1, from, to)
+                    + at(behind, to)
+                    - model.expected(&new, n)
+                    - model.expected(&new, n + 1)
+                    + model.riser(&new, n)
+                    + model.riser(&new, n + 1)
+            }
+        };
+        (new, base.log_weight + part - old)
+    }
+
+    /// One more riser before the first.
+    #[inline(never)]
+    fn front(&mut self, base: &Base) {
+        let s = &base.staircase;
+        let (n, first) = (s.len(), s.x(0));
+        let old = base.part(0, 1);
+        for &(x, dx) in &self.spots(0.3, first - 0.15, 0.12, 0.012) {
+            for h in [0.05, 0.10, 0.15] {
+                if h < s.level(1) - 0.03 {
+                    let new = s.with(0, x, h);
+                    let weight = ln(0.01 * dx / 1.5) + self.part(&new, 0, 2) - old;
+                    self.put(&new, base.log_weight + weight, &base.sigmas);
+                }
+            }
+        }
+        // As regular as the others, each riser lower.
+        let Some(going) = s.going().filter(|g| first - g > 0.1 && n < MAX_STEPS) else {
+            return;
+        };
+        let old = base.part(0, n + 1);
+        for stretch in [0.94, 1.0, 1.06] {
+            let mut new = s.with(0, first - going, 0.0);
+            let rise = stretch * s.level(n) / (n + 1) as f32;
+            for (k, top) in (1u8..).zip(&mut new.top_m) {
+                *top = rise * f32::from(k);
+            }
+            if rise > 0.06 {
+                let weight = ln(GOES_ON / 3.0) + self.part(&new, 0, n + 2) - old;
+                self.put(&new, base.log_weight + weight, &base.sigmas);
+            }
+        }
+    }
+
+    /// One more riser between two.
+    #[inline(never)]
+    fn between(&mut self, base: &Base) {
+        let s = &base.staircase;
+        for k in 1..s.len() {
+            let (from, to) = (s.x(k - 1), s.x(k));
+            if to - from < 0.34 {
+                continue;
+            }
+            let old = base.part(k, k + 1);
+            for share in [0.42, 0.5, 0.58] {
+                let level = 0.5 * (s.level(k) + s.level(k + 1));
+                let new = s.with(k, from + share * (to - from), level);
+                let weight = ln(0.03) + self.part(&new, k, k + 2) - old;
+                self.put(&new, base.log_weight + weight, &base.sigmas);
+            }
+        }
+    }
+
+    /// One rise higher or lower than the others, the rest moved along or not.
+    #[inline(never)]
+    fn odd(&mut self, base: &Base) {
+        let s = &base.staircase;
+        let n = s.len();
+        let odds = ln(0.1 / n as f32 / 8.0);
+        for k in 0..n {
+            for off in [-0.045, -0.03, 0.03, 0.045] {
+                for end in [n, k + 1] {
+                    if end == k + 1 && end == n && k > 0 {
+                        continue;
+                    }
+                    let mut new = *s;
+                    let tops = new.top_m.get_mut(k..end).unwrap_or(&mut []);
+                    tops.iter_mut().for_each(|top| *top += off);
+                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + 0.03) {
+                        continue;
+                    }
+                    let to = math::min((end + 1) as f32, (n + 1) as f32) as usize;
+                    let weight = odds + self.part(&new, k, to) - base.part(k, to);
+                    self.put(&new, base.log_weight + weight, &base.sigmas);
+                }
+            }
+        }
+    }
+
+    /// Other overhangs of all treads.
+    #[inline(never)]
+    fn overhangs(&mut self, base: &Base) {
+        let s = &base.staircase;
+        if s.open {
+            return;
+        }
+        let n = s.len();
+        for overhang_m in [0.0, 0.015, 0.03, 0.045, 0.06] {
+            let new = Staircase { overhang_m, ..*s };
+            let weight = overhang(overhang_m) - overhang(s.overhang_m) + self.part(&new, 0, n + 1)
+                - base.part(0, n + 1);
+            self.put(&new, base.log_weight + weight, &base.sigmas);
+        }
+    }
+
+    /// One step, box or threshold, a flight of three, or a drop, where nothing is told.
+    #[inline(never)]
+    fn floor(&mut self, base: &Base) {
+        let s = &base.staircase;
+        let old = base.part(0, 1);
+        let end = math::min(2.6, s.wall() - 0.15);
+        let sigmas = [PLACED_M; MAX_STEPS];
+        let spots = self.spots(0.24, end, 0.12, 0.006);
+        for (h, share, kind) in FLOOR {
+            let more = self.more(base, h, kind);
+            for &(x, dx) in &spots {
+                // Boxes and thresholds that show nothing change nothing.
+                if kind == Kind::Stairs || dx < ECHO_M {
+                    let (new, weight) = self.added(base, &more, x);
+                    self.put(&new, weight + ln(0.8 * share * dx / 2.5), &sigmas);
+                }
+            }
+        }
+        for &(x, dx) in &spots {
+            let mut brink = *s;
+            (brink.kind, brink.wall_m) = (Kind::Drop, x);
+            let weight = ln(DROP * dx / 2.5) + self.part(&brink, 0, 1) - old;
+            self.put(&brink, base.log_weight + weight, &sigmas);
+            for (rise, open) in [(0.17, false), (0.17, true)] {
+                if dx > ECHO_M && open {
+                    continue;
+                }
+                let mut new = *s;
+                for (k, number) in [0.0, 1.0, 2.0].into_iter().enumerate() {
+                    new = new.with(k, x + 0.28 * number, rise * (number + 1.0));
+                }
+                new.open = open;
+                let weight = ln(0.5 * if open { 0.2 } else { 0.8 } * dx / 2.5);
+                let part = self.part(&new, 0, 4) - old;
+                self.put(&new, base.log_weight + weight + part, &sigmas);
+            }
+        }
+    }
+}
+
+/// One more riser behind the last of a hypothesis, wherever it stands.
+struct More {
+    top_m: f32,
+    kind: Kind,
+    /// Of the echoes from each number on: on the tread before it, and on the one behind it.
+    sums: Option<(Sums, Sums)>,
+}
+
+/// Farther from a riser than this its face changes nothing, metres.
+const NEAR_M: f32 = 0.10;
+/// Of the way, an echo stands for less than this, metres; the places between are farther apart.
+const ECHO_M: f32 = 0.02;
+/// The ground ends somewhere ahead so often.
+const DROP: f32 = 0.1;
+/// What may stand alone on the floor: height, metres, how often, and what that is called.
+const FLOOR: [(f32, f32, Kind); 8] = [
+    (0.02, 0.5, Kind::Threshold),
+    (0.045, 0.05, Kind::Stairs),
+    (0.075, 0.08, Kind::Stairs),
+    (0.11, 0.10, Kind::Stairs),
+    (0.16, 0.14, Kind::Stairs),
+    (0.22, 0.06, Kind::Stairs),
+    (0.32, 0.15, Kind::Box),
+    (0.50, 0.15, Kind::Box),
+];

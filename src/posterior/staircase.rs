@@ -1,0 +1,306 @@
+//! A staircase as a hypothesis: where its risers stand and how high their tops are.
+
+use crate::grid::PolarMap;
+use crate::math;
+use heapless::Vec;
+
+/// Most risers of a staircase.
+pub const MAX_STEPS: usize = 10;
+/// Two steps are the same within this distance, metres: design contract of scoring.
+const SAME_M: f32 = 0.10;
+/// By so much a step may be off and still be right, metres: design contract of `ok`.
+pub const RIGHT_M: f32 = 0.03;
+
+/// What stands there.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Kind {
+    /// Level ground, and perhaps a wall.
+    #[default]
+    Nothing,
+    /// Ground that rises steadily.
+    Ramp,
+    /// Ground that ends: a brink, a hole.
+    Drop,
+    /// Steps.
+    Stairs,
+    /// One thing too tall to climb.
+    Box,
+    /// One thing too low for a step.
+    Threshold,
+}
+
+/// A staircase, or what else may be there.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Staircase {
+    /// What it is.
+    pub kind: Kind,
+    /// Number of risers.
+    pub steps: u8,
+    /// Whether there is nothing below the treads.
+    pub open: bool,
+    /// How far the nosings stand before their risers, metres.
+    pub overhang_m: f32,
+    /// Where each riser stands, metres from the mirror.
+    pub x_m: [f32; MAX_STEPS],
+    /// Level at its top, metres.
+    pub top_m: [f32; MAX_STEPS],
+    /// Where a wall stands behind, metres; infinitely far off for none. Of a ramp, where it begins; of a
+    /// drop, where the ground ends.
+    pub wall_m: f32,
+    /// Slope of a ramp.
+    pub slope: f32,
+}
+
+/// Standard deviation of each level of a staircase, metres.
+pub type Sigmas = [f32; MAX_STEPS];
+
+/// What can be seen from the mirror.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Mirror above the ground, metres.
+    pub height_m: f32,
+    /// Tangents of the angles above the horizontal between which an edge can be seen: the scanned
+    /// sector less half a beam.
+    pub lowest: f32,
+    /// See [`View::lowest`].
+    pub highest: f32,
+    /// Farthest edge that is seen, metres from the mirror.
+    pub farthest_m: f32,
+}
+
+/// Bins at the far end of the range that show no peak.
+const UNSEEN_BINS: f32 = 8.0;
+
+impl View {
+    /// Nothing is seen.
+    pub const NOTHING: Self = Self {
+        height_m: 0.0,
+        lowest: 0.0,
+        highest: 0.0,
+        farthest_m: 0.0,
+    };
+
+    /// What a map looks at: its outermost rows less half a beam, and its bins less those that show no
+    /// peak.
+    pub fn of(map: &PolarMap) -> Self {
+        let geometry = map.geometry();
+        let last = map.rows().saturating_sub(1);
+        let (first, last) = (map.angle_rad(0), map.angle_rad(last));
+        let tangent = |angle_rad: f32| {
+            let (sin, cos) = math::sin_cos(angle_rad);
+            -sin / math::max(cos, f32::EPSILON)
+        };
+        let half = 0.5 * geometry.beamwidth_rad;
+        Self {
+            height_m: geometry.mount_height_m,
+            lowest: tangent(math::max(first, last) - half),
+            highest: tangent(math::min(first, last) + half),
+            farthest_m: geometry.range_m(map.bins() as f32 - UNSEEN_BINS),
+        }
+    }
+}
+
+/// An edge of a staircase that counts as a step.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Edge {
+    /// Horizontal distance, metres.
+    pub x_m: f32,
+    /// Height, metres.
+    pub y_m: f32,
+    /// Whether it can be seen.
+    pub seen: bool,
+}
+
+/// Where a staircase, if it is true, makes an answer wrong, and how likely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conflict {
+    /// Horizontal distance, metres.
+    pub x_m: f32,
+    /// Probability.
+    pub probability: f32,
+}
+
+/// One for each step on either side at most, and a drop.
+pub type Conflicts = Vec<Conflict, { 2 * MAX_STEPS + 1 }>;
+
+impl Staircase {
+    /// Level ground.
+    pub fn nothing() -> Self {
+        Self {
+            wall_m: f32::INFINITY,
+            ..Self::default()
+        }
+    }
+
+    /// Whether another one has its risers in the same places, and the same wall behind.
+    pub fn is_like(&self, other: &Self) -> bool {
+        let places = self.x_m.iter().zip(&other.x_m).take(self.len());
+        self.kind == other.kind
+            && self.steps == other.steps
+            && self.open == other.open
+            && self.wall_m == other.wall_m
+            && places.map(|(a, b)| (a - b).abs()).all(|off| off < RIGHT_M)
+    }
+
+    /// Where a wall stands, metres; infinitely far off if none does.
+    pub fn wall(&self) -> f32 {
+        match self.kind {
+            Kind::Ramp | Kind::Drop => f32::INFINITY,
+            _ => self.wall_m,
+        }
+    }
+
+    /// Number of risers.
+    pub fn len(&self) -> usize {
+        usize::from(self.steps).min(MAX_STEPS)
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.steps == 0
+    }
+
+    /// Place of riser `k`, metres; infinitely far off beyond the last.
+    pub fn x(&self, k: usize) -> f32 {
+        if k < self.len() {
+            self.x_m.get(k).copied().unwrap_or(f32::INFINITY)
+        } else {
+            f32::INFINITY
+        }
+    }
+
+    /// Level of the tread before riser `k`, metres.
+    pub fn level(&self, k: usize) -> f32 {
+        let below = k.checked_sub(1).and_then(|k| self.top_m.get(k));
+        below.copied().unwrap_or(0.0)
+    }
+
+    /// The last riser's place, metres; the mirror's without any.
+    pub fn last_x(&self) -> f32 {
+        self.len().checked_sub(1).map_or(0.0, |k| self.x(k))
+    }
+
+    /// From riser to riser on the mean, metres; none for a single one.
+    pub fn going(&self) -> Option<f32> {
+        let spans = self.len().checked_sub(1).filter(|&spans| spans > 0)?;
+        Some((self.last_x() - self.x(0)) / spans as f32)
+    }
+
+    /// Height of a riser on the mean, metres.
+    pub fn rise(&self) -> f32 {
+        self.level(self.len()) / self.len().max(1) as f32
+    }
+
+    /// The same with a riser at `x_m` whose top is at `top_m`, as number `k`; itself if it has as
+    /// many as it can.
+    #[inline(never)]
+    pub fn with(&self, k: usize, x_m: f32, top_m: f32) -> Self {
+        let mut out = *self;
+        let n = self.len();
+        if n >= MAX_STEPS || k > n {
+            return out;
+        }
+        out.kind = Kind::Stairs;
+        out.steps = (n + 1) as u8;
+        for (places, value) in [(&mut out.x_m, x_m), (&mut out.top_m, top_m)] {
+            let mut moved = value;
+            for place in places.iter_mut().take(n + 1).skip(k) {
+                core::mem::swap(place, &mut moved);
+            }
+        }
+        out
+    }
+
+    /// The same without its last riser.
+    pub fn less_last(&self) -> Self {
+        let mut out = *self;
+        out.steps = self.steps.saturating_sub(1);
+        if out.steps == 0 {
+            out = Self {
+                wall_m: self.wall_m,
+                ..Self::nothing()
+            };
+        }
+        out
+    }
+
+    /// The edges that count as steps, the nearest first.
+    pub fn edges(&self, view: &View) -> impl Iterator<Item = Edge> + '_ {
+        let counts = match self.kind {
+            Kind::Stairs => self.len(),
+            _ => 0,
+        };
+        let overhang_m = if self.open { 0.0 } else { self.overhang_m };
+        let (open, view) = (self.open, *view);
+        let mut hidden = f32::NEG_INFINITY;
+        let places = self.x_m.iter().zip(&self.top_m).take(counts);
+        places.map(move |(&x_m, &y_m)| {
+            let x_m = x_m - overhang_m;
+            let up_m = y_m - view.height_m;
+            let slope = up_m / math::max(x_m, RIGHT_M);
+            let seen = slope > view.lowest
+                && slope < view.highest
+                && slope >= hidden
+                && math::hypot(x_m, up_m) < view.farthest_m;
+            if !open {
+                hidden = math::max(hidden, slope);
+            }
+            Edge { x_m, y_m, seen }
+        })
+    }
+
+    /// Where this, if it is true with levels known to `sigmas`, makes an answer wrong: steps that are
+    /// missing, made up, or farther off than 3 cm.
+    #[inline(never)]
+    pub fn conflicts(&self, told: &[Edge], view: &View, sigmas: &Sigmas) -> Conflicts {
+        let mut conflicts = Conflicts::new();
+        let mut used = [false; MAX_STEPS];
+        let mut push = |x_m, probability| {
+            // One for each step.
+            let _ = conflicts.push(Conflict { x_m, probability });
+        };
+        for (edge, &sigma_m) in self.edges(view).zip(sigmas) {
+            let off = |t: &Edge| (t.x_m - edge.x_m).abs();
+            let near = told.iter().zip(&mut used);
+            let near = near.filter(|(t, used)| !**used && off(t) <= SAME_M);
+            match near.min_by(|a, b| off(a.0).total_cmp(&off(b.0))) {
+                Some((t, used)) => {
+                    *used = true;
+                    if !edge.seen {
+                        continue;
+                    }
+                    if off(t) > RIGHT_M {
+                        push(math::min(edge.x_m, t.x_m), 1.0);
+                    } else {
+                        let x_m = math::min(edge.x_m, t.x_m);
+                        push(x_m, outside(t.y_m - edge.y_m, sigma_m));
+                    }
+                }
+                None if edge.seen => push(edge.x_m, 1.0),
+                None => {}
+            }
+        }
+        for (t, used) in told.iter().zip(&used) {
+            if !used {
+                push(t.x_m, 1.0);
+            }
+        }
+        if self.kind == Kind::Drop {
+            push(self.wall_m, 1.0);
+        }
+        crate::sort::shell_sort(&mut conflicts, |a, b| a.x_m < b.x_m);
+        conflicts
+    }
+}
+
+/// Probability that a normal deviate of standard deviation `sigma_m` about `off_m` is outside of
+/// what is right.
+fn outside(off_m: f32, sigma_m: f32) -> f32 {
+    let sigma_m = math::max(sigma_m, 1e-4);
+    tail((RIGHT_M - off_m) / sigma_m) + tail((RIGHT_M + off_m) / sigma_m)
+}
+
+/// Upper tail of the normal distribution by the logistic function: within 0.01 of it.
+pub fn tail(z: f32) -> f32 {
+    1.0 / (1.0 + math::exp(1.702 * z))
+}
