@@ -68,6 +68,31 @@ impl Pipeline {
         }
     }
 
+    /// The first part of [`DataPath::row`]: the chirp becomes row `row` of the map, and is looked at for
+    /// what it says of the instrument. What is left is the estimator's.
+    pub fn watch(&mut self, row: u16) {
+        let Self {
+            samples,
+            config,
+            range,
+            finder,
+            health,
+            ..
+        } = self;
+        let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
+        finder.write(row.into(), |mut cells| {
+            // The sweep hands over whole chirps only.
+            if let Ok(stats) = range.process(chirp, &mut cells)
+                && health.row(row, chirp, &stats, cells.cells)
+            {
+                // What something else transmitted is no echo.
+                cells.cells.fill(0);
+                cells.mask.fill(0);
+            }
+        });
+        health.stands(row, finder.map());
+    }
+
     /// The map of the last scan.
     pub fn map(&self) -> &PolarMap {
         self.finder.map()
@@ -118,25 +143,8 @@ impl DataPath for Pipeline {
     }
 
     fn row(&mut self, row: u16) {
-        let Self {
-            samples,
-            config,
-            range,
-            finder,
-            health,
-            ..
-        } = self;
-        let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
-        finder.fill(row.into(), |mut cells| {
-            // The sweep hands over whole chirps only.
-            if let Ok(stats) = range.process(chirp, &mut cells)
-                && health.row(row, chirp, &stats, cells.cells)
-            {
-                // What something else transmitted is no echo.
-                cells.cells.fill(0);
-                cells.mask.fill(0);
-            }
-        });
+        self.watch(row);
+        self.finder.lost(row.into());
     }
 
     fn lost(&mut self, row: u16) {

@@ -3,12 +3,14 @@
 //! Only so much is taken out by calibration as tyres, brackets and a homing switch leave. What lies beyond
 //! shows here: echoes then fit a floor that is higher, lower or inclined better than the one there must be.
 
-use super::echo::Echo;
+use super::echo::{Echo, MAX_ECHOES};
 use crate::math;
 use crate::params::Params;
 
-/// Power at which (1 - q/n)^n stands for exp(-q).
+/// Power at which (1 - q/n)^n stands for exp(-q): for all that matters, and at a tenth of the instructions.
 const REACH: f32 = 4.0;
+/// Most steps of height to each side.
+const MOST_HEIGHTS: usize = 24;
 
 /// An echo as evidence for a floor.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,6 +19,8 @@ struct Witness {
     y_m: f32,
     /// Half of the inverse variance of its height.
     half_precision: f32,
+    /// Beyond this distance from its height it says nothing, metres.
+    reach_m: f32,
     weight: f32,
 }
 
@@ -31,65 +35,81 @@ impl Witness {
         let noise = e.range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
         let model = p.witness_sigma_bins * bin_m * p.witness_sigma_bins * bin_m;
         let weight = (e.snr_db - p.witness_from_db) / p.witness_span_db;
+        let half_precision = 0.5 / (rough_m * rough_m + noise * noise + model);
         Self {
             x_m: e.x_m,
             y_m: e.y_m,
-            half_precision: 0.5 / (rough_m * rough_m + noise * noise + model),
-            weight: weight.clamp(0.0, p.witness_most),
+            half_precision,
+            reach_m: math::sqrt(REACH / half_precision),
+            weight: math::min(math::max(weight, 0.0), p.witness_most),
         }
     }
 
-    /// How much it speaks for a floor `height_m` off its place and inclined by `slope`.
-    fn support(&self, height_m: f32, slope: f32) -> f32 {
-        let off = self.y_m - height_m + slope * self.x_m;
-        // (1 - q/4)^4 is exp(-q) for all that matters, and a tenth of its instructions.
-        let base = math::max(0.0, 1.0 - off * off * self.half_precision / REACH);
-        self.weight * (base * base) * (base * base)
+    /// Adds to `supports`, of heights in steps of `step_m` from `lowest_m` on, how much it speaks for a
+    /// floor there that is inclined by `slope`.
+    fn support(&self, slope: f32, lowest_m: f32, step_m: f32, supports: &mut [f32]) {
+        let above_m = self.y_m + slope * self.x_m - lowest_m;
+        let first = math::max(math::ceil((above_m - self.reach_m) / step_m), 0.0) as usize;
+        // `as` saturates: below the lowest there is none.
+        let end = (math::floor((above_m + self.reach_m) / step_m) + 1.0) as usize;
+        for (k, support) in supports.iter_mut().enumerate().take(end).skip(first) {
+            let off = above_m - k as f32 * step_m;
+            let base = math::max(0.0, 1.0 - off * off * self.half_precision / REACH);
+            *support += self.weight * (base * base) * (base * base);
+        }
     }
 }
 
-/// The evidence for floors.
-struct Witnesses(heapless::Vec<Witness, { super::MAX_ECHOES }>);
+/// How well echoes support a floor, in weights of echoes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Floor {
+    /// One in its place.
+    pub here: f32,
+    /// The best other one: at another height, or inclined.
+    pub elsewhere: f32,
+}
 
-impl Witnesses {
-    fn support(&self, height_m: f32, slope: f32) -> f32 {
-        self.0.iter().map(|w| w.support(height_m, slope)).sum()
+impl Floor {
+    /// Whether a floor is seen where it must be, and none elsewhere that echoes show better.
+    pub fn in_place(&self, p: &Params) -> bool {
+        self.here >= p.floor_seen && self.elsewhere - self.here <= p.floor_elsewhere
     }
 
-    /// The best support over heights and slopes that are multiples of `steps` of the first two
-    /// numbers, each within the bounds; of those that `keep` lets pass.
-    fn best(&self, bounds: [i32; 2], p: &Params, keep: impl Fn(i32, i32) -> bool) -> f32 {
-        let mut best = 0.0;
-        for height in -bounds[0]..=bounds[0] {
-            for slope in (-bounds[1]..=bounds[1]).filter(|&slope| keep(height, slope)) {
-                let support = self.support(
-                    height as f32 * p.floor_height_step_m,
-                    slope as f32 * p.floor_slope_step_rad,
-                );
-                best = math::max(best, support);
+    /// Of the echoes of a map with bins of `bin_m` metres, as they were placed before any calibration.
+    #[inline(never)]
+    pub fn of(echoes: &[Echo], bin_m: f32, p: &Params) -> Self {
+        let mut witnesses = heapless::Vec::<Witness, MAX_ECHOES>::new();
+        for e in echoes {
+            let ahead = e.x_m > p.floor_from_m && e.x_m < p.floor_to_m;
+            if ahead && e.y_m.abs() < p.floor_astray_m && e.snr_db > p.witness_from_db {
+                // As many places as echoes.
+                let _ = witnesses.push(Witness::new(e, bin_m, p));
             }
         }
-        best
+        let step_m = p.floor_height_step_m;
+        let (near, tilt) = (p.floor_near_steps as i32, p.floor_tilt_steps as i32);
+        let far = (p.floor_far_steps as i32).min(MOST_HEIGHTS as i32);
+        let steep = p.floor_steep_steps as i32;
+        let mut found = Self::default();
+        for slope in -steep..=steep {
+            // An inclined floor goes through the place that the wheels stand on.
+            let tilted = slope.abs() > tilt;
+            let most = if tilted { near } else { far };
+            let mut supports = [0.0; 2 * MOST_HEIGHTS + 1];
+            let supports = supports.get_mut(..2 * most as usize + 1).unwrap_or(&mut []);
+            for w in &witnesses {
+                let slope = slope as f32 * p.floor_slope_step_rad;
+                w.support(slope, -(most as f32) * step_m, step_m, supports);
+            }
+            for (height, &mut support) in (-most..=most).zip(supports) {
+                let best = if tilted || height.abs() > near {
+                    &mut found.elsewhere
+                } else {
+                    &mut found.here
+                };
+                *best = math::max(*best, support);
+            }
+        }
+        found
     }
-}
-
-/// Whether the echoes of a map with bins of `bin_m` metres, as they were placed before any calibration, show a floor where it must be: one
-/// that is seen at all, and none elsewhere that they show better.
-#[inline(never)]
-pub fn in_place(echoes: &[Echo], bin_m: f32, p: &Params) -> bool {
-    let near = |e: &&Echo| {
-        let ahead = e.x_m > p.floor_from_m && e.x_m < p.floor_to_m;
-        ahead && e.y_m.abs() < p.floor_astray_m
-    };
-    let all = echoes
-        .iter()
-        .filter(near)
-        .map(|e| Witness::new(e, bin_m, p));
-    let witnesses = Witnesses(all.filter(|w| w.weight > 0.0).collect());
-    let (near, tilt) = (p.floor_near_steps as i32, p.floor_tilt_steps as i32);
-    let (far, steep) = (p.floor_far_steps as i32, p.floor_steep_steps as i32);
-    let here = witnesses.best([near, tilt], p, |_, _| true);
-    let off = witnesses.best([far, tilt], p, |height, _| height.abs() > near);
-    let inclined = witnesses.best([near, steep], p, |_, slope| slope.abs() > tilt);
-    here >= p.floor_seen && math::max(off, inclined) - here <= p.floor_elsewhere
 }

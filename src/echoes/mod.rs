@@ -18,7 +18,7 @@ mod angle_filter;
 pub mod calibrate;
 mod detect;
 mod echo;
-pub mod floor;
+mod floor;
 mod ghosts;
 mod lobe;
 mod maxima;
@@ -37,6 +37,7 @@ use crate::grid::PolarMap;
 use crate::params::Params;
 pub use angle_filter::two_way_sigma;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
+pub use floor::Floor;
 use place::Ride;
 pub use sweeps::{Agreement, Sweeps};
 

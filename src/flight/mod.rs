@@ -42,7 +42,7 @@ mod tests;
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
 use crate::drive::Drive;
-use crate::echoes::{Collector, Echo, Echoes, Sweeps, calibrate, floor};
+use crate::echoes::{Collector, Echo, Echoes, Floor, Sweeps, calibrate};
 use crate::estimator::Estimator;
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
@@ -163,7 +163,11 @@ impl Estimator for Likelihood {
             Plane::Depth => Phase::Up(Beginnings::new()),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
-        let level = geometry.plane == Plane::Height || floor::in_place(echoes, geometry.bin_m, p);
+        let level = geometry.plane == Plane::Height || {
+            let floor = Floor::of(echoes, geometry.bin_m, p);
+            observer.event(Event::Floor(floor));
+            floor.in_place(p)
+        };
         let mut outcome = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {

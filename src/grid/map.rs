@@ -228,6 +228,17 @@ impl PolarMap {
         })
     }
 
+    /// The cells that CA-CFAR let through in row `a` or in row `b`: bin, power in `a` and in `b`.
+    pub fn hits_of(&self, a: usize, b: usize) -> impl Iterator<Item = (usize, u8, u8)> {
+        let (cells_a, cells_b) = (self.row(a), self.row(b));
+        (0..cells_a.len()).step_by(32).flat_map(move |first| {
+            Bits(self.detections(a, first) | self.detections(b, first)).filter_map(move |bit| {
+                let bin = first + bit;
+                Some((bin, *cells_a.get(bin)?, *cells_b.get(bin)?))
+            })
+        })
+    }
+
     /// Whether row `k`'s chirp arrived.
     pub fn present(&self, k: usize) -> bool {
         self.present

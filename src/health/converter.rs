@@ -1,8 +1,9 @@
 //! What single samples tell of the converter: bits that never change, chirps that come twice, offsets
 //! that walk, swings that are cut off.
 
+use super::{PER_CENT, Sign};
 use crate::Iq;
-use crate::answer::{Reason, Reasons};
+use crate::answer::Reason;
 use crate::params::Params;
 use crate::range::RowStats;
 
@@ -10,6 +11,8 @@ use crate::range::RowStats;
 const REMEMBERED: usize = 16;
 /// Rows between two that are looked at for clipping: it takes a pass of its own over the samples.
 const CLIP_ROWS: u32 = 8;
+/// Samples between two that are looked at: a bit that lives changes in any quarter of a chirp.
+const STRIDE: usize = 4;
 /// Odd factor of the sum that tells chirps apart (Knuth, The Art of Computer Programming 3, 6.4: the
 /// golden ratio of 2^32).
 const HASH_FACTOR: u32 = 0x9E37_79B9;
@@ -46,7 +49,7 @@ fn lame_bits(changed: u32) -> u32 {
 /// Samples whose I or Q stands at the chirp's own extreme, of the extreme with most of them.
 fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2]) -> u32 {
     let mut counts = [0u32; 4];
-    for x in chirp {
+    for x in chirp.iter().step_by(STRIDE) {
         let met = [x.i == low.i, x.i == high.i, x.q == low.q, x.q == high.q];
         for (count, met) in counts.iter_mut().zip(met) {
             *count += u32::from(met);
@@ -73,7 +76,7 @@ impl Converter {
     /// Takes one chirp and what range processing measured of it.
     pub fn row(&mut self, chirp: &[Iq], stats: &RowStats) {
         let (mut set, mut clear, mut hash) = (0u32, u32::MAX, 0u32);
-        for x in chirp {
+        for x in chirp.iter().step_by(STRIDE) {
             let bits = u32::from(x.i as u16) | u32::from(x.q as u16) << 16;
             set |= bits;
             clear &= bits;
@@ -97,49 +100,53 @@ impl Converter {
                 *most = (*most).max(mean);
             }
         }
-        if self.rows.is_multiple_of(CLIP_ROWS) {
+        // Not the rows of which the noise is taken: no row does both.
+        if self.rows % CLIP_ROWS == CLIP_ROWS / 2 {
             self.looked += 1;
-            let share = at_extremes(chirp, stats.extremes) * SHARE;
+            let share = STRIDE as u32 * at_extremes(chirp, stats.extremes) * SHARE;
             self.clipped += u32::from(share > CLIPPED * chirp.len() as u32);
         }
         self.rows += 1;
     }
 
-    /// What is wrong with it.
-    pub fn doubts(&self) -> Reasons {
-        let mut doubts = Reasons::NONE;
-        let mut add = |found: bool, reason| {
-            if found {
-                doubts.add(reason);
-            }
+    /// What was seen of it.
+    pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
+        let mut sign = |reason, seen, limit| {
+            each(Sign {
+                reason,
+                seen,
+                limit,
+            });
         };
-        add(self.lame > LAME_ROWS, Reason::AdcBit);
-        add(self.stale > 0, Reason::StaleChirp);
-        let walked = |k: usize| {
-            let ends = (self.most.get(k), self.least.get(k));
-            let (Some(&most), Some(&least)) = ends else {
-                return 0;
-            };
-            i32::from(most) - i32::from(least)
-        };
-        add(walked(0).max(walked(1)) > OFFSET_WALK, Reason::DcDrift);
-        add(2 * self.clipped > self.looked, Reason::Clipped);
-        doubts
+        sign(Reason::AdcBit, self.lame as i32, LAME_ROWS);
+        sign(Reason::StaleChirp, self.stale as i32, 0);
+        let walked = self
+            .most
+            .iter()
+            .zip(&self.least)
+            .map(|(&most, &least)| i32::from(most) - i32::from(least))
+            .fold(0, i32::max);
+        sign(Reason::DcDrift, walked, OFFSET_WALK);
+        let clipped = PER_CENT * self.clipped / self.looked.max(1);
+        sign(Reason::Clipped, clipped as i32, HALF);
     }
 }
 
+/// Per cent of the rows that are looked at for clipping.
+const HALF: i32 = 50;
 /// Parts of one in which shares of samples are counted.
 const SHARE: u32 = 1000;
 /// A chirp of which more than this share stands at one of its own extremes is cut off.
 const CLIPPED: u32 = (Params::DEFAULT.clipped_share * SHARE as f32) as u32;
 /// So many rows may have a bit at rest by chance.
-const LAME_ROWS: u32 = Params::DEFAULT.lame_rows as u32;
+const LAME_ROWS: i32 = Params::DEFAULT.lame_rows as i32;
 /// The offset may walk so far, units of a sample.
 const OFFSET_WALK: i32 = (Params::DEFAULT.offset_walk * 32_768.0) as i32;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::answer::Reasons;
     use crate::math::sin_cos;
 
     /// A chirp of 200 samples: a strong tone with the noise of a few units.
@@ -181,7 +188,13 @@ mod tests {
             change(row, &mut chirp);
             converter.row(&chirp, &stats(&chirp));
         }
-        converter.doubts()
+        let mut doubts = Reasons::NONE;
+        converter.signs(&mut |sign| {
+            if sign.seen > sign.limit {
+                doubts.add(sign.reason);
+            }
+        });
+        doubts
     }
 
     #[test]

@@ -23,9 +23,12 @@ use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::params::Params;
 use crate::range::RowStats;
 use converter::Converter;
+use turning::Turning;
 
 /// Rows between two whose cells are counted for the noise level.
 const NOISE_ROWS: u16 = 8;
+/// Cells of those rows between two that are counted.
+const NOISE_CELLS: usize = 2;
 /// Of so many samples one may stand at full scale: a clipped chirp turns one echo into a comb.
 const SAMPLES_PER_SATURATED: u32 = 1000;
 /// A converter whose samples swing by no more than this has no signal: its own rounding.
@@ -38,7 +41,7 @@ const PROBES: usize = 4;
 /// Rows up to which a noise level that was seen last is a yardstick for the next.
 const YARDSTICK_ROWS: u32 = 8;
 /// Cells between two that are looked at for a row's noise.
-const CELL_STRIDE: usize = 3;
+const CELL_STRIDE: usize = 4;
 /// Cells of one class of the histogram behind a row's noise, as a power of two: 1.5 dB.
 const CLASS_SHIFT: u32 = 2;
 
@@ -48,6 +51,23 @@ pub(crate) const fn units(db: f32) -> i32 {
 }
 
 const P: Params = Params::DEFAULT;
+
+/// Per cent of rows.
+const PER_CENT: u32 = 100;
+/// What is seen in more than so many per cent of the rows is no chance.
+const MOST: i32 = 75;
+
+/// One thing that is looked at: how much of it was seen, and how much of it a healthy instrument may
+/// show. The unit is the thing's own.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sign {
+    /// The reason that more of it is.
+    pub reason: Reason,
+    /// What was seen.
+    pub seen: i32,
+    /// What may be.
+    pub limit: i32,
+}
 
 /// The health of one scan.
 #[derive(Clone, Debug)]
@@ -61,6 +81,7 @@ pub struct Health {
     probes: [Iq; PROBES],
     converter: Converter,
     levels: Levels,
+    turning: Turning,
     /// How often each cell value was seen, in every [`NOISE_ROWS`]th row.
     cells: [u16; 256],
 }
@@ -173,6 +194,7 @@ impl Health {
             probes: [Iq { i: 0, q: 0 }; PROBES],
             converter: Converter::new(),
             levels: Levels::new(),
+            turning: Turning::new(),
             cells: [0; 256],
         }
     }
@@ -195,13 +217,18 @@ impl Health {
         self.frozen += u32::from(same);
         self.mirror += u32::from(stats.mirror_echo);
         if row.is_multiple_of(NOISE_ROWS) {
-            for &cell in cells {
+            for &cell in cells.iter().step_by(NOISE_CELLS) {
                 if let Some(count) = self.cells.get_mut(usize::from(cell)) {
                     *count = count.saturating_add(1);
                 }
             }
         }
         burst
+    }
+
+    /// Takes in that row `row`, which [`Health::row`] has seen, stands in `map`.
+    pub fn stands(&mut self, row: u16, map: &PolarMap) {
+        self.turning.row(map, row, self.levels.noise / 16);
     }
 
     /// Median cell of the map: echoes fill so little of it that this is the noise.
@@ -244,37 +271,62 @@ impl Health {
         config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
     }
 
+    /// What is looked at in the whole scan, one after the other: an answer is not to be trusted where more
+    /// is seen than may be. `config` is that of the scan that filled `map`.
+    pub fn signs(&self, config: &Config, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
+        let levels = &self.levels;
+        let share = |rows: u32| (PER_CENT * rows / self.rows.max(1)) as i32;
+        let mut sign = |reason, seen, limit| {
+            each(Sign {
+                reason,
+                seen,
+                limit,
+            });
+        };
+        sign(Reason::Silent, self.silent as i32, 0);
+        sign(
+            Reason::GainDrift,
+            levels.strayed as i32,
+            P.strayed_rows as i32,
+        );
+        sign(Reason::Interference, levels.bursts as i32, 0);
+        if config.mount.mirror_offset > 0 {
+            let twins = share(levels.twins);
+            sign(Reason::ChannelDead, twins, MOST);
+            let images = share(levels.images);
+            sign(
+                Reason::IqImbalance,
+                if twins > MOST { 0 } else { images },
+                MOST,
+            );
+            sign(Reason::BlockedView, levels.near as i32, P.near_rows as i32);
+            // By calibration, or else by the mirror's offset.
+            let (right_m, within_m) = match config.mount.mirror_echo {
+                0 => (config.mount.mirror_offset_m(), P.mirror_place_m),
+                echo => (echo as f32 * 1e-5, P.mirror_moved_m),
+            };
+            let off = (self.mirror_echo_m(config) - right_m).abs();
+            sign(
+                Reason::RangeScale,
+                (off * 1e5) as i32,
+                (within_m * 1e5) as i32,
+            );
+        }
+        self.converter.signs(each);
+        self.turning.signs(map, each);
+        turning::lines(map, config, self.noise(), each);
+    }
+
     /// Why an answer is not to be trusted: empty where the instrument is well. `config` is that of the
     /// scan that filled `map`.
+    #[inline(never)]
     pub fn doubts(&self, config: &Config, map: &PolarMap) -> Reasons {
-        let mirror = config.mount.mirror_offset > 0;
-        let most = |rows: u32| 4 * rows > 3 * self.rows;
-        let levels = &self.levels;
-        let mut doubts = self.converter.doubts();
-        let mut add = |found: bool, reason| {
-            if found {
-                doubts.add(reason);
+        let mut doubts = Reasons::NONE;
+        self.signs(config, map, &mut |sign| {
+            if sign.seen > sign.limit {
+                doubts.add(sign.reason);
             }
-        };
-        add(self.silent > 0, Reason::Silent);
-        add(levels.strayed > P.strayed_rows as u32, Reason::GainDrift);
-        add(levels.bursts > 0, Reason::Interference);
-        if mirror {
-            if most(levels.twins) {
-                add(true, Reason::ChannelDead);
-            } else {
-                add(most(levels.images), Reason::IqImbalance);
-            }
-            add(levels.near > P.near_rows as u32, Reason::BlockedView);
-            let seen_m = self.mirror_echo_m(config);
-            let far = |right_m: f32, within_m: f32| (seen_m - right_m).abs() > within_m;
-            let calibrated = config.mount.mirror_echo;
-            let moved = calibrated > 0 && far(calibrated as f32 * 1e-5, P.mirror_moved_m);
-            let astray = far(config.mount.mirror_offset_m(), P.mirror_place_m);
-            add(moved || astray, Reason::RangeScale);
-        }
-        let turning = turning::watch(map, config, self.noise());
-        turning.iter().for_each(|reason| doubts.add(reason));
+        });
         doubts
     }
 }

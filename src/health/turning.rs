@@ -5,73 +5,80 @@
 //! lobe to pass its peak shows a mirror that stands still; what changes at once shows rows that are not
 //! where they are taken to be. A line at one range through all angles is nothing that a mirror shows at
 //! all: something transmits, or stands right before it.
+//!
+//! Rows are compared as they come, cell by cell where CA-CFAR found something in either.
 
-use super::units;
-use crate::answer::{Reason, Reasons};
+use super::{Sign, units};
+use crate::answer::Reason;
 use crate::config::Config;
-use crate::grid::{MAX_BINS, PolarMap};
+use crate::grid::{Geometry, PolarMap};
 use crate::params::Params;
 
 const P: Params = Params::DEFAULT;
 
-/// Rows to both sides in which the strongest cell around is looked for.
-const AROUND: usize = 5;
+/// Rows to both sides at which what lies around is looked at: a null is narrower.
+const AROUND: usize = 4;
 /// Rows of the beam that `jump_db` is told for.
 const USUAL_BEAM: f32 = 20.0;
+/// Rows between two that are looked at for stillness: not those of which the noise is taken.
+const STILL_ROWS: u16 = 2;
+/// Parts of a beam's width in which stillness counts.
+const PARTS: f32 = 100.0;
+/// Rows between two that are looked at for lines.
+const LINE_ROWS: usize = 8;
+/// Rows between two that tell whether it is worth while.
+const FEW_LINE_ROWS: usize = 32;
+/// Per cent of rows.
+const PER_CENT: usize = 100;
 
-/// How two rows differ where either is well above the noise of both.
-#[derive(Default)]
-struct Difference {
-    /// Cells compared.
-    cells: u32,
-    /// Sum of the differences, map units; each counts [`P`]`.jump_clip_db` at most.
-    sum: u32,
+/// What the rows of one scan showed up to now.
+#[derive(Clone, Debug)]
+pub struct Turning {
+    /// Rows that came, and the row before.
+    rows: u16,
+    before: u16,
+    /// Rows on end that are like those a lag before them, and most of such rows.
+    still: u16,
+    longest: u16,
+    /// The largest mean difference of neighbours, map units at [`USUAL_BEAM`].
+    steepest: u16,
 }
 
-impl Difference {
-    fn add(&mut self, a: u8, b: u8) {
-        self.cells += 1;
-        self.sum += u32::from(a.abs_diff(b)).min(units(P.jump_clip_db).unsigned_abs());
-    }
-
-    /// Of rows `a` and `b`, of the cells above `floor`.
-    fn of(map: &PolarMap, a: usize, b: usize, floor: i32) -> Self {
-        let mut found = Self::default();
-        for (&a, &b) in map.row(a).iter().zip(map.row(b)) {
-            if i32::from(a.max(b)) > floor {
-                found.add(a, b);
-            }
-        }
-        found
-    }
-
-    /// Of row `k` and the one before, of the cells above `floor` that lie in no null.
-    fn beside(map: &PolarMap, k: usize, floor: i32) -> Self {
-        let mut found = Self::default();
-        let around = k.saturating_sub(1 + AROUND)..(k + 1 + AROUND).min(map.rows());
-        let pairs = map.row(k.saturating_sub(1)).iter().zip(map.row(k));
-        for (bin, (&a, &b)) in pairs.enumerate() {
-            let stronger = i32::from(a.max(b));
-            if stronger > floor {
-                let strongest = around.clone().map(|row| map.cell(row, bin)).max();
-                if stronger + units(P.jump_near_db) >= strongest.unwrap_or(0).into() {
-                    found.add(a, b);
-                }
-            }
-        }
-        found
-    }
-
-    /// Whether the mean difference is below so many map units.
-    fn below(&self, mean: i32) -> bool {
-        self.sum < mean.unsigned_abs() * self.cells
-    }
+/// A cell that is well above the noise in one of two rows.
+#[derive(Clone, Copy)]
+struct Pair {
+    bin: u8,
+    stronger: u8,
+    difference: u8,
 }
 
-/// Mean cell of a row, map units.
-fn mean(row: &[u8]) -> i32 {
-    let sum: u32 = row.iter().map(|&cell| u32::from(cell)).sum();
-    (sum / row.len().max(1) as u32) as i32
+/// Most cells of two rows that are compared: a row shows a dozen echoes of four.
+const MOST_PAIRS: usize = 40;
+
+/// Of the cells of two rows, bin and power in either, those above `floor`.
+fn pairs(
+    cells: impl Iterator<Item = (usize, u8, u8)>,
+    floor: u8,
+) -> heapless::Vec<Pair, MOST_PAIRS> {
+    let mut found = heapless::Vec::new();
+    for (bin, a, b) in cells {
+        let stronger = a.max(b);
+        let difference = a.abs_diff(b).min(units(P.jump_clip_db) as u8);
+        let pair = Pair {
+            bin: bin as u8,
+            stronger,
+            difference,
+        };
+        if stronger > floor && found.push(pair).is_err() {
+            break;
+        }
+    }
+    found
+}
+
+/// Sum of the differences, map units.
+fn sum(pairs: &[Pair]) -> u32 {
+    pairs.iter().map(|p| u32::from(p.difference)).sum()
 }
 
 /// Whether row `k` came and was not set aside.
@@ -79,87 +86,155 @@ fn seen(map: &PolarMap, k: usize) -> bool {
     map.present(k) && map.row(k).iter().any(|&cell| cell > 0)
 }
 
-/// What the map tells of the mirror; `noise` is its median cell.
-#[inline(never)]
-pub fn watch(map: &PolarMap, config: &Config, noise: u8) -> Reasons {
-    let geometry = map.geometry();
-    let beam = geometry.beamwidth_rad / geometry.step_rad.max(f32::MIN_POSITIVE);
-    // `as` saturates.
-    let lag = ((P.still_lag_beams * beam + 0.5) as usize).max(2);
-    let patience = ((P.still_beams * beam + 0.5) as u32).max(P.still_rows as u32);
-    let strong = units(P.turning_db);
-    let steep = units(P.jump_db * (USUAL_BEAM / beam.max(1.0)).max(1.0));
-    let (mut still, mut longest, mut jumps) = (0, 0, 0);
-    // A jump's cells differ by so much in sum at least: without it nobody need look for nulls.
-    let least = P.jump_cells as u32 * steep.unsigned_abs();
-    let mut before = mean(map.row(0));
-    for k in 1..map.rows() {
-        let here = mean(map.row(k));
-        let floor = before.max(here).max(noise.into()) + strong;
-        before = here;
-        if !seen(map, k) || !seen(map, k - 1) {
-            continue;
-        }
-        if Difference::of(map, k - 1, k, floor).sum >= least {
-            let beside = Difference::beside(map, k, floor);
-            let enough = beside.cells >= P.jump_cells as u32;
-            jumps += u32::from(enough && !beside.below(steep));
-        }
-        let Some(old) = k.checked_sub(lag).filter(|&old| seen(map, old)) else {
-            continue;
-        };
-        let far = Difference::of(map, old, k, floor);
-        let unmoved = far.cells >= P.still_cells as u32 && far.below(units(P.still_db));
-        still = if unmoved { still + 1 } else { 0 };
-        longest = longest.max(still);
-    }
-    let mut doubts = Reasons::NONE;
-    if longest > patience {
-        doubts.add(Reason::MirrorStuck);
-    }
-    if jumps > 0 {
-        doubts.add(Reason::AngleJump);
-    }
-    if let Some(range_m) = line(map, config, noise) {
-        doubts.add(if range_m < P.blocked_m {
-            Reason::BlockedView
-        } else {
-            Reason::Interference
-        });
-    }
-    doubts
+/// Rows of a beam's width.
+fn beam(geometry: &Geometry) -> f32 {
+    geometry.beamwidth_rad / geometry.step_rad.max(f32::MIN_POSITIVE)
 }
 
-/// Rows between two that are looked at for lines.
-const LINE_ROWS: usize = 4;
+impl Turning {
+    pub const fn new() -> Self {
+        Self {
+            rows: 0,
+            before: 0,
+            still: 0,
+            longest: 0,
+            steepest: 0,
+        }
+    }
 
-/// The nearest range at which nearly all rows show the same level, metres.
+    /// Takes in row `k`, which stands in `map`; `noise` is the rows' lower quartile, map units.
+    #[inline(never)]
+    pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) {
+        let up = k >= self.before;
+        self.before = k;
+        let back = |rows: usize| {
+            let k = usize::from(k);
+            let at = if up {
+                k.checked_sub(rows)
+            } else {
+                k.checked_add(rows)
+            };
+            at.filter(|&at| seen(map, at))
+        };
+        let Some(here) = back(0) else {
+            return;
+        };
+        let floor = (noise + units(P.turning_db)).clamp(0, u8::MAX.into()) as u8;
+        let beam = beam(map.geometry());
+        self.rows = self.rows.wrapping_add(1);
+        // `as` saturates.
+        let lag = ((P.still_lag_beams * beam + 0.5) as usize).max(2);
+        // Every other row is enough for what lasts.
+        if let Some(old) = back(lag).filter(|_| self.rows % STILL_ROWS == 1) {
+            let before = map.row(old);
+            let hits = map.hits(here);
+            let both = hits.filter_map(|(bin, now)| Some((bin, *before.get(bin)?, now)));
+            let far = pairs(both, floor);
+            let unmoved = far.len() >= P.still_cells as usize
+                && sum(&far) < units(P.still_db) as u32 * far.len() as u32;
+            self.still = if unmoved { self.still + STILL_ROWS } else { 0 };
+            self.longest = self.longest.max(self.still);
+        }
+        if let (Some(a), Some(b)) = (back(AROUND + 1), back(AROUND)) {
+            self.beside(map, [a, b], floor, beam);
+        }
+    }
+
+    /// Compares two neighbours, all rows around which are there.
+    fn beside(&mut self, map: &PolarMap, [a, b]: [usize; 2], floor: u8, beam: f32) {
+        let least = P.jump_cells as u32;
+        // Narrow beams are steeper.
+        let scale = (USUAL_BEAM / beam.max(1.0)).max(1.0);
+        let steepest = (f32::from(self.steepest) * scale) as u32;
+        let found = pairs(map.hits_of(a, b), floor);
+        // Only what is steeper than anything before needs a look at what is around.
+        if sum(&found) <= steepest * least {
+            return;
+        }
+        let near = units(P.jump_near_db) as u8;
+        let around = [
+            a.min(b).checked_sub(AROUND).map_or(&[][..], |k| map.row(k)),
+            map.row(a.max(b) + AROUND),
+        ];
+        let (mut cells, mut differ) = (0u32, 0u32);
+        for pair in &found {
+            // What lies in a null changes at any rate.
+            let limit = pair.stronger.saturating_add(near);
+            let below = |row: &&[u8]| row.get(usize::from(pair.bin)).is_none_or(|&x| x <= limit);
+            if around.iter().all(below) {
+                cells += 1;
+                differ += u32::from(pair.difference);
+            }
+        }
+        if cells >= least {
+            let mean = (differ / cells) as f32 / scale;
+            self.steepest = self.steepest.max(mean as u16);
+        }
+    }
+
+    /// What the rows tell.
+    pub fn signs(&self, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
+        let beam = beam(map.geometry());
+        let patience = ((P.still_beams * beam) as i32).max(P.still_rows as i32);
+        each(Sign {
+            reason: Reason::MirrorStuck,
+            seen: (f32::from(self.longest) * PARTS / beam.max(1.0)) as i32,
+            limit: (patience as f32 * PARTS / beam.max(1.0)) as i32,
+        });
+        each(Sign {
+            reason: Reason::AngleJump,
+            seen: self.steepest.into(),
+            limit: units(P.jump_db),
+        });
+    }
+}
+
+/// The largest share of the rows, in per cent, that shows one level at one range; of those nearer and
+/// those farther than what stands in the way. `noise` is the map's median cell.
 #[inline(never)]
-fn line(map: &PolarMap, config: &Config, noise: u8) -> Option<f32> {
+pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Sign)) {
     let (geometry, radar) = (map.geometry(), &config.radar);
     // From here on lie the images of mirror and leakage.
     let axis_m = radar.fft_len() as f32 * geometry.bin_m;
     let lobe_m = P.range_lobe_bins * radar.range_resolution_m();
     let end_m = axis_m - 2.0 * config.mount.mirror_offset_m() - 2.0 * lobe_m;
-    let range_m = |bin: usize| geometry.first_range_m + bin as f32 * geometry.bin_m;
-    // The floor straight below shows by side lobes in every row.
-    let below = |range_m: f32| (range_m - geometry.mount_height_m).abs() < P.plumb_m;
-    let real = |bin: usize| range_m(bin) < end_m && !below(range_m(bin));
-    let rows = || (0..map.rows()).step_by(LINE_ROWS).filter(|&k| seen(map, k));
-    let count = rows().count() as u32;
-    let mut sums = [0u32; MAX_BINS];
-    for k in rows() {
-        for (sum, &cell) in sums.iter_mut().zip(map.row(k)) {
-            *sum += u32::from(cell);
+    let rows = |every: usize| (0..map.rows()).step_by(every).filter(|&k| map.present(k));
+    let mean = |bin: usize, every: usize| {
+        let sum: usize = rows(every).map(|k| usize::from(map.cell(k, bin))).sum();
+        (sum / rows(every).count().max(1)) as i32
+    };
+    let least = i32::from(noise) + units(P.line_db);
+    let count = rows(LINE_ROWS).count().max(1);
+    let mut most = [0, 0];
+    for bin in 0..map.bins() {
+        let range_m = geometry.first_range_m + bin as f32 * geometry.bin_m;
+        // The floor straight below shows by side lobes in every row.
+        let below = (range_m - geometry.mount_height_m).abs() < P.plumb_m;
+        // A few rows tell of most bins that there is no line.
+        let few = units(P.line_spread_db);
+        if below || range_m >= end_m || mean(bin, FEW_LINE_ROWS) + few <= least {
+            continue;
         }
-    }
-    let most = (P.line_share * count as f32) as u32;
-    let bin = (0..map.bins()).zip(&sums).position(|(bin, &sum)| {
-        let mean = (sum / count.max(1)) as i32;
-        let level = mean > i32::from(noise) + units(P.line_db);
+        let mean = mean(bin, LINE_ROWS);
+        if mean <= least {
+            continue;
+        }
         let alike =
             |k: &usize| (i32::from(map.cell(*k, bin)) - mean).abs() <= units(P.line_spread_db);
-        level && real(bin) && rows().filter(alike).count() as u32 > most
-    })?;
-    Some(range_m(bin))
+        let share = rows(LINE_ROWS).filter(alike).count() * PER_CENT / count;
+        let [near, far] = &mut most;
+        let place = if range_m < P.blocked_m { near } else { far };
+        *place = share.max(*place);
+    }
+    let limit = (P.line_share * PER_CENT as f32) as i32;
+    for (reason, share) in [Reason::BlockedView, Reason::Interference]
+        .into_iter()
+        .zip(most)
+    {
+        each(Sign {
+            reason,
+            seen: share as i32,
+            limit,
+        });
+    }
 }

@@ -93,10 +93,10 @@ params! {
         floor_near_steps = 2.0, "", Derived, "5 mm of tyres and castors, and a step";
         /// Steps of slope within which it is: 0.75 degrees.
         floor_tilt_steps = 3.0, "", Derived, "0.4 degrees of homing error and 0.1 of pitch, and a step";
-        /// Steps of height that are tried: 12 cm.
-        floor_far_steps = 30.0, "", Derived, "one and a half times the largest error that is looked for";
-        /// Steps of slope that are tried: 6 degrees.
-        floor_steep_steps = 24.0, "", Derived, "one and a half times the largest error that is looked for";
+        /// Steps of height that are tried: 9.6 cm.
+        floor_far_steps = 24.0, "", Derived, "a mount 8 cm off, and 4 steps";
+        /// Steps of slope that are tried: 5 degrees.
+        floor_steep_steps = 20.0, "", Derived, "4 degrees off, and 4 steps";
         /// Support, in weights of echoes, from which on the floor is seen.
         floor_seen = 0.7, "", Hand, "own scenes: 19 of 20 answers that are ok have more";
         /// A floor elsewhere may have this much more support.

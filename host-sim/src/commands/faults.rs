@@ -1,5 +1,7 @@
 //! `faults`: every fault of the instrument on recordings that are answered rightly without it.
 
+mod signs;
+
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -45,6 +47,9 @@ pub struct Args {
     /// One line for each strength
     #[arg(long)]
     strengths: bool,
+    /// What health sees in the scenes without a fault, and how often that raises a doubt; nothing is spoilt
+    #[arg(long)]
+    signs: bool,
     /// Name every run that is ok and wrong
     #[arg(long)]
     list: bool,
@@ -121,6 +126,10 @@ struct Clean {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let faults = chosen(&args.kind)?;
     let options = args.settings.options(args.settings.config()?);
+    if args.signs {
+        emit(&signs::table(&single(args)?, &options)?);
+        return Ok(ExitCode::SUCCESS);
+    }
     let clean = clean(args, &options)?;
     let options = |recording: usize| {
         let mut own = options;
@@ -187,8 +196,8 @@ fn chosen(names: &[String]) -> Result<Vec<&'static Fault>> {
     }
 }
 
-/// The recordings to spoil. Sequences are left out: their faults are those of single scans.
-fn clean(args: &Args, options: &Options) -> Result<Clean> {
+/// Single scans with truth. Sequences are left out: their faults are those of single scans.
+fn single(args: &Args) -> Result<Vec<Recording>> {
     let read = |path: &PathBuf| Recording::read(path);
     let whole: Vec<Recording> = match &args.on {
         Some(dir) => recording::list(dir)?
@@ -211,10 +220,13 @@ fn clean(args: &Args, options: &Options) -> Result<Clean> {
             scans?
         }
     };
-    let single: Vec<Recording> = whole
-        .into_iter()
-        .filter(|r| r.scans() == 1 && r.truth(0).is_some())
-        .collect();
+    let single = |r: &Recording| r.scans() == 1 && r.truth(0).is_some();
+    Ok(whole.into_iter().filter(single).collect())
+}
+
+/// The recordings to spoil.
+fn clean(args: &Args, options: &Options) -> Result<Clean> {
+    let single = single(args)?;
     let judged: Result<Vec<(bool, bool, i32)>> = single
         .par_iter()
         .map(|recording| {

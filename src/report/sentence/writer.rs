@@ -38,6 +38,7 @@ impl Writer {
     }
 
     /// Free text: whatever would break the sentence's frame becomes a space.
+    #[inline(never)]
     pub fn text(mut self, text: &str) -> Self {
         self.push(',');
         for c in text.chars() {
@@ -81,6 +82,7 @@ impl Writer {
         self
     }
 
+    #[inline(never)]
     pub fn length(mut self, value: Option<Tenths>) -> Self {
         self.push(',');
         if let Some(Tenths(tenths)) = value {
