@@ -33,7 +33,7 @@ const ANGLES: &[Reason] = &[AngleJump, MirrorStuck, Mount];
 const VIEW: &[Reason] = &[BlockedView, NoEcho];
 
 /// All kinds.
-pub const ALL: &[Fault] = &[
+pub static ALL: &[Fault] = &[
     fault("bit-high", converter::bit_high, BITS, "bit", CHANNELS),
     fault("bit-low", converter::bit_low, BITS, "bit", CHANNELS),
     fault("sign-lost", converter::sign_lost, ONCE, "", CHANNELS),

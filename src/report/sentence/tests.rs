@@ -1,4 +1,5 @@
 use super::*;
+use crate::answer::Step;
 use proptest::prelude::*;
 
 fn step() -> StepLine {
