@@ -90,7 +90,7 @@ impl Pipeline {
                 cells.mask.fill(0);
             }
         });
-        health.stands(row, finder.map());
+        health.stands(row, finder.map(), |bin| range.phasors(bin));
     }
 
     /// The map of the last scan.

@@ -9,11 +9,13 @@
 //! | this file | levels from row to row: noise, what the scanner shows of itself, bursts |
 //! | `converter` | samples: bits, offsets, swings, chirps that come twice |
 //! | `turning` | the map: that echoes change as a mirror that turns makes them |
+//! | `standing` | phases: that chair and scene stand |
 //!
 //! [`Health::verdict`] is why there is no answer at all, [`Health::doubts`] why an answer is not to be
 //! trusted.
 
 mod converter;
+mod standing;
 mod turning;
 
 use crate::Iq;
@@ -23,6 +25,7 @@ use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::params::Params;
 use crate::range::RowStats;
 use converter::Converter;
+use standing::Standing;
 use turning::Turning;
 
 /// Rows between two whose cells are counted for the noise level.
@@ -82,6 +85,7 @@ pub struct Health {
     converter: Converter,
     levels: Levels,
     turning: Turning,
+    standing: Standing,
     /// How often each cell value was seen, in every [`NOISE_ROWS`]th row.
     cells: [u16; 256],
 }
@@ -195,6 +199,7 @@ impl Health {
             converter: Converter::new(),
             levels: Levels::new(),
             turning: Turning::new(),
+            standing: Standing::new(),
             cells: [0; 256],
         }
     }
@@ -226,9 +231,13 @@ impl Health {
         burst
     }
 
-    /// Takes in that row `row`, which [`Health::row`] has seen, stands in `map`.
-    pub fn stands(&mut self, row: u16, map: &PolarMap) {
-        self.turning.row(map, row, self.levels.noise / 16);
+    /// Takes in that row `row`, which [`Health::row`] has seen, stands in `map`. `phasors` gives the complex
+    /// values of a stored bin and of the mirror's echo in the row's chirp.
+    pub fn stands(&mut self, row: u16, map: &PolarMap, phasors: impl Fn(u8) -> [[f32; 2]; 2]) {
+        let noise = self.levels.noise / 16;
+        let strongest = self.turning.row(map, row, noise);
+        let phasors = phasors(self.standing.bin());
+        self.standing.row(map, row, phasors, strongest, noise);
     }
 
     /// Median cell of the map: echoes fill so little of it that this is the noise.
@@ -314,6 +323,9 @@ impl Health {
         }
         self.converter.signs(each);
         self.turning.signs(map, each);
+        if config.mount.mirror_offset > 0 {
+            self.standing.signs(each);
+        }
         turning::lines(map, config, self.noise(), each);
     }
 

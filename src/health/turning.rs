@@ -42,6 +42,8 @@ pub struct Turning {
     longest: u16,
     /// The largest mean difference of neighbours, map units at [`USUAL_BEAM`].
     steepest: u16,
+    /// The strongest cell of the last rows that were compared.
+    strongest: u8,
 }
 
 /// A cell that is well above the noise in one of two rows.
@@ -53,7 +55,7 @@ struct Pair {
 }
 
 /// Most cells of two rows that are compared: a row shows a dozen echoes of four.
-const MOST_PAIRS: usize = 40;
+const MOST_PAIRS: usize = 32;
 
 /// Of the cells of two rows, bin and power in either, those above `floor`.
 fn pairs(
@@ -99,12 +101,14 @@ impl Turning {
             still: 0,
             longest: 0,
             steepest: 0,
+            strongest: 0,
         }
     }
 
-    /// Takes in row `k`, which stands in `map`; `noise` is the rows' lower quartile, map units.
+    /// Takes in row `k`, which stands in `map`; `noise` is the rows' lower quartile, map units. Returns
+    /// the strongest bin of the rows that were compared last.
     #[inline(never)]
-    pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) {
+    pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) -> u8 {
         let up = k >= self.before;
         self.before = k;
         let back = |rows: usize| {
@@ -117,7 +121,7 @@ impl Turning {
             at.filter(|&at| seen(map, at))
         };
         let Some(here) = back(0) else {
-            return;
+            return self.strongest;
         };
         let floor = (noise + units(P.turning_db)).clamp(0, u8::MAX.into()) as u8;
         let beam = beam(map.geometry());
@@ -138,6 +142,7 @@ impl Turning {
         if let (Some(a), Some(b)) = (back(AROUND + 1), back(AROUND)) {
             self.beside(map, [a, b], floor, beam);
         }
+        self.strongest
     }
 
     /// Compares two neighbours, all rows around which are there.
@@ -147,6 +152,9 @@ impl Turning {
         let scale = (USUAL_BEAM / beam.max(1.0)).max(1.0);
         let steepest = (f32::from(self.steepest) * scale) as u32;
         let found = pairs(map.hits_of(a, b), floor);
+        if let Some(pair) = found.iter().max_by_key(|p| p.stronger) {
+            self.strongest = pair.bin;
+        }
         // Only what is steeper than anything before needs a look at what is around.
         if sum(&found) <= steepest * least {
             return;

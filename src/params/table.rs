@@ -510,6 +510,14 @@ params! {
         /// Rows that may show it.
         near_rows = 8.0, "", Hand;
     }
+    "health: the chair stands" {
+        /// Echoes this far above the noise tell of their phase.
+        phase_db = 25.0, "dB", Derived, "phase known to 2 degrees";
+        /// So many turns from row to row tell something.
+        phase_turns = 16.0, "", Derived, "one lobe";
+        /// Their mean 1 - cos may be so much.
+        phase_turned = 0.01, "", Derived, "8 degrees a row: 1 cm over 281 rows";
+    }
     "health: the mirror turns" {
         /// Cells this far above the noise of their rows are compared.
         turning_db = 15.0, "dB", Derived, "noise exceeds it once in 10^13";

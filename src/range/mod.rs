@@ -274,6 +274,16 @@ impl<A: Arithmetic> Processor<A> {
         })
     }
 
+    /// The complex values of stored bin `bin` and of the mirror's echo in the chirp that was processed
+    /// last, to compare their phases; their scale is that chirp's own.
+    pub fn phasors(&self, bin: u8) -> [[f32; 2]; 2] {
+        let [data, spare] = &self.front_end.buffers;
+        let stored = usize::from(self.kept.first) + usize::from(bin);
+        // The bin that holds the mirror's place, whichever is strongest: one bin, one phase.
+        let mirror = (self.mirror_at / 16) as usize;
+        [stored, mirror].map(|bin| fft::bin(data, spare, self.front_end.points, bin))
+    }
+
     /// Where the mirror's echo peaks: a parabola through the logarithms of its strongest bin and the
     /// two beside it, 1/16 bin from its place by the mirror's offset.
     fn mirror_place(&self, offset: i32) -> i16 {
