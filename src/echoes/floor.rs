@@ -70,9 +70,9 @@ pub struct Floor {
 }
 
 impl Floor {
-    /// Whether a floor is seen where it must be, and none elsewhere that echoes show better.
+    /// Whether no floor elsewhere is shown better than the one where it must be.
     pub fn in_place(&self, p: &Params) -> bool {
-        self.here >= p.floor_seen && self.elsewhere - self.here <= p.floor_elsewhere
+        self.elsewhere - self.here <= p.floor_elsewhere
     }
 
     /// Of the echoes of a map with bins of `bin_m` metres, as they were placed before any calibration.

@@ -11,7 +11,9 @@ use crate::range::RowStats;
 const REMEMBERED: usize = 16;
 /// Rows between two that are looked at for clipping: it takes a pass of its own over the samples.
 const CLIP_ROWS: u32 = 8;
-/// Samples between two that are looked at: a bit that lives changes in any quarter of a chirp.
+/// Samples between two that are looked at: a bit that lives changes in any eighth of a chirp.
+const BIT_STRIDE: usize = 8;
+/// Samples between two that are looked at for clipping.
 const STRIDE: usize = 4;
 /// Odd factor of the sum that tells chirps apart (Knuth, The Art of Computer Programming 3, 6.4: the
 /// golden ratio of 2^32).
@@ -46,16 +48,16 @@ fn lame_bits(changed: u32) -> u32 {
     half(changed & 0xFFFF) | half(changed >> 16) << 16
 }
 
-/// Samples whose I or Q stands at the chirp's own extreme, of the extreme with most of them.
-fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2]) -> u32 {
-    let mut counts = [0u32; 4];
-    for x in chirp.iter().step_by(STRIDE) {
-        let met = [x.i == low.i, x.i == high.i, x.q == low.q, x.q == high.q];
-        for (count, met) in counts.iter_mut().zip(met) {
-            *count += u32::from(met);
-        }
+/// How many of the samples that are looked at stand at the chirp's own extreme, of the extreme with most
+/// of them; of I or of Q.
+fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2], part: impl Fn(&Iq) -> i16) -> u32 {
+    let (low, high) = (part(&low), part(&high));
+    let mut counts = [0u32; 2];
+    for x in chirp.iter().step_by(STRIDE).map(part) {
+        counts[0] += u32::from(x == low);
+        counts[1] += u32::from(x == high);
     }
-    counts.into_iter().fold(0, u32::max)
+    counts[0].max(counts[1])
 }
 
 impl Converter {
@@ -76,7 +78,7 @@ impl Converter {
     /// Takes one chirp and what range processing measured of it.
     pub fn row(&mut self, chirp: &[Iq], stats: &RowStats) {
         let (mut set, mut clear, mut hash) = (0u32, u32::MAX, 0u32);
-        for x in chirp.iter().step_by(STRIDE) {
+        for x in chirp.iter().step_by(BIT_STRIDE) {
             let bits = u32::from(x.i as u16) | u32::from(x.q as u16) << 16;
             set |= bits;
             clear &= bits;
@@ -103,7 +105,13 @@ impl Converter {
         // Not the rows of which the noise is taken: no row does both.
         if self.rows % CLIP_ROWS == CLIP_ROWS / 2 {
             self.looked += 1;
-            let share = STRIDE as u32 * at_extremes(chirp, stats.extremes) * SHARE;
+            // I and Q by turns.
+            let count = if self.looked.is_multiple_of(2) {
+                at_extremes(chirp, stats.extremes, |x| x.q)
+            } else {
+                at_extremes(chirp, stats.extremes, |x| x.i)
+            };
+            let share = STRIDE as u32 * count * SHARE;
             self.clipped += u32::from(share > CLIPPED * chirp.len() as u32);
         }
         self.rows += 1;
@@ -128,12 +136,12 @@ impl Converter {
             .fold(0, i32::max);
         sign(Reason::DcDrift, walked, OFFSET_WALK);
         let clipped = PER_CENT * self.clipped / self.looked.max(1);
-        sign(Reason::Clipped, clipped as i32, HALF);
+        sign(Reason::Clipped, clipped as i32, SOME);
     }
 }
 
-/// Per cent of the rows that are looked at for clipping.
-const HALF: i32 = 50;
+/// Of the rows that are looked at for clipping so many per cent may show it: I alone is half of them.
+const SOME: i32 = 35;
 /// Parts of one in which shares of samples are counted.
 const SHARE: u32 = 1000;
 /// A chirp of which more than this share stands at one of its own extremes is cut off.

@@ -31,7 +31,7 @@ use turning::Turning;
 /// Rows between two whose cells are counted for the noise level.
 const NOISE_ROWS: u16 = 8;
 /// Cells of those rows between two that are counted.
-const NOISE_CELLS: usize = 2;
+const NOISE_CELLS: usize = 3;
 /// Of so many samples one may stand at full scale: a clipped chirp turns one echo into a comb.
 const SAMPLES_PER_SATURATED: u32 = 1000;
 /// A converter whose samples swing by no more than this has no signal: its own rounding.
@@ -44,7 +44,7 @@ const PROBES: usize = 4;
 /// Rows up to which a noise level that was seen last is a yardstick for the next.
 const YARDSTICK_ROWS: u32 = 8;
 /// Cells between two that are looked at for a row's noise.
-const CELL_STRIDE: usize = 4;
+const CELL_STRIDE: usize = 6;
 /// Cells of one class of the histogram behind a row's noise, as a power of two: 1.5 dB.
 const CLASS_SHIFT: u32 = 2;
 
@@ -236,7 +236,6 @@ impl Health {
     pub fn stands(&mut self, row: u16, map: &PolarMap, phasors: impl Fn(u8) -> [[f32; 2]; 2]) {
         let noise = self.levels.noise / 16;
         let strongest = self.turning.row(map, row, noise);
-        let phasors = phasors(self.standing.bin());
         self.standing.row(map, row, phasors, strongest, noise);
     }
 

@@ -13,8 +13,8 @@ use crate::params::Params;
 const P: Params = Params::DEFAULT;
 /// Rows for which one echo is followed: less than a lobe.
 const FOLLOWED: u8 = 8;
-/// Part of 1 - cos φ that counts as one.
-const UNIT: f32 = 1e5;
+/// Parts of a degree in which turns are told.
+const PARTS: f32 = 100.0;
 
 /// How much echoes turned from row to row of one scan.
 #[derive(Clone, Debug)]
@@ -25,8 +25,8 @@ pub struct Standing {
     /// The row before, and its echo against the mirror's there; zero where there was none.
     row: u16,
     before: [f32; 2],
-    /// Sum of 1 - cos φ, and how many.
-    sum: f32,
+    /// Sum of the turns' cosines and sines, and how many.
+    sum: [f32; 2],
     turns: u16,
 }
 
@@ -37,28 +37,26 @@ impl Standing {
             left: 0,
             row: 0,
             before: [0.0; 2],
-            sum: 0.0,
+            sum: [0.0; 2],
             turns: 0,
         }
     }
 
-    /// The stored bin whose echo [`Standing::row`] wants to have next.
-    pub fn bin(&self) -> u8 {
-        self.bin
-    }
-
-    /// Takes in row `k`, which stands in `map`: the echo in [`Standing::bin`] and the mirror's;
-    /// `strongest` is the bin to follow when that one has faded. `noise` is the rows' lower quartile.
+    /// Takes in row `k`, which stands in `map`. `phasors` gives the echo in a stored bin and that of the
+    /// mirror, `strongest` is the bin to follow when another one has faded, `noise` the rows' lower
+    /// quartile.
+    #[inline(never)]
     pub fn row(
         &mut self,
         map: &PolarMap,
         k: u16,
-        [echo, mirror]: [[f32; 2]; 2],
+        phasors: impl Fn(u8) -> [[f32; 2]; 2],
         strongest: u8,
         noise: i32,
     ) {
         let seen = i32::from(map.cell(k.into(), self.bin.into())) > noise + units(P.phase_db);
         let now = if seen {
+            let [echo, mirror] = phasors(self.bin);
             times_conjugate(echo, mirror)
         } else {
             [0.0; 2]
@@ -66,7 +64,10 @@ impl Standing {
         let turned = times_conjugate(now, self.before);
         let size = crate::math::sqrt(turned[0] * turned[0] + turned[1] * turned[1]);
         if size > 0.0 && k.abs_diff(self.row) == 1 {
-            self.sum += 1.0 - turned[0] / size;
+            self.sum = [
+                self.sum[0] + turned[0] / size,
+                self.sum[1] + turned[1] / size,
+            ];
             self.turns += 1;
         }
         (self.row, self.before) = (k, now);
@@ -79,11 +80,12 @@ impl Standing {
     /// What the echoes tell.
     pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
         let enough = self.turns >= P.phase_turns as u16;
-        let mean = self.sum / f32::from(self.turns).max(1.0);
+        let [cos, sin] = self.sum;
+        let degrees = crate::math::atan2(sin.abs(), cos) / crate::math::RAD_PER_DEG;
         each(Sign {
             reason: Reason::Moving,
-            seen: if enough { (UNIT * mean) as i32 } else { 0 },
-            limit: (UNIT * P.phase_turned) as i32,
+            seen: if enough { (PARTS * degrees) as i32 } else { 0 },
+            limit: (PARTS * P.phase_turned_deg) as i32,
         });
     }
 }
@@ -111,12 +113,11 @@ mod tests {
                 let (sin, cos) = sin_cos(angle);
                 [900.0 * cos, 900.0 * sin]
             };
-            let echo = if standing.bin() == 40 {
-                at((begun + phase(k)) % core::f32::consts::TAU)
-            } else {
-                [0.0; 2]
+            let phasors = |bin| {
+                assert_eq!(bin, 40);
+                [at((begun + phase(k)) % core::f32::consts::TAU), at(begun)]
             };
-            standing.row(&map, k, [echo, at(begun)], 40, 80);
+            standing.row(&map, k, phasors, 40, 80);
         }
         let mut seen = -1;
         standing.signs(&mut |sign| seen = sign.seen);
@@ -125,15 +126,17 @@ mod tests {
 
     #[test]
     fn a_standing_scene_keeps_its_phase_whatever_the_chirps_begin_with() {
-        assert!(seen(|_| 1.0) < 10, "{}", seen(|_| 1.0));
+        let still = seen(|_| 1.0);
+        assert!(still < 10, "{still}");
+        let speckle = seen(|k| if k % 4 < 2 { 0.0 } else { 0.5 });
+        assert!(speckle < 100, "{speckle}");
     }
 
     #[test]
-    fn a_creep_turns_it_and_so_does_a_sway() {
-        // 1 - cos 0.2.
+    fn a_creep_turns_it_on_and_on() {
         let creep = seen(|k| 0.2 * f32::from(k));
-        assert!((creep - 1_993).abs() < 10, "{creep}");
-        let sway = seen(|k| if k % 2 == 0 { 0.0 } else { 0.2 });
-        assert!((sway - 1_993).abs() < 10, "{sway}");
+        assert!((creep - 1_146).abs() < 10, "{creep}");
+        let back = seen(|k| 100.0 - 0.2 * f32::from(k));
+        assert!((back - 1_146).abs() < 10, "{back}");
     }
 }

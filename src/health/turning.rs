@@ -40,7 +40,7 @@ pub struct Turning {
     /// Rows on end that are like those a lag before them, and most of such rows.
     still: u16,
     longest: u16,
-    /// The largest mean difference of neighbours, map units at [`USUAL_BEAM`].
+    /// How far neighbours differed in all beyond what is usual, at most, map units at [`USUAL_BEAM`].
     steepest: u16,
     /// The strongest cell of the last rows that were compared.
     strongest: u8,
@@ -57,30 +57,46 @@ struct Pair {
 /// Most cells of two rows that are compared: a row shows a dozen echoes of four.
 const MOST_PAIRS: usize = 32;
 
-/// Of the cells of two rows, bin and power in either, those above `floor`.
-fn pairs(
-    cells: impl Iterator<Item = (usize, u8, u8)>,
-    floor: u8,
-) -> heapless::Vec<Pair, MOST_PAIRS> {
-    let mut found = heapless::Vec::new();
-    for (bin, a, b) in cells {
-        let stronger = a.max(b);
-        let difference = a.abs_diff(b).min(units(P.jump_clip_db) as u8);
-        let pair = Pair {
-            bin: bin as u8,
-            stronger,
-            difference,
-        };
-        if stronger > floor && found.push(pair).is_err() {
-            break;
-        }
-    }
-    found
+/// Cells of two rows that are compared.
+struct Pairs {
+    list: heapless::Vec<Pair, MOST_PAIRS>,
+    /// Sum of their differences, map units.
+    sum: u32,
+    strongest: Pair,
 }
 
-/// Sum of the differences, map units.
-fn sum(pairs: &[Pair]) -> u32 {
-    pairs.iter().map(|p| u32::from(p.difference)).sum()
+impl Pairs {
+    /// Of the cells of two rows, bin and power in either, those above `floor`.
+    fn of(cells: impl Iterator<Item = (usize, u8, u8)>, floor: u8) -> Self {
+        let mut pairs = Self {
+            list: heapless::Vec::new(),
+            sum: 0,
+            strongest: Pair {
+                bin: 0,
+                stronger: 0,
+                difference: 0,
+            },
+        };
+        for (bin, a, b) in cells {
+            let stronger = a.max(b);
+            if stronger <= floor {
+                continue;
+            }
+            let pair = Pair {
+                bin: bin as u8,
+                stronger,
+                difference: a.abs_diff(b).min(units(P.jump_clip_db) as u8),
+            };
+            if pairs.list.push(pair).is_err() {
+                break;
+            }
+            pairs.sum += u32::from(pair.difference);
+            if stronger > pairs.strongest.stronger {
+                pairs.strongest = pair;
+            }
+        }
+        pairs
+    }
 }
 
 /// Whether row `k` came and was not set aside.
@@ -131,11 +147,12 @@ impl Turning {
         // Every other row is enough for what lasts.
         if let Some(old) = back(lag).filter(|_| self.rows % STILL_ROWS == 1) {
             let before = map.row(old);
-            let hits = map.hits(here);
+            // Every other cell is enough, too.
+            let hits = map.hits(here).step_by(2);
             let both = hits.filter_map(|(bin, now)| Some((bin, *before.get(bin)?, now)));
-            let far = pairs(both, floor);
-            let unmoved = far.len() >= P.still_cells as usize
-                && sum(&far) < units(P.still_db) as u32 * far.len() as u32;
+            let Pairs { list, sum, .. } = Pairs::of(both, floor);
+            let unmoved = list.len() >= P.still_cells as usize
+                && sum < units(P.still_db) as u32 * list.len() as u32;
             self.still = if unmoved { self.still + STILL_ROWS } else { 0 };
             self.longest = self.longest.max(self.still);
         }
@@ -147,16 +164,15 @@ impl Turning {
 
     /// Compares two neighbours, all rows around which are there.
     fn beside(&mut self, map: &PolarMap, [a, b]: [usize; 2], floor: u8, beam: f32) {
-        let least = P.jump_cells as u32;
         // Narrow beams are steeper.
         let scale = (USUAL_BEAM / beam.max(1.0)).max(1.0);
         let steepest = (f32::from(self.steepest) * scale) as u32;
-        let found = pairs(map.hits_of(a, b), floor);
-        if let Some(pair) = found.iter().max_by_key(|p| p.stronger) {
-            self.strongest = pair.bin;
+        let found = Pairs::of(map.hits_of(a, b), floor);
+        if found.sum > 0 {
+            self.strongest = found.strongest.bin;
         }
         // Only what is steeper than anything before needs a look at what is around.
-        if sum(&found) <= steepest * least {
+        if found.sum <= steepest {
             return;
         }
         let near = units(P.jump_near_db) as u8;
@@ -165,7 +181,7 @@ impl Turning {
             map.row(a.max(b) + AROUND),
         ];
         let (mut cells, mut differ) = (0u32, 0u32);
-        for pair in &found {
+        for pair in &found.list {
             // What lies in a null changes at any rate.
             let limit = pair.stronger.saturating_add(near);
             let below = |row: &&[u8]| row.get(usize::from(pair.bin)).is_none_or(|&x| x <= limit);
@@ -174,9 +190,10 @@ impl Turning {
                 differ += u32::from(pair.difference);
             }
         }
-        if cells >= least {
-            let mean = (differ / cells) as f32 / scale;
-            self.steepest = self.steepest.max(mean as u16);
+        if cells >= P.jump_cells as u32 {
+            let usual = units(P.jump_usual_db) as u32 * cells;
+            let beyond = (differ as f32 / scale) as u32;
+            self.steepest = self.steepest.max(beyond.saturating_sub(usual) as u16);
         }
     }
 

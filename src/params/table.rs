@@ -97,10 +97,8 @@ params! {
         floor_far_steps = 24.0, "", Derived, "a mount 8 cm off, and 4 steps";
         /// Steps of slope that are tried: 5 degrees.
         floor_steep_steps = 20.0, "", Derived, "4 degrees off, and 4 steps";
-        /// Support, in weights of echoes, from which on the floor is seen.
-        floor_seen = 0.7, "", Hand, "own scenes: 19 of 20 answers that are ok have more";
-        /// A floor elsewhere may have this much more support.
-        floor_elsewhere = 1.0, "", Hand, "own scenes: 19 of 20 answers that are ok have less";
+        /// A floor elsewhere may have so much more support, in weights of echoes.
+        floor_elsewhere = 1.4, "", Hand, "own scenes: 99 of 100 answers that are ok have less";
     }
     "scene: places of echoes" {
         /// Height error of an echo whatever its range.
@@ -484,7 +482,7 @@ params! {
         /// Share of a chirp's samples that may stand at its own extreme.
         clipped_share = 0.05, "", Derived, "a tone's crest within one of 2^9 steps: a fiftieth, doubled";
         /// Rows in which a bit between others may stay at rest.
-        lame_rows = 4.0, "", Derived, "200 samples leave a bit at rest by chance once in 2^200";
+        lame_rows = 20.0, "", Derived, "a bit that is stuck rests in all rows; own scenes: 11 rows of a converter whose noise is within a bit";
         /// So far the converter's offset may walk during a scan, share of full scale.
         offset_walk = 0.45, "", Derived, "a leakage at full scale beats one and a half times in a chirp, which has a mean of 0.21 either way";
         /// From so far below the mirror's echo on its image is one too many.
@@ -502,7 +500,7 @@ params! {
         /// Noise this far above that of the rows before is a burst.
         burst_db = 6.0, "dB", Derived, "a flash's skirt rises by 2.4 dB a row at 5 degrees of beam, and the quartile errs by 1 dB";
         /// The mirror's echo may lie so far off its place before anybody has calibrated it.
-        mirror_place_m = 0.0225, "m", Derived, "one and a half native bins at 10 GHz: beyond, another bin is its own";
+        mirror_place_m = 0.0225, "m", Derived, "one and a half native bins at 10 GHz: where on mirror and lens the echo comes from is not known before";
         /// And so far off its place by calibration.
         mirror_moved_m = 0.003, "m", Derived, "a sweep 1.4 % too wide at 22 cm; what the estimate of its place errs by, ten times";
         /// Something between mirror and map that is so much stronger than the mirror's echo is in the way.
@@ -515,20 +513,22 @@ params! {
         phase_db = 25.0, "dB", Derived, "phase known to 2 degrees";
         /// So many turns from row to row tell something.
         phase_turns = 16.0, "", Derived, "one lobe";
-        /// Their mean 1 - cos may be so much.
-        phase_turned = 0.01, "", Derived, "8 degrees a row: 1 cm over 281 rows";
+        /// From row to row the phase may go on by so much.
+        phase_turned_deg = 4.0, "deg", Derived, "half of what 1 cm over 281 rows makes";
     }
     "health: the mirror turns" {
         /// Cells this far above the noise of their rows are compared.
         turning_db = 15.0, "dB", Derived, "noise exceeds it once in 10^13";
         /// Cells are compared where the stronger of two is within this of the strongest around.
         jump_near_db = 3.0, "dB", Derived, "half the power; what lies in a null changes at any rate";
-        /// Neighbouring rows differ by less in the mean, at a beam of 20 rows; narrower beams are steeper.
-        jump_db = 5.2, "dB", Hand, "twice the slope of a beam's flank one width off its axis; the largest without a fault on tuning seeds is 4.7";
+        /// Cells of neighbouring rows usually differ by less, at a beam of 20 rows; narrower beams are steeper.
+        jump_usual_db = 1.5, "dB", Hand, "own scenes: 99 of 100 means of twelve cells";
+        /// All cells of two rows together differ by so much more at most.
+        jump_db = 35.0, "dB", Hand, "own scenes: 99 of 100 answers that are ok have less";
         /// A difference counts so much at most.
         jump_clip_db = 20.0, "dB", Hand;
         /// Cells that make a jump: those of one echo.
-        jump_cells = 4.0, "", Derived, "the window's lobe";
+        jump_cells = 3.0, "", Derived, "the window's lobe above CA-CFAR's threshold";
         /// Rows this far apart must differ, beam widths …
         still_lag_beams = 0.4, "", Derived, "a scatterer at the beam's axis is 3.8 dB down";
         /// … by so much in the mean …
@@ -536,7 +536,7 @@ params! {
         /// … if so many cells are compared …
         still_cells = 3.0, "", Hand;
         /// … and they may not for so many beam widths …
-        still_beams = 0.55, "", Derived, "a lobe passes its peak within a quarter";
+        still_beams = 0.8, "", Hand, "own scenes: 99 of 100 have less than 0.6";
         /// … and rows.
         still_rows = 8.0, "", Hand;
         /// Something so far above the noise in the mean of all rows …

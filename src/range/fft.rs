@@ -149,7 +149,7 @@ pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32
     let quarters = if fours { m } else { 2 * m };
     let mut sum = [0.0; 2];
     for (j, (x, w)) in block.iter().zip(twiddles).enumerate() {
-        let [a, b, c, d] = [x.re(), x.im(), w.re(), w.im()].map(f32::from);
+        let [a, b, c, d] = [x.re(), x.im(), w.re(), w.im()].map(|x| f32::from(x) / 32_768.0);
         let (re, im) = (a * c - b * d, a * d + b * c);
         // Times (-j)^(jm).
         let (re, im) = match j * quarters % 4 {

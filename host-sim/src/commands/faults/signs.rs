@@ -30,7 +30,6 @@ struct Seen {
 
 /// The estimator's numbers, but that it takes any floor for the one it stands on.
 const BELIEVING: Params = Params {
-    floor_seen: 0.0,
     floor_elsewhere: f32::MAX,
     ..Params::DEFAULT
 };
@@ -84,19 +83,9 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
             );
         });
         if let Some(floor) = floor.0 {
-            let least = f64::from(p.floor_seen) / f64::from(floor.here.max(1e-3));
-            add(
-                "mount, none seen".to_owned(),
-                least,
-                floor.here < p.floor_seen,
-            );
             let more = floor.elsewhere - floor.here;
             let value = f64::from(more) / f64::from(p.floor_elsewhere);
-            add(
-                "mount, elsewhere".to_owned(),
-                value,
-                more > p.floor_elsewhere,
-            );
+            add("mount".to_owned(), value, more > p.floor_elsewhere);
         }
     })?;
     Ok(found)
