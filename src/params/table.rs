@@ -498,7 +498,7 @@ params! {
         /// Rows that may stray from it.
         strayed_rows = 2.0, "", Hand;
         /// Noise this far above that of the rows before is a burst.
-        burst_db = 6.0, "dB", Derived, "a flash's skirt rises by 2.4 dB a row at 5 degrees of beam, and the quartile errs by 1 dB";
+        burst_db = 7.0, "dB", Derived, "a flash's skirt rises by 2.4 dB a row at 5 degrees of beam, and the quartile of 30 cells errs by 1.3 dB";
         /// The mirror's echo may lie so far off its place before anybody has calibrated it.
         mirror_place_m = 0.0225, "m", Derived, "one and a half native bins at 10 GHz: where on mirror and lens the echo comes from is not known before";
         /// And so far off its place by calibration.
@@ -524,7 +524,7 @@ params! {
         /// Cells of neighbouring rows usually differ by less, at a beam of 20 rows; narrower beams are steeper.
         jump_usual_db = 1.5, "dB", Hand, "own scenes: 99 of 100 means of twelve cells";
         /// All cells of two rows together differ by so much more at most.
-        jump_db = 35.0, "dB", Hand, "own scenes: 99 of 100 answers that are ok have less";
+        jump_db = 40.0, "dB", Hand, "own scenes: 99 of 100 answers that are ok have less than 34";
         /// A difference counts so much at most.
         jump_clip_db = 20.0, "dB", Hand;
         /// Cells that make a jump: those of one echo.
@@ -536,7 +536,7 @@ params! {
         /// … if so many cells are compared …
         still_cells = 3.0, "", Hand;
         /// … and they may not for so many beam widths …
-        still_beams = 0.8, "", Hand, "own scenes: 99 of 100 have less than 0.6";
+        still_beams = 0.8, "", Hand, "own scenes: 99 of 100 answers that are ok have less than 0.6";
         /// … and rows.
         still_rows = 8.0, "", Hand;
         /// Something so far above the noise in the mean of all rows …
