@@ -465,7 +465,8 @@ fn crashes_end_in_the_fault_path() {
         let boot = boot.unwrap();
         assert!(boot.contains(&format!(",{reset},hsi-16*")), "{boot}");
         let status = session.command("status").unwrap();
-        assert!(body(&status).ends_with(",crash"), "{status}");
+        // The reasons, then what is known of the motion and its age.
+        assert!(body(&status).ends_with(",crash,absent,0"), "{status}");
     }
     assert_eq!(body(&session.command("stop").unwrap()), "DONE,stop");
     session.type_bytes(&[0x02]).unwrap();

@@ -260,6 +260,18 @@ impl<'e> Ascending<'e> {
         math::min(p.uneven_going_nats * d * d, 1.0)
     }
 
+    /// Cost of a landing before a face: a single riser behind it is a wall as a rule, so that the second
+    /// one takes back what the first cost the more.
+    fn landing_cost(&self, chain: &[Link], next: Link) -> f32 {
+        let p = self.scene.params;
+        let behind_landing = |a: &Link, b: &Link| b.along_m - a.along_m > p.most_going_m;
+        match chain {
+            [.., last] if behind_landing(last, &next) => p.landing_nats + p.lone_nats,
+            [.., before, last] if behind_landing(before, last) => -p.lone_nats,
+            _ => 0.0,
+        }
+    }
+
     /// The riser height over its likelihood, the chain given, and the highest score among them.
     #[inline(never)]
     pub fn rise(&self, flight: &Flight<Shape>) -> (Estimate, f32) {
@@ -299,6 +311,7 @@ impl Stairs for Ascending<'_> {
             least_m: p.least_going_m,
             most_m: p.most_going_m,
             tolerance_m: p.riser_tolerance_m,
+            landing_m: p.longest_landing_m,
         }
     }
 
@@ -320,7 +333,7 @@ impl Stairs for Ascending<'_> {
         let floor = next.column.filter(|_| chain.is_empty());
         let floor = floor.and_then(|c| self.floors.get(usize::from(c)));
         let before = floor.copied().unwrap_or_else(|| self.tread(&riser));
-        let gain = self.riser(&riser, before);
+        let gain = self.riser(&riser, before) - self.landing_cost(chain, next);
         match chain {
             [.., a, b] => gain - self.irregularity(a.along_m, b.along_m, next.along_m),
             [] if shape.open => gain - self.scene.params.floating_nats,

@@ -3,7 +3,7 @@
 use super::ascending::{self, Ascending};
 use super::dimensions::Measured;
 use super::search::Search;
-use super::stairs::{Flight, MAX_FLIGHT};
+use super::stairs::{Flight, MAX_FLIGHT, Stairs};
 use crate::answer::{MAX_MAYBES, Maybe};
 use crate::echoes::Echo;
 use crate::grid::PolarMap;
@@ -11,7 +11,7 @@ use crate::math;
 use crate::observer::{Event, Observer};
 use crate::params::generative::Generative;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Model, Proposals, Sigmas, Staircase, Told, View,
+    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase, Told, View,
     refine, weight,
 };
 use crate::sort::shell_sort;
@@ -78,6 +78,15 @@ fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
     s
 }
 
+/// The flight that explains the echoes best.
+#[derive(Debug)]
+pub struct Chosen {
+    /// The flight.
+    pub flight: Flight<ascending::Shape>,
+    /// What the measurement model says for it and against level ground, times its share, nats.
+    pub odds: f32,
+}
+
 impl Posterior {
     /// Without echoes.
     pub const fn new(g: &'static Generative) -> Self {
@@ -93,36 +102,95 @@ impl Posterior {
         self.model.g = g;
     }
 
-    /// Takes in a scan's echoes and the search's leaders, refined and weighed; returns the leader that
-    /// explains the echoes best.
+    /// Takes in a scan's echoes and the search's leaders, closed and floating, refined and weighed;
+    /// returns the one that explains the echoes best.
     #[inline(never)]
     pub fn choose(
         &mut self,
         echoes: &[Echo],
         map: &PolarMap,
         search: &Search<'_, Ascending<'_>>,
-    ) -> Option<Flight<ascending::Shape>> {
+    ) -> Option<Chosen> {
         self.model.take(echoes, View::of(map), map.geometry());
         self.bases.clear();
-        let mut best = (f32::NEG_INFINITY, None);
         let scores = search.leaders.iter().map(|f| f.score);
         let top = scores.fold(f32::NEG_INFINITY, math::max);
-        let rivals = |f: &&Flight<ascending::Shape>| f.score > top - RIVAL_NATS;
-        for flight in search.leaders.iter().filter(rivals) {
-            let base = self.refined(&staircase(flight));
-            let worth = flight.score + SHARE * base.log_weight;
-            if worth > best.0 {
-                best = (worth, Some(flight));
+        let mut best: Option<(f32, Chosen)> = None;
+        for leader in &search.leaders {
+            for open in [leader.shape.open, !leader.shape.open] {
+                let mut flight = leader.clone();
+                if open != leader.shape.open {
+                    flight.shape.open = open;
+                    flight.score = search.stairs.whole(&flight.chain, flight.shape);
+                }
+                if flight.score < top - RIVAL_NATS {
+                    continue;
+                }
+                let base = self.refined(&staircase(&flight), self.longer(&flight));
+                let worth = flight.score + SHARE * base.log_weight;
+                if best.as_ref().is_none_or(|(most, _)| worth > *most) {
+                    let odds = base.log_weight;
+                    best = Some((worth, Chosen { flight, odds }));
+                }
+                // Room is left for level ground and the answer.
+                if self.bases.len() < MAX_FLIGHT {
+                    let _ = self.bases.push(base);
+                }
             }
-            // There is room for one of each length.
-            let _ = self.bases.push(base);
         }
-        best.1.cloned()
+        let (_, mut chosen) = best?;
+        chosen.odds = SHARE * (chosen.odds - self.rival(&chosen.flight));
+        Some(chosen)
     }
 
-    /// The likeliest of a flight's refinements from several heights and overhangs.
+    /// Weight of the likeliest thing that is no stairs: level ground, and where a single riser is the
+    /// flight, a box or a threshold in its place, each with and without a wall.
     #[inline(never)]
-    fn refined(&self, start: &Staircase) -> Base {
+    fn rival(&self, flight: &Flight<ascending::Shape>) -> f32 {
+        let mut most = f32::NEG_INFINITY;
+        for &wall_m in &walls(&self.model) {
+            let ground = Staircase {
+                wall_m,
+                ..Staircase::nothing()
+            };
+            most = math::max(most, weight(&self.model, &ground));
+            if let [link] = flight.chain.as_slice()
+                && link.along_m + LANDING_M < wall_m
+            {
+                for (top_m, _, kind) in FLOOR.iter().filter(|f| f.2 != Kind::Stairs) {
+                    let mut s = ground.with(0, link.along_m, *top_m);
+                    s.kind = *kind;
+                    most = math::max(most, weight(&self.model, &s));
+                }
+            }
+        }
+        most
+    }
+
+    /// A flight as one more step on top of what it is without its last one, if that was looked at.
+    fn longer(&self, flight: &Flight<ascending::Shape>) -> Option<Staircase> {
+        let (last, rest) = flight.chain.split_last()?;
+        let begins = |b: &&Base| {
+            let s = &b.staircase;
+            let links = rest.iter().enumerate();
+            let mut off = links.map(|(k, link)| (s.x(k) - link.along_m).abs());
+            s.kind == Kind::Stairs
+                && s.len() == rest.len()
+                && s.open == flight.shape.open
+                && off.all(|off| off < RIGHT_M)
+        };
+        let base = self.bases.iter().filter(|b| !b.staircase.is_empty());
+        let s = base.clone().find(begins)?.staircase;
+        let n = s.len();
+        let mut s = s.with(n, last.along_m, s.level(n) + s.rise());
+        s.wall_m = f32::INFINITY;
+        Some(s)
+    }
+
+    /// The likeliest of a flight's refinements from several heights, overhangs and walls; `longer` is
+    /// another one to begin from.
+    #[inline(never)]
+    fn refined(&self, start: &Staircase, longer: Option<Staircase>) -> Base {
         let mut best: Option<Base> = None;
         let mut offer = |s: Staircase, sigmas: Sigmas| {
             let base = Base::new(&self.model, s, sigmas);
@@ -133,11 +201,17 @@ impl Posterior {
             best.unwrap_or(base)
         };
         let mut top = None;
-        for stretch in STRETCHES {
+        let stretched = STRETCHES.map(|stretch| {
             let mut s = *start;
             s.top_m.iter_mut().for_each(|top| *top *= stretch);
+            s
+        });
+        for s in stretched.into_iter().chain(longer) {
             let (s, sigmas) = refine(&self.model, &s);
             top = Some(offer(s, sigmas));
+        }
+        if let (Some(s), Some(base)) = (longer, top) {
+            top = Some(offer(s, base.sigmas));
         }
         let top = top.unwrap_or_else(|| offer(*start, [0.0; MAX_STEPS]));
         let mut last = top;
@@ -145,6 +219,13 @@ impl Posterior {
             let mut s = top.staircase;
             s.overhang_m = overhang_m;
             last = offer(s, top.sigmas);
+        }
+        for &wall_m in walls(&self.model).iter().skip(1) {
+            let mut s = last.staircase;
+            s.wall_m = wall_m;
+            if wall_m > s.last_x() + LANDING_M {
+                last = offer(s, top.sigmas);
+            }
         }
         last
     }

@@ -336,6 +336,7 @@ impl Stairs for Descending<'_> {
             least_m: p.least_drop_m,
             most_m: p.most_drop_m,
             tolerance_m: p.tread_tolerance_m,
+            landing_m: 0.0,
         }
     }
 

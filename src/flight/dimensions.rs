@@ -8,7 +8,7 @@ use super::heights::{self, Fusion, Levels};
 use super::nosings;
 use super::readings::{self, Readings, Roles};
 use super::roles::Role;
-use super::stairs::{Flight, MAX_FLIGHT, Stairs};
+use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs};
 use super::verdict::{Support, next_db};
 use crate::answer::{Direction, Outcome, Reason, Step};
 use crate::estimate::Estimate;
@@ -51,13 +51,14 @@ impl Measured {
     }
 }
 
-/// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
+/// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes and for
+/// which the measurement model speaks with `odds`, nats;
 /// `chart` is the map itself, `bias_sigma_rad` the shaft's angle error that calibration leaves.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
     flight: &Flight<ascending::Shape>,
-    rise: Estimate,
+    (rise, odds): (Estimate, f32),
     chart: &Chart<'_>,
     bias_sigma_rad: f32,
 ) -> Measured {
@@ -79,7 +80,7 @@ pub fn ascending(
         }
         levels = heights::fit(&steps, &readings.slopes, p);
     }
-    if let Some(outcome) = no_stair(&readings, rise, &levels, p) {
+    if let Some(outcome) = no_stair(&readings, (rise, odds), &levels, p) {
         return Measured {
             outcome,
             ..Measured::new(Direction::None, roles)
@@ -87,12 +88,14 @@ pub fn ascending(
     }
     let overhang_known = readings.faces.iter().any(|f| f.overhang_seen);
     let nosings = nosings::locate(scene, flight, &levels);
-    let line = fit_line(nosings.iter().map(|x| x.map(|x| x.value)));
+    let landings = landings(&flight.chain, p.most_going_m);
+    let regular = nosings.iter().zip(&landings);
+    let line = fit_line(regular.map(|(x, landing)| x.map(|x| x.value - landing)));
     let mut measured = Measured::new(Direction::Up, roles);
     let faces = readings.faces.iter().zip(&flight.chain);
-    let faces = faces.zip(&levels).zip(&nosings);
-    for (k, (((face, link), level), nosing)) in faces.enumerate() {
-        let along = line.0 + line.1 * k as f32;
+    let faces = faces.zip(&levels).zip(nosings.iter().zip(&landings));
+    for (k, (((face, link), level), (nosing, landing))) in faces.enumerate() {
+        let along = line.0 + line.1 * k as f32 + landing;
         let x = nosing.unwrap_or(Estimate::new(along, p.inferred_x_sigma_m));
         let bias_m = x.value * bias_sigma_rad;
         let model = p.height_sigma_scale * p.height_sigma_scale * level.height.variance;
@@ -122,15 +125,46 @@ pub fn ascending(
     measured
 }
 
+/// How much farther each riser stands than it would without a landing, metres.
+fn landings(chain: &[Link], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
+    let goings = chain.windows(2).filter_map(|pair| match pair {
+        [a, b] => Some(b.along_m - a.along_m),
+        _ => None,
+    });
+    let (mut sum, mut spans) = (0.0, 0.0);
+    for going_m in goings.clone().filter(|g| *g <= most_going_m) {
+        sum += going_m;
+        spans += 1.0;
+    }
+    let going_m = sum / math::max(spans, 1.0);
+    let mut landings = Vec::new();
+    let mut landing_m = 0.0;
+    // A flight is no longer than a report.
+    let _ = landings.push(0.0);
+    for g in goings {
+        if g > most_going_m {
+            landing_m += g - going_m;
+        }
+        let _ = landings.push(landing_m);
+    }
+    landings
+}
+
 /// The answer if a single riser is too high or too low for a step, or shows nothing that says how
 /// high it is: a box or a threshold.
-fn no_stair(readings: &Readings, rise: Estimate, levels: &Levels, p: &Params) -> Option<Outcome> {
+fn no_stair(
+    readings: &Readings,
+    (rise, odds): (Estimate, f32),
+    levels: &Levels,
+    p: &Params,
+) -> Option<Outcome> {
     let ([face], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
         return None;
     };
     let height = first.height;
     let climbable = (p.lowest_step_m..=p.highest_step_m).contains(&height.value);
-    if climbable && rise.value >= p.lowest_step_m && !face.level.is_empty() {
+    let shown = !face.level.is_empty() || odds > p.sure_step_nats;
+    if climbable && rise.value >= p.lowest_step_m && shown {
         return None;
     }
     let mut outcome = Outcome::clear();

@@ -51,7 +51,7 @@ pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
 use ascending::Ascending;
-use belief::{Belief, Posterior};
+use belief::{Chosen, Belief, Posterior};
 use descending::Descending;
 use dimensions::Measured;
 use flank::Chart;
@@ -224,17 +224,18 @@ fn ascend(
     let best = search.best(memory);
     let chosen = match &mut posterior {
         Some(posterior) => posterior.choose(echoes, chart.map, &search),
-        None => best,
+        None => best.map(|flight| Chosen { flight, odds: 0.0 }),
     };
-    let best = chosen.map(|mut flight| {
+    let odds = chosen.as_ref().map_or(0.0, |c| c.odds);
+    let best = chosen.map(|Chosen { mut flight, .. }| {
         let (rise, score) = stairs.rise(&flight);
         flight.score = score;
         (flight, rise)
     });
     observer.event(Event::Done(Stage::Search));
-    let accepted = best.as_ref().filter(|(f, _)| f.score >= p.accept_up_nats);
+    let accepted = best.as_ref().filter(|(f, _)| f.score + odds >= p.accept_up_nats);
     let measured = accepted.map(|(flight, rise)| {
-        dimensions::ascending(&stairs, flight, *rise, &chart, found.bias_sigma_rad)
+        dimensions::ascending(&stairs, flight, (*rise, odds), &chart, found.bias_sigma_rad)
     });
     let best = best.as_ref().map(|b| &b.0);
     let belief = posterior.map(|posterior| {

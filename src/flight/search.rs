@@ -155,13 +155,29 @@ impl<'s, S: Stairs> Search<'s, S> {
         let Some(last) = rest.last() else {
             return self.grow_second(flight, *first, next);
         };
-        let spacing = (last.along_m - first.along_m) / rest.len() as f32;
+        let bounds = self.stairs.spacing();
+        let (spacing, landings) = regular(*first, rest, bounds.most_m);
+        if landings == 0 {
+            self.grow_landing(flight, *last, next);
+        }
         for skipped in SKIPPED {
             let aim = last.along_m + (skipped + 1) as f32 * spacing;
             if let Some(link) = self.near(aim) {
                 let spacing = (link.along_m - last.along_m) / (skipped + 1) as f32;
                 self.grow_to(flight, link, spacing, skipped, next);
                 break;
+            }
+        }
+    }
+
+    /// The first face of a second flight, behind a landing.
+    fn grow_landing(&self, flight: &Flight<S::Shape>, last: Link, next: &mut Best<S::Shape>) {
+        let bounds = self.stairs.spacing();
+        for c in 0..self.stairs.scene().columns.len() {
+            let link = self.link(c);
+            let away_m = link.along_m - last.along_m;
+            if away_m > bounds.most_m && away_m < bounds.landing_m {
+                self.grow_to(flight, link, away_m, 0, next);
             }
         }
     }
@@ -255,4 +271,19 @@ impl<'s, S: Stairs> Search<'s, S> {
         let best = near.max_by(|a, b| a.1.total_cmp(&b.1));
         best.map(|(k, _)| self.link(k))
     }
+}
+
+/// Mean distance of the faces of a flight, a landing left out, and how many landings there are: faces
+/// farther apart than `most_m`.
+fn regular(first: Link, rest: &[Link], most_m: f32) -> (f32, usize) {
+    let (mut last, mut sum, mut spans) = (first, 0.0, 0.0);
+    for link in rest {
+        let away_m = link.along_m - last.along_m;
+        if away_m <= most_m {
+            sum += away_m;
+            spans += 1.0;
+        }
+        last = *link;
+    }
+    (sum / math::max(spans, 1.0), rest.len() - spans as usize)
 }

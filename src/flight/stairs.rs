@@ -54,6 +54,9 @@ pub struct Spacing {
     pub most_m: f32,
     /// A face may stand this far from where its predecessors lead.
     pub tolerance_m: f32,
+    /// A second flight may begin this far behind the first: on a landing. Less than
+    /// [`Spacing::most_m`] for none.
+    pub landing_m: f32,
 }
 
 /// A kind of stairs: how well a flight of it explains the echoes.

@@ -175,6 +175,10 @@ params! {
         again = 0.3, "", Hand;
         /// Floating stairs: legs and boxes pass for a single floating step.
         floating_nats = 3.0, "nats", Hand;
+        /// Cost of a landing within a flight.
+        landing_nats = 1.0, "nats", Hand;
+        /// Further cost of a single riser behind a landing.
+        lone_nats = 4.0, "nats", Hand;
         /// A flight going up counts from this score on.
         accept_up_nats = 1.5, "nats", Hand;
     }
@@ -217,6 +221,8 @@ params! {
         least_going_m = 0.18, "m", Custom, "steepest stairs in use";
         /// Largest going.
         most_going_m = 0.60, "m", Custom, "steps of parks and forecourts";
+        /// Longest landing between two flights.
+        longest_landing_m = 1.60, "m", Custom, "more than a door's leaf and a wheelchair's length";
         /// A riser may stand this far from where its predecessors lead.
         riser_tolerance_m = 0.045, "m", Custom, "half an overhang and what builders are off";
         /// Weight of a column, credibilities, that makes up for a metre off its place.
@@ -224,7 +230,9 @@ params! {
         /// What stands farther behind the last riser is no part of the flight.
         landing_m = 0.70, "m", Custom, "farther than any going";
         /// A single riser lower than this is a threshold.
-        lowest_step_m = 0.07, "m", Hand;
+        lowest_step_m = 0.055, "m", Custom, "steps count from 6 cm on, less the error of a low riser's height";
+        /// A single riser that shows no height of its own counts from these odds on: what is behind does.
+        sure_step_nats = 1.5, "nats", Hand;
         /// A single riser higher than this is a box.
         highest_step_m = 0.23, "m", Hand;
     }

@@ -26,6 +26,6 @@ mod tests;
 pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
 pub use feature::Class;
 pub use model::{LEAST_DB, Model, level_density, tailed};
-pub use proposals::{Base, Proposals, weight};
+pub use proposals::{Base, FLOOR, Proposals, weight};
 pub use refine::refine;
-pub use staircase::{Edge, Kind, MAX_STEPS, Sigmas, Staircase, View};
+pub use staircase::{Edge, Kind, MAX_STEPS, RIGHT_M, Sigmas, Staircase, View};

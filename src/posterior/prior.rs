@@ -1,6 +1,6 @@
 //! What stairs people build, and what else stands about: the prior of a hypothesis.
 
-use super::staircase::{Kind, Staircase};
+use super::staircase::{Kind, LONGEST_GOING_M, Staircase};
 use crate::math;
 
 /// Spread that the echoes leave of a place, a rise and one step's own departure, times √(2π), metres:
@@ -20,6 +20,10 @@ const WALL: f32 = 0.4;
 const WAY_M: f32 = 2.5;
 /// Goings that are not those of the flight: so often, evenly over 0.4 m.
 const IRREGULAR: f32 = 0.07;
+
+/// Density of a landing's length, per metre: one in thirty flights goes on after one, of up to a metre
+/// and more.
+pub const LANDING: f32 = 0.03;
 
 /// Natural logarithm of a positive number; that of 10^-30 for what is less.
 pub fn ln(x: f32) -> f32 {
@@ -97,8 +101,13 @@ pub fn prior(s: &Staircase) -> f32 {
     if let Some(going) = s.going() {
         p += shoulder(going, 0.22, 0.40, 0.03) + ln(PLACE_M / 0.22);
         for k in 1..n {
-            let off = s.x(k) - s.x(k - 1) - going;
-            p += ln(GOES_ON * PLACE_M) + departure(off, 0.004, 0.02, 0.05);
+            let going_m = s.x(k) - s.x(k - 1);
+            p += ln(GOES_ON * PLACE_M)
+                + if going_m > LONGEST_GOING_M {
+                    ln(LANDING)
+                } else {
+                    departure(going_m - going, 0.004, 0.02, 0.05)
+                };
         }
         for k in 0..n {
             let off = s.level(k + 1) - s.level(k) - rise;

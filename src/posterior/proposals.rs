@@ -5,7 +5,7 @@
 
 use super::cloud::{Cloud, Told};
 use super::model::{BEHIND_M, Model, Sums};
-use super::prior::{GOES_ON, going, ln, overhang, prior};
+use super::prior::{GOES_ON, LANDING, going, ln, overhang, prior};
 use super::staircase::{Kind, MAX_STEPS, Sigmas, Staircase};
 use crate::math;
 use heapless::Vec;
@@ -154,7 +154,7 @@ impl Proposals<'_> {
         for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
             let more = self.more(base, top + off, Kind::Stairs);
             for &(at, step) in near.iter().chain(far.iter().skip(1)) {
-                let landing = if at > x + 0.4 { 0.03 } else { 0.0 };
+                let landing = if at > x + 0.4 { LANDING } else { 0.0 };
                 let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
                 if odds > 1e-5 {
                     let (new, weight) = self.added(base, &more, at);
@@ -360,7 +360,7 @@ const ECHO_M: f32 = 0.02;
 /// The ground ends somewhere ahead so often.
 const DROP: f32 = 0.1;
 /// What may stand alone on the floor: height, metres, how often, and what that is called.
-const FLOOR: [(f32, f32, Kind); 8] = [
+pub const FLOOR: [(f32, f32, Kind); 8] = [
     (0.02, 0.5, Kind::Threshold),
     (0.045, 0.05, Kind::Stairs),
     (0.075, 0.08, Kind::Stairs),

@@ -11,6 +11,10 @@ const SAME_M: f32 = 0.10;
 /// By so much a step may be off and still be right, metres: design contract of `ok`.
 pub const RIGHT_M: f32 = 0.03;
 
+/// Risers farther apart than this have a landing between them, metres: steps of parks and forecourts
+/// are the deepest.
+pub const LONGEST_GOING_M: f32 = 0.62;
+
 /// What stands there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Kind {
@@ -180,10 +184,17 @@ impl Staircase {
         self.len().checked_sub(1).map_or(0.0, |k| self.x(k))
     }
 
-    /// From riser to riser on the mean, metres; none for a single one.
+    /// From riser to riser on the mean, metres, landings left out; none for a single one.
     pub fn going(&self) -> Option<f32> {
-        let spans = self.len().checked_sub(1).filter(|&spans| spans > 0)?;
-        Some((self.last_x() - self.x(0)) / spans as f32)
+        let (mut sum, mut spans) = (0.0, 0.0);
+        for k in 1..self.len() {
+            let going_m = self.x(k) - self.x(k - 1);
+            if going_m < LONGEST_GOING_M {
+                sum += going_m;
+                spans += 1.0;
+            }
+        }
+        (spans > 0.0).then(|| sum / spans)
     }
 
     /// Height of a riser on the mean, metres.

@@ -112,6 +112,8 @@ pub struct BuiltStep {
     pub distance: f64,
     /// Height that counts, as the recording format defines it.
     pub height: f64,
+    /// Height of its riser.
+    pub rise: f64,
     /// The step's foremost edge: the point that must be in sight, range and angles.
     pub edge: Vec2,
     /// Lowest and highest point of the step's own surfaces.

@@ -390,6 +390,7 @@ impl Flight<'_> {
                 world.up.push(BuiltStep {
                     distance: step.edge,
                     height: step.height,
+                    rise: step.rise,
                     edge,
                     span: (foot, step.height),
                     below: None,
@@ -400,6 +401,7 @@ impl Flight<'_> {
             world.down.push(BuiltStep {
                 distance: step.edge,
                 height: lower,
+                rise: step.rise,
                 edge,
                 span: (lower, step.height),
                 below: Some((Vec2::new(step.edge, lower), Vec2::new(end, lower))),

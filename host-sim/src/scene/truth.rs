@@ -13,6 +13,10 @@ use crate::recording::{TrueStep, Truth};
 /// A cell this near to a step, in metres, belongs to it.
 const NEAR: f64 = 0.03;
 
+/// A lower riser, in metres, is no step that a scanner must tell: it counts from 6 cm on, and
+/// wheelchairs drive over lower ones.
+const LEAST_RISE: f64 = 0.06;
+
 /// Cells of the polar map that the far end of the range axis keeps from being looked at: the width of
 /// the window's main lobe.
 const EDGE_CELLS: f64 = 4.0;
@@ -122,7 +126,7 @@ impl ScanGeometry<'_> {
         let eye = Vec2::new(0.0, self.spec.mount.height_m);
         let in_sight = |p: Vec2| self.covers(p) && visible(world, eye, p);
         let Some((from, to)) = step.below else {
-            return in_sight(step.edge);
+            return step.rise >= LEAST_RISE && in_sight(step.edge);
         };
         // A drop is known by the surface below it: some of that must be in sight.
         self.covers(step.edge) && (1..20).any(|k| in_sight(from.towards(to, f64::from(k) / 20.0)))

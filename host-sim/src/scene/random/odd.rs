@@ -63,8 +63,8 @@ pub fn unsettle(s: &mut StairsSpec, rng: &mut Random) {
         .collect();
 }
 
-/// Lowest and highest odd rise, metres: a low kerb, and more than anybody climbs.
-const RISES: (f64, f64) = (0.05, 0.27);
+/// Lowest and highest odd rise, metres: the lowest that counts, and more than anybody climbs.
+const RISES: (f64, f64) = (0.06, 0.27);
 
 /// One odd rise, one odd going, or both, in a flight that is otherwise regular.
 pub fn odd(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {
