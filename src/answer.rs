@@ -88,7 +88,7 @@ reasons! {
     IrregularStep = "irregular-step",
     /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
     Unconfirmed = "unconfirmed",
-    /// The chair moves: two sweeps over the scene do not agree.
+    /// The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.
     Moving = "moving",
     /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
     MotionInput = "motion-input",

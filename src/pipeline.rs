@@ -3,11 +3,12 @@
 use crate::Iq;
 use crate::answer::Outcome;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::Drive;
+use crate::drive::{Drive, Track};
 use crate::finder::StairFinder;
 use crate::grid::PolarMap;
 use crate::health::Health;
 use crate::observer::Observer;
+use crate::params::Params;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
 
@@ -103,7 +104,10 @@ impl Pipeline {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }
-        let doubts = self.health.doubts(&self.config, self.finder.map());
+        let p = &Params::DEFAULT;
+        let drives = |track: &Track| track.moves(p.stood_m, p.stood_rad);
+        let stands = !drive.known().is_some_and(drives);
+        let doubts = self.health.doubts(&self.config, self.finder.map(), stands);
         let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);
         outcome.doubt(doubts);
         outcome

@@ -42,6 +42,7 @@ const NAMED: &[(&str, f64)] = &[
     ("bursts", 0.1),
     ("tone", 20.0),
     ("clipped", 0.5),
+    ("chair-creeps", 0.02),
 ];
 
 #[test]

@@ -11,8 +11,8 @@ use crate::math;
 use crate::observer::{Event, Observer};
 use crate::params::generative::Generative;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase, Told, View,
-    refine, weight,
+    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase,
+    Told, View, refine, weight,
 };
 use crate::sort::shell_sort;
 use heapless::Vec;

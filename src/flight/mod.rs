@@ -51,7 +51,7 @@ pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
 use ascending::Ascending;
-use belief::{Chosen, Belief, Posterior};
+use belief::{Belief, Chosen, Posterior};
 use descending::Descending;
 use dimensions::Measured;
 use flank::Chart;
@@ -233,7 +233,9 @@ fn ascend(
         (flight, rise)
     });
     observer.event(Event::Done(Stage::Search));
-    let accepted = best.as_ref().filter(|(f, _)| f.score + odds >= p.accept_up_nats);
+    let accepted = best
+        .as_ref()
+        .filter(|(f, _)| f.score + odds >= p.accept_up_nats);
     let measured = accepted.map(|(flight, rise)| {
         dimensions::ascending(&stairs, flight, (*rise, odds), &chart, found.bias_sigma_rad)
     });

@@ -329,12 +329,13 @@ impl Health {
     }
 
     /// Why an answer is not to be trusted: empty where the instrument is well. `config` is that of the
-    /// scan that filled `map`.
+    /// scan that filled `map`; `stands` says that the chair is taken to stand, and not known to move.
     #[inline(never)]
-    pub fn doubts(&self, config: &Config, map: &PolarMap) -> Reasons {
+    pub fn doubts(&self, config: &Config, map: &PolarMap, stands: bool) -> Reasons {
         let mut doubts = Reasons::NONE;
         self.signs(config, map, &mut |sign| {
-            if sign.seen > sign.limit {
+            let expected = sign.reason == Reason::Moving && !stands;
+            if sign.seen > sign.limit && !expected {
                 doubts.add(sign.reason);
             }
         });
@@ -398,7 +399,7 @@ mod tests {
         let config = Config::default();
         let mut map = Box::new(PolarMap::new());
         map.begin(&config).unwrap();
-        (health.doubts(&config, &map), aside)
+        (health.doubts(&config, &map, true), aside)
     }
 
     #[test]
@@ -436,11 +437,11 @@ mod tests {
         let seen_m = health.mirror_echo_m(&config);
         assert!((seen_m - 0.2259).abs() < 1e-3, "{seen_m}");
         let map = Box::new(PolarMap::new());
-        assert!(!health.doubts(&config, &map).has(Reason::RangeScale));
+        assert!(!health.doubts(&config, &map, true).has(Reason::RangeScale));
         config.mount.mirror_echo = 22_000;
-        assert!(health.doubts(&config, &map).has(Reason::RangeScale));
+        assert!(health.doubts(&config, &map, true).has(Reason::RangeScale));
         config.mount.mirror_echo = 22_600;
-        assert!(!health.doubts(&config, &map).has(Reason::RangeScale));
+        assert!(!health.doubts(&config, &map, true).has(Reason::RangeScale));
     }
 
     #[test]

@@ -517,6 +517,10 @@ params! {
         near_rows = 8.0, "", Hand;
     }
     "health: the chair stands" {
+        /// A chair stands that goes by less during a scan …
+        stood_m = 0.003, "m", Derived, "half of what is found";
+        /// … and pitches by less, as its controller says: how far others are moved is checked otherwise.
+        stood_rad = 0.1 * RAD_PER_DEG, "rad", Hand;
         /// Echoes this far above the noise tell of their phase.
         phase_db = 25.0, "dB", Derived, "phase known to 2 degrees";
         /// So many turns from row to row tell something.
@@ -542,7 +546,7 @@ params! {
         /// … by so much in the mean …
         still_db = 1.7, "dB", Derived, "noise alone at 15 dB";
         /// … if so many cells are compared …
-        still_cells = 3.0, "", Hand;
+        still_cells = 2.0, "", Derived, "every other cell of an echo is looked at";
         /// … and they may not for so many beam widths …
         still_beams = 0.8, "", Hand, "own scenes: 99 of 100 answers that are ok have less than 0.6";
         /// … and rows.

@@ -193,13 +193,13 @@ pub static ALL: &[Fault] = &[
         world::creeps,
         &[0.01, 0.02, 0.04, 0.08],
         "m",
-        &[Mount],
+        &[Moving, Mount],
     ),
     fault(
         "chair-rocks",
         world::rocks,
         &[0.25, 0.5, 1.0],
         "deg",
-        ANGLES,
+        &[Moving, AngleJump, MirrorStuck, Mount],
     ),
 ];
