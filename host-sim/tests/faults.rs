@@ -8,8 +8,18 @@ use common::sim;
 use host_sim::faults::Fault;
 use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};
+use host_sim::score;
 use serde_json::Value;
 use stairscan::answer::Status;
+
+/// Faults that may hit rows in which nothing stands, or that nothing names.
+const HARMLESS_AT_TIMES: &[(&str, f64)] = &[
+    ("microsteps", 2.0),
+    ("mirror-sticks", 20.0),
+    ("mirror-slips", 4.0),
+    ("rows-swapped", 40.0),
+    ("person-crosses", 1.0),
+];
 
 fn stairs() -> Recording {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings/stair_a");
@@ -29,8 +39,6 @@ const NAMED: &[(&str, f64)] = &[
     ("iq-phase", 20.0),
     ("gain-falls", 20.0),
     ("mirror-stuck", 120.0),
-    ("mirror-sticks", 20.0),
-    ("microsteps", 2.0),
     ("angle-offset", 3.0),
     ("mount-height", 0.06),
     ("mirror-offset", 0.03),
@@ -51,25 +59,40 @@ fn a_clean_scan_is_ok() {
     assert_eq!(answer.scan.status, Status::Ok, "{}", answer.scan.reasons);
 }
 
+/// What becomes of three draws of a fault: how many are `ok`, how many `ok` and wrong, how many named.
+fn draws(name: &str, strength: f64) -> (u32, u32, u32) {
+    let (clean, fault) = (stairs(), Fault::named(name).unwrap());
+    let (mut ok, mut wrong, mut named) = (0, 0, 0);
+    for seed in 0..3 {
+        let spoilt = fault.on(&clean, strength, seed).unwrap();
+        let answer = replay::answer(&spoilt, &Options::default()).unwrap();
+        let reasons = answer.scan.reasons;
+        let is_ok = answer.scan.status == Status::Ok;
+        let truth = spoilt.truth(0).unwrap();
+        ok += u32::from(is_ok);
+        wrong += u32::from(is_ok && score::scene(&answer, truth).wrong);
+        named += u32::from(fault.reasons.iter().any(|&r| reasons.has(r)));
+        let vouches = answer.horizon_m.unwrap_or(0.0) >= 1.0;
+        assert_eq!(is_ok, vouches, "{name} {strength}, seed {seed}: {reasons}");
+    }
+    (ok, wrong, named)
+}
+
 #[test]
 fn harmful_faults_are_named() {
-    let clean = stairs();
-    for &(name, strength) in NAMED {
-        let fault = Fault::named(name).unwrap();
-        let mut named = 0;
-        for seed in 0..3 {
-            let spoilt = fault.on(&clean, strength, seed).unwrap();
-            let answer = replay::answer(&spoilt, &Options::default()).unwrap();
-            let reasons = answer.scan.reasons;
-            named += u32::from(fault.reasons.iter().any(|&r| reasons.has(r)));
-            assert_ne!(
-                answer.scan.status,
-                Status::Ok,
-                "{name} {strength}, seed {seed}"
-            );
-            assert!(answer.horizon_m.unwrap_or(0.0) < 1.0, "{name}: {reasons}");
-        }
-        assert!(named >= 2, "{name} {strength}: named in {named} of 3");
+    let missed: Vec<String> = (NAMED.iter())
+        .map(|&(name, strength)| (name, strength, draws(name, strength)))
+        .filter(|&(_, _, (ok, _, named))| ok > 0 || named < 2)
+        .map(|(name, strength, found)| format!("{name} {strength}: {found:?}"))
+        .collect();
+    assert!(missed.is_empty(), "ok, ok and wrong, named: {missed:?}");
+}
+
+#[test]
+fn what_may_be_harmless_is_never_ok_and_wrong() {
+    for &(name, strength) in HARMLESS_AT_TIMES {
+        let (_, wrong, _) = draws(name, strength);
+        assert_eq!(wrong, 0, "{name} {strength}");
     }
 }
 

@@ -1,7 +1,7 @@
 //! What single samples tell of the converter: bits that never change, chirps that come twice, offsets
 //! that walk, swings that are cut off.
 
-use super::{PER_CENT, Sign};
+use super::sign::{PER_CENT, Sign};
 use crate::Iq;
 use crate::answer::Reason;
 use crate::params::Params;

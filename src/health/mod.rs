@@ -15,16 +15,19 @@
 //! trusted.
 
 mod converter;
+mod sign;
 mod standing;
 mod turning;
 
 use crate::Iq;
 use crate::answer::{Reason, Reasons};
 use crate::config::Config;
-use crate::grid::{DB_PER_UNIT, PolarMap};
+use crate::grid::PolarMap;
 use crate::params::Params;
 use crate::range::RowStats;
 use converter::Converter;
+pub use sign::Sign;
+use sign::{PER_CENT, units};
 use standing::Standing;
 use turning::Turning;
 
@@ -48,29 +51,10 @@ const CELL_STRIDE: usize = 6;
 /// Cells of one class of the histogram behind a row's noise, as a power of two: 1.5 dB.
 const CLASS_SHIFT: u32 = 2;
 
-/// Map units of so many decibels.
-pub(crate) const fn units(db: f32) -> i32 {
-    (db / DB_PER_UNIT + 0.5) as i32
-}
-
 const P: Params = Params::DEFAULT;
 
-/// Per cent of rows.
-const PER_CENT: u32 = 100;
 /// What is seen in more than so many per cent of the rows is no chance.
 const MOST: i32 = 75;
-
-/// One thing that is looked at: how much of it was seen, and how much of it a healthy instrument may
-/// show. The unit is the thing's own.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Sign {
-    /// The reason that more of it is.
-    pub reason: Reason,
-    /// What was seen.
-    pub seen: i32,
-    /// What may be.
-    pub limit: i32,
-}
 
 /// The health of one scan.
 #[derive(Clone, Debug)]

@@ -5,7 +5,7 @@
 //! point on the mirror, unless chair or scatterer moves: a millimetre is two thirds of a turn at
 //! 94 GHz. What is told is the mean of 1 - cos φ over φ, the turns between neighbouring rows.
 
-use super::{Sign, units};
+use super::sign::{Sign, units};
 use crate::answer::Reason;
 use crate::grid::PolarMap;
 use crate::params::Params;

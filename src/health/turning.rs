@@ -8,7 +8,7 @@
 //!
 //! Rows are compared as they come, cell by cell where CA-CFAR found something in either.
 
-use super::{Sign, units};
+use super::sign::{Sign, units};
 use crate::answer::Reason;
 use crate::config::Config;
 use crate::grid::{Geometry, PolarMap};
