@@ -132,8 +132,7 @@ fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
 
 impl DataPath for Pipeline {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
-        self.range
-            .configure(&config.radar, &config.mount, &config.cfar)?;
+        self.range.configure_scan(config)?;
         self.finder.begin(config)?;
         self.scan = scan;
         self.health = Health::new();

@@ -342,7 +342,13 @@ impl Posterior {
         }
         let mut looked: Vec<&Base, LOOKED> = Vec::new();
         while !looked.is_full() {
-            let fresh = |b: &&Base| !looked.iter().any(|l| b.staircase.is_like(&l.staircase));
+            // Level ground with another wall has the same around it.
+            let fresh = |b: &&Base| {
+                let ground = b.staircase.kind == Kind::Nothing;
+                !looked.iter().any(|l| {
+                    b.staircase.is_like(&l.staircase) || ground && l.staircase.kind == Kind::Nothing
+                })
+            };
             let near = bases.iter().filter(|b| b.log_weight > top - NEAR_NATS);
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));

@@ -10,7 +10,7 @@ use crate::math;
 use heapless::Vec;
 
 /// Beginnings that are followed at a time: with half as many no recording's answer changes.
-const BEGINNINGS: usize = 16;
+const BEGINNINGS: usize = 12;
 /// How many faces may go unseen between two that are seen, and none.
 const SKIPPED: [usize; 2] = [0, 1];
 
@@ -107,7 +107,9 @@ impl<'s, S: Stairs> Search<'s, S> {
         while !now.flights.is_empty() {
             next.flights.clear();
             for flight in &now.flights {
-                self.lead(flight);
+                if self.lead(flight) {
+                    self.grow_landing(flight, next);
+                }
                 self.grow(flight, next);
             }
             core::mem::swap(&mut now, &mut next);
@@ -128,15 +130,16 @@ impl<'s, S: Stairs> Search<'s, S> {
         flight.score = flight.faces + behind - self.stairs.null();
     }
 
-    /// Remembers a flight if it is the best of its length.
-    fn lead(&mut self, flight: &Flight<S::Shape>) {
+    /// Remembers a flight if it is the best of its length so far; whether it is.
+    fn lead(&mut self, flight: &Flight<S::Shape>) -> bool {
         let same = |f: &&mut Flight<S::Shape>| f.chain.len() == flight.chain.len();
         match self.leaders.iter_mut().find(same) {
-            Some(leader) if leader.score >= flight.score => {}
+            Some(leader) if leader.score >= flight.score => return false,
             Some(leader) => leader.clone_from(flight),
             // There is room for every length.
             None => drop(self.leaders.push(flight.clone())),
         }
+        true
     }
 
     fn link(&self, column: usize) -> Link {
@@ -156,10 +159,7 @@ impl<'s, S: Stairs> Search<'s, S> {
             return self.grow_second(flight, *first, next);
         };
         let bounds = self.stairs.spacing();
-        let (spacing, landings) = regular(*first, rest, bounds.most_m);
-        if landings == 0 {
-            self.grow_landing(flight, *last, next);
-        }
+        let (spacing, _) = regular(*first, rest, bounds.most_m);
         for skipped in SKIPPED {
             let aim = last.along_m + (skipped + 1) as f32 * spacing;
             if let Some(link) = self.near(aim) {
@@ -171,8 +171,15 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// The first face of a second flight, behind a landing.
-    fn grow_landing(&self, flight: &Flight<S::Shape>, last: Link, next: &mut Best<S::Shape>) {
+    fn grow_landing(&self, flight: &Flight<S::Shape>, next: &mut Best<S::Shape>) {
         let bounds = self.stairs.spacing();
+        let [first, rest @ ..] = flight.chain.as_slice() else {
+            return;
+        };
+        let Some(last) = rest.last() else { return };
+        if regular(*first, rest, bounds.most_m).1 > 0 {
+            return;
+        }
         for c in 0..self.stairs.scene().columns.len() {
             let link = self.link(c);
             let away_m = link.along_m - last.along_m;

@@ -64,7 +64,7 @@ impl PolarMap {
     /// Names the field that makes the scan larger than the map, or the sweep wider than the shaft
     /// can turn.
     pub fn begin(&mut self, config: &Config) -> Result<(), ConfigError> {
-        let window = BinWindow::new(&config.radar, &config.mount, &config.cfar);
+        let window = BinWindow::of_scan(config);
         let schedule = Schedule::new(config)?;
         let (rows, bins) = (
             usize::from(config.sweep.angle_count),

@@ -1,6 +1,7 @@
 //! Which range bins of a transform the map keeps.
 
-use crate::config::{CfarConfig, MountConfig, RadarConfig};
+use super::MAX_CELLS;
+use crate::config::{CfarConfig, Config, MountConfig, RadarConfig};
 use crate::math;
 
 /// Native range bins (c/2B) in which the radar's leakage stands, its window's main lobe included.
@@ -8,6 +9,10 @@ const LEAKAGE_BINS: f32 = 4.0;
 /// Native range bins at the far end that the leakage, its I/Q image and the lobe of what stands
 /// at zero wrap round to.
 const WRAP_BINS: f32 = 5.0;
+
+/// A map reaches this far from the mirror or to the end of the range, metres: twice the least horizon of
+/// an `ok`.
+const LEAST_RANGE_M: f32 = 2.0;
 
 /// The range bins that the map keeps: beyond the mirror's own echo, short of what wraps round from
 /// negative frequencies.
@@ -36,10 +41,55 @@ impl BinWindow {
         }
     }
 
+    /// The window for a scan: where the map cannot hold as many bins in each row, it leaves out the
+    /// farthest, but none within [`LEAST_RANGE_M`] of the mirror.
+    pub fn of_scan(config: &Config) -> Self {
+        let whole = Self::new(&config.radar, &config.mount, &config.cfar);
+        let rows = usize::from(config.sweep.angle_count).max(1);
+        // No more than the map has cells.
+        let room = (MAX_CELLS / rows).min(usize::from(u16::MAX)) as u16;
+        let spacing = config.radar.bin_spacing_m();
+        let end_m = f32::from(whole.first.saturating_add(room)) * spacing;
+        let enough = end_m >= config.mount.mirror_offset_m() + LEAST_RANGE_M;
+        Self {
+            count: if enough {
+                whole.count.min(room)
+            } else {
+                whole.count
+            },
+            ..whole
+        }
+    }
+
     /// The kept part of something that has an entry for each bin of the transform.
     pub fn of<T>(self, bins: &[T]) -> &[T] {
         let first = usize::from(self.first);
         bins.get(first..first + usize::from(self.count))
             .unwrap_or(&[])
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_map_cannot_hold_is_left_out_at_the_far_end() {
+        let mut config = Config::default();
+        let whole = BinWindow::new(&config.radar, &config.mount, &config.cfar);
+        assert_eq!(BinWindow::of_scan(&config), whole);
+        // 150 samples of 6.67 GHz in 297 rows: 3.4 m in bins of 1.3 cm.
+        config.radar.samples = 150;
+        config.radar.bandwidth_khz = 6_670_000;
+        config.sweep.angle_count = 297;
+        let whole = BinWindow::new(&config.radar, &config.mount, &config.cfar);
+        let kept = BinWindow::of_scan(&config);
+        assert_eq!(kept.first, whole.first);
+        assert_eq!(kept.count, 65_536 / 297);
+        assert!(kept.count < whole.count);
+        // Less than 2 m is no map, and refused by who makes one.
+        config.sweep.angle_count = 500;
+        let whole = BinWindow::new(&config.radar, &config.mount, &config.cfar);
+        assert_eq!(BinWindow::of_scan(&config), whole);
     }
 }

@@ -18,8 +18,9 @@ pub const CELL_M: f32 = 0.1;
 pub const LEAST_DOUBT: f32 = -9.0;
 /// … to here.
 const MOST_DOUBT: f32 = 4.0;
-/// Lighter by so many nats than the heaviest is nothing.
-const NOTHING: f32 = 60.0;
+/// Lighter by so many nats than the heaviest is nothing: a thousand of them do not reach
+/// [`LEAST_DOUBT`].
+const NOTHING: f32 = 20.0;
 /// Halvings by which the threshold of resampling is found: to a millionth of the heaviest weight.
 const HALVINGS: usize = 20;
 
@@ -50,7 +51,12 @@ pub struct Cloud {
     /// Weight by number of steps.
     counts: [f32; MAX_STEPS + 1],
     heaviest: f32,
+    /// What the last resampling left over, as a share of its threshold.
+    rest: f32,
 }
+
+/// What a resampling begins with: half of a draw, so that none is the likelier for coming first.
+const HALF: f32 = 0.5;
 
 impl Default for Cloud {
     fn default() -> Self {
@@ -64,6 +70,27 @@ fn cell(x_m: f32) -> usize {
     math::max(math::min(k, CELLS as f32), 0.0) as usize
 }
 
+/// The weight above which particles are kept as they are, so that [`PARTICLES`] are left at most.
+fn threshold(weights: &[f32; ROOM]) -> f32 {
+    let kept = |threshold: f32| -> f32 {
+        let per = 1.0 / threshold;
+        weights.iter().map(|w| math::min(w * per, 1.0)).sum()
+    };
+    // With the mean weight for threshold no more are kept than wanted. It is above the heaviest where
+    // all are about alike.
+    let total: f32 = weights.iter().sum();
+    let (mut low, mut high) = (0.0f32, math::max(total / PARTICLES as f32, 1.0));
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if kept(middle) > PARTICLES as f32 {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    high
+}
+
 impl Cloud {
     /// None yet.
     pub const fn new() -> Self {
@@ -72,6 +99,7 @@ impl Cloud {
             conflicts: [0.0; CELLS + 1],
             counts: [0.0; MAX_STEPS + 1],
             heaviest: f32::NEG_INFINITY,
+            rest: HALF,
         }
     }
 
@@ -81,6 +109,7 @@ impl Cloud {
         self.conflicts = [0.0; CELLS + 1];
         self.counts = [0.0; MAX_STEPS + 1];
         self.heaviest = f32::NEG_INFINITY;
+        self.rest = HALF;
     }
 
     /// Takes a particle in. What it says of the answer counts here, before resampling, which would only
@@ -132,38 +161,24 @@ impl Cloud {
 
     /// Leaves [`PARTICLES`] of them at most: those above a threshold as they are, of the others some,
     /// systematically, each with the threshold for weight (the resampling of a discrete state that
-    /// keeps rivals alive and whose error is least, Fearnhead and Clifford 2003).
+    /// keeps rivals alive and whose error is least, Fearnhead and Clifford 2003). What is left of a
+    /// threshold counts in the next resampling, so that many light ones in turn are not lost.
     #[inline(never)]
     pub fn resample(&mut self) {
         if self.particles.len() <= PARTICLES {
             return;
         }
-        let heaviest = self.heaviest;
-        let of = |p: &Particle| math::exp(math::max(p.log_weight - heaviest, -NOTHING));
-        let kept = |threshold: f32| -> f32 {
-            let shares = self
-                .particles
-                .iter()
-                .map(|p| math::min(of(p) / threshold, 1.0));
-            shares.sum()
-        };
-        // With the mean weight for threshold no more are kept than wanted. It is above the heaviest
-        // where all are about alike.
-        let total: f32 = self.particles.iter().map(of).sum();
-        let (mut low, mut high) = (0.0f32, math::max(total / PARTICLES as f32, 1.0));
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            if kept(middle) > PARTICLES as f32 {
-                low = middle;
-            } else {
-                high = middle;
-            }
+        let mut weights = [0f32; ROOM];
+        for (weight, p) in weights.iter_mut().zip(&self.particles) {
+            *weight = math::exp(math::max(p.log_weight - self.heaviest, -NOTHING));
         }
-        let threshold = high;
-        let log_threshold = heaviest + super::prior::ln(threshold);
-        let mut sum = 0.5 * threshold;
+        let threshold = threshold(&weights);
+        let log_threshold = self.heaviest + super::prior::ln(threshold);
+        let mut sum = self.rest * threshold;
+        let mut weights = weights.into_iter();
         self.particles.retain_mut(|p| {
-            let weight = math::exp(math::max(p.log_weight - heaviest, -NOTHING));
+            // One for each.
+            let weight = weights.next().unwrap_or(0.0);
             if weight >= threshold {
                 return true;
             }
@@ -175,6 +190,7 @@ impl Cloud {
             }
             drawn
         });
+        self.rest = (sum / threshold).clamp(0.0, 1.0);
         self.particles.truncate(PARTICLES);
     }
 

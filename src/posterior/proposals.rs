@@ -13,7 +13,7 @@ use heapless::Vec;
 /// Places for one more riser that are tried at most.
 const SPOTS: usize = 40;
 /// Echoes below show no place for a riser, dB.
-const SPOT_DB: f32 = 5.0;
+const SPOT_DB: f32 = 8.0;
 /// Two places nearer to each other are one, metres.
 const APART_M: f32 = 0.015;
 
@@ -175,7 +175,11 @@ impl Proposals<'_> {
             top_m,
             kind,
             // What can be seen behind an edge above the mirror depends on where that stands.
-            sums: (!hides).then(|| (self.model.sums(s, n), self.model.sums(&far, n + 1))),
+            sums: (!hides).then(|| Split {
+                before: self.model.sums(s, n),
+                behind: self.model.sums(&far, n + 1),
+                wall: self.model.riser(&far, n + 1),
+            }),
         }
     }
 
@@ -189,7 +193,11 @@ impl Proposals<'_> {
         let old = base.part(n, n + 1);
         let part = match &more.sums {
             None => self.part(&new, n, n + 2),
-            Some((before, behind)) => {
+            Some(Split {
+                before,
+                behind,
+                wall,
+            }) => {
                 let (from, to) = (x_m - NEAR_M, x_m + NEAR_M);
                 let at = |sums: &Sums, x| sums.get(model.first_beyond(x)).copied().unwrap_or(0.0);
                 let start = if n > 0 {
@@ -205,7 +213,7 @@ impl Proposals<'_> {
                     - model.expected(&new, n)
                     - model.expected(&new, n + 1)
                     + model.riser(&new, n)
-                    + model.riser(&new, n + 1)
+                    + wall
             }
         };
         (new, base.log_weight + part - old)
@@ -268,9 +276,9 @@ impl Proposals<'_> {
     fn odd(&mut self, base: &Base) {
         let s = &base.staircase;
         let n = s.len();
-        let odds = ln(0.1 / n as f32 / 8.0);
+        let odds = ln(0.1 / n as f32 / (2 * ODD_M.len()) as f32);
         for k in 0..n {
-            for off in [-0.045, -0.03, 0.03, 0.045] {
+            for off in ODD_M {
                 for end in [n, k + 1] {
                     if end == k + 1 && end == n && k > 0 {
                         continue;
@@ -305,6 +313,30 @@ impl Proposals<'_> {
         }
     }
 
+    /// The ground ends.
+    #[inline(never)]
+    fn drops(&mut self, base: &Base, spots: &Spots) {
+        let drop = |wall_m| Staircase {
+            kind: Kind::Drop,
+            wall_m,
+            ..base.staircase
+        };
+        let model = self.model;
+        let (before, behind) = (
+            model.sums(&drop(f32::INFINITY), 0),
+            model.sums(&drop(f32::NEG_INFINITY), 0),
+        );
+        let at = |sums: &Sums, k| sums.get(k).copied().unwrap_or(0.0);
+        for &(x, dx) in spots {
+            let brink = drop(x);
+            let first = model.first_beyond(x);
+            let part = at(&before, 0) - at(&before, first) + at(&behind, first)
+                - model.expected(&brink, 0);
+            let weight = ln(DROP * dx / 2.5) + part - base.part(0, 1);
+            self.put(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
+        }
+    }
+
     /// One step, box or threshold, a flight of three, or a drop, where nothing is told.
     #[inline(never)]
     fn floor(&mut self, base: &Base) {
@@ -312,26 +344,22 @@ impl Proposals<'_> {
         let old = base.part(0, 1);
         let end = math::min(2.6, s.wall() - 0.15);
         let sigmas = [PLACED_M; MAX_STEPS];
-        let spots = self.spots(0.24, end, 0.12, 0.006);
-        for (h, share, kind) in FLOOR {
+        let spots = self.spots(0.24, end, 0.16, 0.006);
+        for (h, [seen, unseen], kind) in FLOOR {
             let more = self.more(base, h, kind);
             for &(x, dx) in &spots {
-                // Boxes and thresholds that show nothing change nothing.
-                if kind == Kind::Stairs || dx < ECHO_M {
+                let share = if dx < ECHO_M { seen } else { unseen };
+                if share > 0.0 {
                     let (new, weight) = self.added(base, &more, x);
                     self.put(&new, weight + ln(0.8 * share * dx / 2.5), &sigmas);
                 }
             }
         }
+        self.drops(base, &spots);
         for &(x, dx) in &spots {
-            let mut brink = *s;
-            (brink.kind, brink.wall_m) = (Kind::Drop, x);
-            let weight = ln(DROP * dx / 2.5) + self.part(&brink, 0, 1) - old;
-            self.put(&brink, base.log_weight + weight, &sigmas);
-            for (rise, open) in [(0.17, false), (0.17, true)] {
-                if dx > ECHO_M && open {
-                    continue;
-                }
+            // Flights whose first riser shows an echo are the search's.
+            let flights = [(0.17, false), (0.17, true)];
+            for (rise, open) in flights.into_iter().filter(|_| dx > ECHO_M) {
                 let mut new = *s;
                 for (k, number) in [0.0, 1.0, 2.0].into_iter().enumerate() {
                     new = new.with(k, x + 0.28 * number, rise * (number + 1.0));
@@ -349,24 +377,37 @@ impl Proposals<'_> {
 struct More {
     top_m: f32,
     kind: Kind,
-    /// Of the echoes from each number on: on the tread before it, and on the one behind it.
-    sums: Option<(Sums, Sums)>,
+    sums: Option<Split>,
 }
 
+/// What does not depend on where a riser stands.
+struct Split {
+    /// Of the echoes from each number on, on the tread before it …
+    before: Sums,
+    /// … and on the one behind it.
+    behind: Sums,
+    /// Of the wall behind.
+    wall: f32,
+}
+
+/// By how much an odd rise is off, metres.
+const ODD_M: [f32; 2] = [-0.04, 0.04];
 /// Farther from a riser than this its face changes nothing, metres.
 const NEAR_M: f32 = 0.10;
 /// Of the way, an echo stands for less than this, metres; the places between are farther apart.
 const ECHO_M: f32 = 0.02;
 /// The ground ends somewhere ahead so often.
 const DROP: f32 = 0.1;
-/// What may stand alone on the floor: height, metres, how often, and what that is called.
-pub const FLOOR: [(f32, f32, Kind); 8] = [
-    (0.02, 0.5, Kind::Threshold),
-    (0.045, 0.05, Kind::Stairs),
-    (0.075, 0.08, Kind::Stairs),
-    (0.11, 0.10, Kind::Stairs),
-    (0.16, 0.14, Kind::Stairs),
-    (0.22, 0.06, Kind::Stairs),
-    (0.32, 0.15, Kind::Box),
-    (0.50, 0.15, Kind::Box),
+/// What may stand alone on the floor: height, metres, how often where an echo shows it and where none
+/// does, and what that is called. Boxes and thresholds that show nothing change nothing; steps that show
+/// nothing look alike, low ones and high ones.
+pub const FLOOR: [(f32, [f32; 2], Kind); 8] = [
+    (0.02, [0.5, 0.0], Kind::Threshold),
+    (0.045, [0.05, 0.0], Kind::Threshold),
+    (0.075, [0.08, 0.13], Kind::Stairs),
+    (0.11, [0.10, 0.0], Kind::Stairs),
+    (0.16, [0.14, 0.25], Kind::Stairs),
+    (0.22, [0.06, 0.0], Kind::Stairs),
+    (0.32, [0.15, 0.0], Kind::Box),
+    (0.50, [0.15, 0.0], Kind::Box),
 ];

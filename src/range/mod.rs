@@ -32,7 +32,9 @@ use core::fmt;
 pub use profile::{Detection, Profile};
 
 use crate::Iq;
-use crate::config::{CfarConfig, ConfigError, MAX_SAMPLES, MountConfig, RadarConfig, check};
+use crate::config::{
+    CfarConfig, Config, ConfigError, MAX_SAMPLES, MountConfig, RadarConfig, check,
+};
 use crate::grid::{BinWindow, Row};
 use crate::math;
 use cfar::Cfar;
@@ -218,7 +220,6 @@ impl<A: Arithmetic> Processor<A> {
             "bandwidth",
             "range bins beyond the mirror and the near margin",
         )?;
-        self.kept = kept;
         self.mirror = mirror_bins(radar, mount);
         self.mirror_at = math::round(16.0 * mount.mirror_offset_m() / radar.bin_spacing_m()) as i32;
         let end = self.mirror.first + self.mirror.count;
@@ -237,10 +238,25 @@ impl<A: Arithmetic> Processor<A> {
         let FrontEnd { points, window, .. } = &mut self.front_end;
         *points = radar.fft_len();
         window.shape(usize::from(radar.samples), *points);
-        self.cfar.shape(cfar, kept, window);
         let reference = 512.0 * (math::log2(window.sum()) - 17.0);
         self.offset = i32::from(FULL_SCALE) * FINE - math::round(reference) as i32;
+        self.keep(cfar, kept);
         Ok(())
+    }
+
+    /// The same for a scan, whose map may not hold every bin.
+    ///
+    /// # Errors
+    /// Those of [`Processor::new`].
+    pub fn configure_scan(&mut self, config: &Config) -> Result<(), ConfigError> {
+        self.configure(&config.radar, &config.mount, &config.cfar)?;
+        self.keep(&config.cfar, BinWindow::of_scan(config));
+        Ok(())
+    }
+
+    fn keep(&mut self, cfar: &CfarConfig, kept: BinWindow) {
+        self.kept = kept;
+        self.cfar.shape(cfar, kept, &self.front_end.window);
     }
 
     /// The bins that rows keep.

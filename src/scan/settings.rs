@@ -416,7 +416,7 @@ impl Settings {
 
     /// The map must hold the scan that the radar module's present settings make.
     fn check_map(&self) -> Result<(), ConfigError> {
-        let window = BinWindow::new(&self.config.radar, &self.config.mount, &self.config.cfar);
+        let window = BinWindow::of_scan(&self.config);
         let cells = usize::from(window.count) * usize::from(self.config.sweep.angle_count);
         check(
             window.count >= 8,
