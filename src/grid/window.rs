@@ -85,7 +85,7 @@ mod tests {
         let whole = BinWindow::new(&config.radar, &config.mount, &config.cfar);
         let kept = BinWindow::of_scan(&config);
         assert_eq!(kept.first, whole.first);
-        assert_eq!(kept.count, 65_536 / 297);
+        assert_eq!(kept.count, (65_536_u32 / 297) as u16);
         assert!(kept.count < whole.count);
         // Less than 2 m is no map, and refused by who makes one.
         config.sweep.angle_count = 500;

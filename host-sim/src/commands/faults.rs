@@ -50,6 +50,9 @@ pub struct Args {
     /// What health sees in the scenes without a fault, and how often that raises a doubt; nothing is spoilt
     #[arg(long)]
     signs: bool,
+    /// Fail where more than so many per cent of all runs are ok and wrong
+    #[arg(long, default_value_t = 100.0)]
+    most: f64,
     /// Name every run that is ok and wrong
     #[arg(long)]
     list: bool,
@@ -98,6 +101,11 @@ impl Tally {
             sum.named += t.named;
             sum
         })
+    }
+
+    /// Runs that are ok and wrong, per cent.
+    fn wrong_percent(&self) -> f64 {
+        100.0 * f64::from(self.counts[Fate::Wrong as usize]) / f64::from(self.runs().max(1))
     }
 
     fn runs(&self) -> u32 {
@@ -181,7 +189,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     }
     emit(&out);
-    Ok(ExitCode::SUCCESS)
+    let share = Tally::sum(tallies.iter().flatten()).wrong_percent();
+    if share > args.most {
+        eprintln!(
+            "error: {share:.2} % of all runs are ok and wrong, at most {} allowed",
+            args.most
+        );
+    }
+    Ok(ExitCode::from(u8::from(share > args.most)))
 }
 
 /// The faults of these names; all of them if there are none.
@@ -327,8 +342,7 @@ fn table(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean, strengths: bo
     }
     let total = Tally::sum(tallies.iter().flatten());
     line("all", "", &total);
-    let share =
-        100.0 * f64::from(total.counts[Fate::Wrong as usize]) / f64::from(total.runs().max(1));
+    let share = total.wrong_percent();
     let _ = writeln!(out, "\nok and wrong: {share:.2} % of all runs.");
     out
 }
