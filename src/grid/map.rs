@@ -5,13 +5,12 @@
 //! reference of [`crate::range`]. Bytes and bits in linear arrays, and angles worked out from the
 //! schedule when they are asked for, are what leaves room for anything else in 128 KB.
 
+use super::window::MAX_CELLS;
 use super::{BinWindow, Geometry};
 use crate::config::{Config, ConfigError, MAX_ROWS, check};
 use crate::math;
 use crate::scan::schedule::Schedule;
 
-/// Most cells of one map.
-pub const MAX_CELLS: usize = 64 * 1024;
 /// Most range bins of one map.
 pub const MAX_BINS: usize = 256;
 /// Fewest range bins of a map that can be searched for echoes.

@@ -2,7 +2,7 @@
 
 use core::fmt;
 
-use super::Tenths;
+use super::frame::Tenths;
 use crate::answer::{Reason, Reasons};
 
 /// Why a line is no sentence.

@@ -1,8 +1,8 @@
 //! The sentences of a scan: its head, its steps, what else may stand there.
 
 use super::fields::{Fields, ParseError};
+use super::frame::{Line, Tenths};
 use super::writer::Writer;
-use super::{Line, Tenths};
 use crate::answer::{Direction, Maybe, Outcome, Reasons, Status, Step};
 
 /// One step as its sentence carries it.

@@ -1,6 +1,6 @@
 //! A line, built field by field.
 
-use super::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
+use super::frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
 use crate::answer::Reasons;
 
 /// Builds one line field by field. A line that would grow too long is cut, never broken: the CRC
