@@ -62,8 +62,10 @@ macro_rules! reasons {
             pub const ALL: &'static [Reason] = &[$(Reason::$name),*];
 
             /// The word that stands in a sentence.
-            pub const fn as_str(self) -> &'static str {
-                match self { $(Reason::$name => $text),* }
+            pub fn as_str(self) -> &'static str {
+                // Every reason has a word; a table of them is a third of a `match` in each caller.
+                const WORDS: &[&str] = &[$($text),*];
+                WORDS.get(self as usize).copied().unwrap_or("")
             }
         }
     };
@@ -86,7 +88,7 @@ reasons! {
     IrregularStep = "irregular-step",
     /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
     Unconfirmed = "unconfirmed",
-    /// The chair moves: two sweeps over the scene do not agree.
+    /// The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.
     Moving = "moving",
     /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
     MotionInput = "motion-input",
@@ -102,6 +104,32 @@ reasons! {
     NoNoise = "no-noise",
     /// Nothing but noise: not even the floor was seen.
     NoEcho = "no-echo",
+    /// A bit of the converter never changes.
+    AdcBit = "adc-bit",
+    /// I and Q have changed places, or one has the wrong sign: echoes beat backwards.
+    IqSwapped = "iq-swapped",
+    /// One of the two channels is dead, or both give the same.
+    ChannelDead = "channel-dead",
+    /// I and Q are so unlike that echoes have images.
+    IqImbalance = "iq-imbalance",
+    /// The converter's offset walks during the scan.
+    DcDrift = "dc-drift",
+    /// Samples are cut off below the converter's full scale.
+    Clipped = "clipped",
+    /// The level of the mirror's own echo changes during the scan.
+    GainDrift = "gain-drift",
+    /// Rows were set aside because something else transmits, or a tone stands in all of them.
+    Interference = "interference",
+    /// The mirror's own echo is not where the mirror's offset says: the range scale is not true.
+    RangeScale = "range-scale",
+    /// The same chirp came more than once.
+    StaleChirp = "stale-chirp",
+    /// Echoes do not change though the mirror should have turned.
+    MirrorStuck = "mirror-stuck",
+    /// Echoes change faster than the beam's width allows: rows are not at their angles.
+    AngleJump = "angle-jump",
+    /// The floor is not where mount height, angle and offset say that it must be.
+    Mount = "mount",
     /// Too many chirps were lost.
     TooManyLost = "too-many-lost",
     /// The radar module does not answer.
@@ -124,7 +152,10 @@ reasons! {
 
 /// A set of [`Reason`]s.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Reasons(u32);
+pub struct Reasons(u64);
+
+/// Every reason has a bit.
+const _: () = assert!(Reason::ALL.len() <= u64::BITS as usize);
 
 impl Reasons {
     /// No reason.
@@ -251,6 +282,20 @@ impl Outcome {
 }
 
 impl Outcome {
+    /// Takes `ok` away where there is doubt about the instrument, and with it what the answer vouches
+    /// for: no estimator can know better than its instrument.
+    pub fn doubt(&mut self, doubts: Reasons) {
+        if doubts.is_empty() {
+            return;
+        }
+        doubts.iter().for_each(|reason| self.reasons.add(reason));
+        if self.status != Status::Fault {
+            self.status = Status::Degraded;
+            self.horizon_m = self.horizon_m.map(|_| 0.0);
+            self.confidence = self.confidence.map(|_| 0.0);
+        }
+    }
+
     /// Tread depths and riser heights of the steps in the order of their distance: a tread reaches
     /// to the next step's edge, a riser from the level before; the first stands on the ground.
     pub fn link(&mut self) {

@@ -114,6 +114,9 @@ pub enum Plane {
 pub struct MountConfig {
     /// Radar lens to mirror centre, 0.01 mm.
     pub mirror_offset: i32,
+    /// Range at which the mirror's own echo was seen when the scanner was calibrated, 0.01 mm; 0 before
+    /// that.
+    pub mirror_echo: i32,
     /// Mirror centre above the surface that the wheelchair stands on, 0.01 mm.
     pub mount_height: i32,
     /// Full two-sided 3 dB width of the beam leaving the mirror, 0.001°.
@@ -126,6 +129,7 @@ impl Default for MountConfig {
     fn default() -> Self {
         Self {
             mirror_offset: 22_000,
+            mirror_echo: 0,
             mount_height: 40_000,
             beamwidth: 5_000,
             plane: Plane::Depth,
@@ -139,6 +143,11 @@ impl MountConfig {
         check(
             (0..=200_000).contains(&self.mirror_offset),
             "mirror-offset",
+            "0 to 2 m in 0.01 mm",
+        )?;
+        check(
+            (0..=200_000).contains(&self.mirror_echo),
+            "mirror-echo",
             "0 to 2 m in 0.01 mm",
         )?;
         check(
@@ -430,6 +439,7 @@ impl Config {
         },
         mount: MountConfig {
             mirror_offset: 0,
+            mirror_echo: 0,
             mount_height: 0,
             beamwidth: 0,
             plane: Plane::Depth,

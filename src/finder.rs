@@ -85,9 +85,14 @@ impl StairFinder {
     /// Lets `fill` write row `k`, once a scan, and works off what can be during the scan; `None`
     /// beyond the last row.
     pub fn fill<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
-        let filled = self.map.fill(k, fill)?;
+        let filled = self.write(k, fill)?;
         self.lost(k);
         Some(filled)
+    }
+
+    /// Lets `fill` write row `k` and leaves it to [`StairFinder::lost`] to work it off.
+    pub fn write<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
+        self.map.fill(k, fill)
     }
 
     /// Row `k` will not come, or is as it shall be.

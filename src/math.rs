@@ -169,6 +169,7 @@ pub fn amplitude(db: f32) -> f32 {
 
 /// Binary logarithm of a positive, normal number, absolute error below 2e-6 near 1 and relative
 /// error below 1e-6 elsewhere; -127 for anything else.
+#[inline(never)]
 pub const fn log2(x: f32) -> f32 {
     if x.is_nan() || x < f32::MIN_POSITIVE || x > f32::MAX {
         return -127.0;

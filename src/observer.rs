@@ -2,6 +2,7 @@
 //!
 //! The scanner's own calls pass `()`, which listens to nothing.
 
+use crate::echoes::Floor;
 use crate::flight::trace::{Cell, Hypothesis, Scatterer, Stage};
 #[cfg(feature = "paper")]
 use crate::paper::{bright::Field, cluster::Extent, particles::Cloud};
@@ -21,6 +22,8 @@ pub enum Event<'a> {
         /// Mount-height error, metres.
         height_m: f32,
     },
+    /// `likelihood`: how well echoes support a floor in its place, and one elsewhere.
+    Floor(Floor),
     /// `likelihood`: one scatterer, strongest first.
     Scatterer(&'a Scatterer),
     /// `likelihood`: one explanation, the best of each number of steps.

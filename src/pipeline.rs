@@ -3,11 +3,12 @@
 use crate::Iq;
 use crate::answer::Outcome;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::Drive;
+use crate::drive::{Drive, Track};
 use crate::finder::StairFinder;
 use crate::grid::PolarMap;
 use crate::health::Health;
 use crate::observer::Observer;
+use crate::params::Params;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
 
@@ -68,6 +69,31 @@ impl Pipeline {
         }
     }
 
+    /// The first part of [`DataPath::row`]: the chirp becomes row `row` of the map, and is looked at for
+    /// what it says of the instrument. What is left is the estimator's.
+    pub fn watch(&mut self, row: u16) {
+        let Self {
+            samples,
+            config,
+            range,
+            finder,
+            health,
+            ..
+        } = self;
+        let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
+        finder.write(row.into(), |mut cells| {
+            // The sweep hands over whole chirps only.
+            if let Ok(stats) = range.process(chirp, &mut cells)
+                && health.row(row, chirp, &stats, cells.cells)
+            {
+                // What something else transmitted is no echo.
+                cells.cells.fill(0);
+                cells.mask.fill(0);
+            }
+        });
+        health.stands(row, finder.map(), |bin| range.phasors(bin));
+    }
+
     /// The map of the last scan.
     pub fn map(&self) -> &PolarMap {
         self.finder.map()
@@ -78,7 +104,13 @@ impl Pipeline {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }
-        self.finder.finish(&self.config, self.scan, drive, observer)
+        let p = &Params::DEFAULT;
+        let drives = |track: &Track| track.moves(p.stood_m, p.stood_rad);
+        let stands = !drive.known().is_some_and(drives);
+        let doubts = self.health.doubts(&self.config, self.finder.map(), stands);
+        let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);
+        outcome.doubt(doubts);
+        outcome
     }
 
     /// The health of the last scan.
@@ -114,21 +146,8 @@ impl DataPath for Pipeline {
     }
 
     fn row(&mut self, row: u16) {
-        let Self {
-            samples,
-            config,
-            range,
-            finder,
-            health,
-            ..
-        } = self;
-        let chirp = samples.get(..chirp(samples, config)).unwrap_or(&[]);
-        finder.fill(row.into(), |mut cells| {
-            // The sweep hands over whole chirps only.
-            if let Ok(stats) = range.process(chirp, &mut cells) {
-                health.row(row, chirp, &stats, cells.cells);
-            }
-        });
+        self.watch(row);
+        self.finder.lost(row.into());
     }
 
     fn lost(&mut self, row: u16) {

@@ -31,12 +31,7 @@ impl Output {
         Self {
             cells: [0; 256],
             mask: [0; 8],
-            stats: RowStats {
-                saturated: 0,
-                swing: 0,
-                mirror_echo: 0,
-                hits: 0,
-            },
+            stats: RowStats::EMPTY,
         }
     }
 
@@ -55,8 +50,13 @@ impl Output {
             crc.update(&word.to_le_bytes());
         }
         let s = self.stats;
-        for value in [s.saturated, s.swing, u16::from(s.mirror_echo), s.hits] {
+        for value in [s.saturated, s.swing, s.hits, s.mirror_place as u16] {
             crc.update(&value.to_le_bytes());
+        }
+        crc.update(&[s.mirror_echo, s.image, s.inside, s.near]);
+        for x in [s.mean, s.extremes[0], s.extremes[1]] {
+            crc.update(&x.i.to_le_bytes());
+            crc.update(&x.q.to_le_bytes());
         }
     }
 }

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use stairscan::answer::{Maybe, Outcome};
 use stairscan::config::Config;
 use stairscan::drive::Drive;
+use stairscan::echoes::Floor;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
@@ -25,6 +26,8 @@ pub struct Inspection {
     noise_db: f64,
     /// Angle bias, degrees, and mount-height error, metres, where the floor shows them.
     calibration: Option<(f64, f64)>,
+    /// How well echoes support a floor in its place and elsewhere, where the plane shows it.
+    floor: Option<Floor>,
     scatterers: Vec<Scatterer>,
     /// For pictures.
     view: InspectView,
@@ -36,6 +39,7 @@ struct Witness {
     mount_height_m: f64,
     noise_db: f64,
     calibration: Option<(f64, f64)>,
+    floor: Option<Floor>,
     scatterers: Vec<Scatterer>,
     view: InspectView,
 }
@@ -100,6 +104,7 @@ impl Observer for Witness {
             Event::Calibration { bias_rad, height_m } => {
                 self.calibration = Some((f64::from(bias_rad).to_degrees(), height_m.into()));
             }
+            Event::Floor(floor) => self.floor = Some(floor),
             Event::Scatterer(scatterer) => self.scatterer(scatterer),
             Event::Hypothesis(hypothesis) => {
                 let (name, edges) = self.explain(hypothesis);
@@ -153,6 +158,7 @@ impl Inspection {
             mount_height_m: config.mount.mount_height_m().into(),
             noise_db: 0.0,
             calibration: None,
+            floor: None,
             scatterers: Vec::new(),
             view: InspectView::default(),
         };
@@ -163,6 +169,7 @@ impl Inspection {
         Self {
             noise_db: witness.noise_db,
             calibration: witness.calibration,
+            floor: witness.floor,
             scatterers: witness.scatterers,
             view,
             outcome,
@@ -182,6 +189,12 @@ impl Inspection {
                 text,
                 "; angle bias {bias:+.2}°, mount height {:+.1} mm",
                 1e3 * height
+            );
+        }
+        if let Some(Floor { here, elsewhere }) = self.floor {
+            let _ = write!(
+                text,
+                "; echoes for a floor in its place {here:.1}, elsewhere {elsewhere:.1}"
             );
         }
         text.push_str("\n\n  snr dB    x m      y m     range σ mm  angle σ °  width  role\n");
@@ -290,6 +303,8 @@ impl Inspection {
             "noise_dbfs": decimal(self.noise_db),
             "angle_bias_deg": self.calibration.map(|c| decimal(c.0)),
             "mount_height_error_m": self.calibration.map(|c| decimal(c.1)),
+            "floor_in_place": self.floor.map(|f| decimal(f.here.into())),
+            "floor_elsewhere": self.floor.map(|f| decimal(f.elsewhere.into())),
             "posterior": self.posterior().map(posterior::json),
             "maybe": self.outcome.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),

@@ -4,6 +4,7 @@ pub mod answer;
 pub mod budgets;
 pub mod commands;
 pub mod emulate;
+pub mod faults;
 pub mod fit;
 pub mod images;
 pub mod inspect;

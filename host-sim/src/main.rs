@@ -36,6 +36,8 @@ enum Command {
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
+    /// Put every fault of the instrument on recordings and count what the answers make of it
+    Faults(commands::faults::Args),
     /// Print every tuned number, and what a fifth more or less of it does
     Params(commands::params::Args),
     /// Count the verdict's hazards from simulated scans and write the firmware's table
@@ -63,6 +65,7 @@ fn main() -> ExitCode {
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
+        Command::Faults(args) => commands::faults::run(&args),
         Command::Params(args) => commands::params::run(&args),
         Command::Fit(args) => commands::fit::run(&args),
         Command::Score(args) => commands::score::run(&args),

@@ -209,3 +209,55 @@ fn a_directory_without_recordings() {
     assert_eq!(out.status.code(), Some(1));
     assert_eq!(sim(&["replay"]).status.code(), Some(2));
 }
+
+#[cfg(unix)]
+#[test]
+fn devices_are_no_recordings() {
+    let scratch = Scratch::new("devices");
+    let recording = scratch.recording(|_| ());
+    for suffix in ["sigmf-data", "sigmf-meta"] {
+        let file = recording.with_extension(suffix);
+        fs::remove_file(&file).unwrap();
+        std::os::unix::fs::symlink("/dev/zero", &file).unwrap();
+        let words = [&format!("bad.{suffix}")[..], "expected a regular file"];
+        refused(&recording, &words);
+    }
+    let out = sim(&["simulate", "/dev/zero", "-o", "nowhere"]);
+    let message = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1));
+    assert!(
+        message.contains("/dev/zero: expected a regular file"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_recording_without_a_name_is_not_written() {
+    let scratch = Scratch::new("nameless");
+    let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenes/stair_a.toml");
+    let scene = scene.to_str().unwrap();
+    let dir = format!("{}/", scratch.path().display());
+    for name in ["/", &dir, ".."] {
+        let out = sim(&["simulate", scene, "-o", name]);
+        let message = String::from_utf8(out.stderr).unwrap();
+        assert_eq!(out.status.code(), Some(1), "{name}");
+        assert!(
+            message.contains("expected the name of a recording"),
+            "{message}"
+        );
+    }
+    assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
+}
+
+#[cfg(unix)]
+#[test]
+fn a_name_that_is_no_utf_8_is_kept() {
+    use std::os::unix::ffi::OsStrExt as _;
+    let scratch = Scratch::new("bytes");
+    let good = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings/empty");
+    let recording = host_sim::recording::Recording::read(&good).unwrap();
+    let name = scratch.path().join(std::ffi::OsStr::from_bytes(b"r\xFFd"));
+    recording.write(&name).unwrap();
+    let back = host_sim::recording::Recording::read(&name).unwrap();
+    assert_eq!(back.samples, recording.samples);
+}

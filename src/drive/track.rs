@@ -103,6 +103,18 @@ impl Track {
         self.last
     }
 
+    /// Whether the chair went or pitched on the way: by more than `travel_m` or `pitch_rad` from where it
+    /// was at the first row.
+    pub fn moves(&self, travel_m: f32, pitch_rad: f32) -> bool {
+        let mut seen = self.blocks.iter().filter(|b| b.rows > 0);
+        let first = seen.next().map_or(Place::ZERO, |b| b.place);
+        self.last.travel_m.abs() > travel_m
+            || seen.any(|b| {
+                (b.place.travel_m - first.travel_m).abs() > travel_m
+                    || (b.place.pitch_rad - first.pitch_rad).abs() > pitch_rad
+            })
+    }
+
     /// The two blocks between, or nearest to, which `row` lies.
     fn around(&self, row: f32) -> Option<(Block, Block)> {
         let mut pair: Option<(Block, Block)> = None;

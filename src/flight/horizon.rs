@@ -8,7 +8,7 @@
 //! survival model, Cox 1972). The product of what is left over the cells is the probability.
 
 use super::roles::Role;
-use super::scene::{Mark, Scene};
+use super::scene::Scene;
 use super::trace::Cell;
 use super::verdict::Support;
 use crate::answer::Step;
@@ -65,7 +65,7 @@ const FAR_GOINGS: f32 = 1.5;
 const MOST_NEXT: f32 = 3.0;
 
 /// Whether an echo shows the level of a tread or of the floor.
-fn shows_level(_: &Mark, role: Role) -> bool {
+fn shows_level(role: Role) -> bool {
     matches!(role, Role::Tread | Role::Edge)
 }
 
@@ -142,9 +142,10 @@ impl Ground<'_> {
     }
 
     /// The strongest echo at a distance that has one of the wanted roles, tens of dB; 0 for none.
-    fn strongest(&self, from_m: f32, to_m: f32, is: impl Fn(&Mark, Role) -> bool) -> f32 {
+    #[inline(never)]
+    fn strongest(&self, from_m: f32, to_m: f32, is: &dyn Fn(Role) -> bool) -> f32 {
         let pairs = self.scene.marks.iter().zip(self.roles);
-        let within = pairs.filter(|(m, role)| m.x_m > from_m && m.x_m <= to_m && is(m, **role));
+        let within = pairs.filter(|(m, role)| m.x_m > from_m && m.x_m <= to_m && is(**role));
         let strongest = within.map(|(m, _)| m.snr_db).fold(0.0, math::max);
         math::min(strongest, MOST_DB) / TEN_DB
     }
@@ -164,11 +165,11 @@ impl Ground<'_> {
             written: 0,
         };
         let (from, to) = (start_m + RIGHT_M, end_m + RIGHT_M);
-        let unexplained = |_: &Mark, role: Role| role == Role::Stray || role.contradicts();
-        let level = self.strongest(from - CELL_M, to + CELL_M, shows_level);
-        let stray = self.strongest(from, to, unexplained);
-        let stray_so_far = self.strongest(f32::NEG_INFINITY, to, unexplained);
-        let stray_beyond = self.strongest(to, f32::INFINITY, unexplained);
+        let unexplained = |role: Role| role == Role::Stray || role.contradicts();
+        let level = self.strongest(from - CELL_M, to + CELL_M, &shows_level);
+        let stray = self.strongest(from, to, &unexplained);
+        let stray_so_far = self.strongest(f32::NEG_INFINITY, to, &unexplained);
+        let stray_beyond = self.strongest(to, f32::INFINITY, &unexplained);
         let last = self.steps.last();
         let lead = self.lead.clamp(-MOST_NATS, MOST_NATS);
         let step = self.step_in(start_m, end_m);
@@ -186,7 +187,7 @@ impl Ground<'_> {
             self.geometry.bin_m / PAPER_BIN_M - 1.0,
             self.geometry.beamwidth_rad / PAPER_BEAM_RAD - 1.0,
             self.scene.mount_height_m - PAPER_MOUNT_M,
-            self.strongest(f32::NEG_INFINITY, f32::INFINITY, |_, _| true),
+            self.strongest(f32::NEG_INFINITY, f32::INFINITY, &|_| true),
             so_far,
         ]);
         out.put_if(kind == Kind::Clear, || {
@@ -205,13 +206,13 @@ impl Ground<'_> {
                 stray_beyond,
                 lead,
                 math::max(lead, -2.0),
-                self.strongest(to, f32::INFINITY, shows_level),
+                self.strongest(to, f32::INFINITY, &shows_level),
                 floor.since_last_m,
                 floor.largest_gap_m,
                 floor.marks,
                 f32::from(column.is_some()),
                 column.map_or(0.0, |c| math::min(c.weight, 2.0)),
-                level - self.strongest(from - TYPICAL_GOING_M, from, shows_level),
+                level - self.strongest(from - TYPICAL_GOING_M, from, &shows_level),
                 doubt,
             ]
         });
@@ -253,7 +254,7 @@ impl Ground<'_> {
     fn shown(&self, step: &Step, wanted: Role) -> f32 {
         let reach = self.scene.params.column_m + RIGHT_M;
         let near = (step.distance_m - reach, step.distance_m + reach);
-        self.strongest(near.0, near.1, |_, role| role == wanted)
+        self.strongest(near.0, near.1, &|role| role == wanted)
     }
 
     /// What is known of a cell before or between steps.
@@ -342,7 +343,7 @@ impl Ground<'_> {
         let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
         let hidden = f32::from(last.height_m > self.scene.mount_height_m);
         let next_db = (support.next_db / TEN_DB).clamp(-1.0, MOST_NEXT);
-        let beyond = self.strongest(to, f32::INFINITY, shows_level);
+        let beyond = self.strongest(to, f32::INFINITY, &shows_level);
         let lead = self.lead.clamp(0.0, MOST_NATS);
         [
             1.0,

@@ -39,10 +39,10 @@ mod verdict;
 #[cfg(test)]
 mod tests;
 
-use crate::answer::{Outcome, Reason, Status};
+use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
 use crate::drive::Drive;
-use crate::echoes::{Collector, Echo, Echoes, Sweeps, calibrate};
+use crate::echoes::{Collector, Echo, Echoes, Floor, Sweeps, calibrate};
 use crate::estimator::Estimator;
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
@@ -163,6 +163,11 @@ impl Estimator for Likelihood {
             Plane::Depth => Phase::Up(Beginnings::new()),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
+        let level = geometry.plane == Plane::Height || {
+            let floor = Floor::of(echoes, geometry.bin_m, p);
+            observer.event(Event::Floor(floor));
+            floor.in_place(p)
+        };
         let mut outcome = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {
@@ -179,6 +184,9 @@ impl Estimator for Likelihood {
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
         };
         observer.event(Event::Done(Stage::Dimensions));
+        if !level {
+            outcome.doubt(Reasons::NONE.with(Reason::Mount));
+        }
         if echoes.iter().any(|e| e.snr_db >= p.sure_echo_db) {
             agreement.tell(&mut outcome);
             outcome

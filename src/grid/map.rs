@@ -5,13 +5,12 @@
 //! reference of [`crate::range`]. Bytes and bits in linear arrays, and angles worked out from the
 //! schedule when they are asked for, are what leaves room for anything else in 128 KB.
 
+use super::window::MAX_CELLS;
 use super::{BinWindow, Geometry};
 use crate::config::{Config, ConfigError, MAX_ROWS, check};
 use crate::math;
 use crate::scan::schedule::Schedule;
 
-/// Most cells of one map.
-pub const MAX_CELLS: usize = 64 * 1024;
 /// Most range bins of one map.
 pub const MAX_BINS: usize = 256;
 /// Fewest range bins of a map that can be searched for echoes.
@@ -225,6 +224,31 @@ impl PolarMap {
         (0..cells.len()).step_by(32).flat_map(move |first| {
             Bits(self.detections(k, first))
                 .filter_map(move |bit| Some((first + bit, *cells.get(first + bit)?)))
+        })
+    }
+
+    /// The cells that CA-CFAR let through in row `a` or in row `b`: bin, power in `a` and in `b`.
+    pub fn hits_of(&self, a: usize, b: usize) -> impl Iterator<Item = (usize, u8, u8)> {
+        let (cells_a, cells_b) = (self.row(a), self.row(b));
+        let words = self.words_of(a).zip(self.words_of(b));
+        let firsts = (0..cells_a.len()).step_by(32);
+        firsts.zip(words).flat_map(move |(first, (a, b))| {
+            let bits = Bits((a | b) & self.bits_from(first));
+            bits.filter_map(move |bit| {
+                let bin = first + bit;
+                Some((bin, *cells_a.get(bin)?, *cells_b.get(bin)?))
+            })
+        })
+    }
+
+    /// The words of the mask from row `k`'s first cell on.
+    fn words_of(&self, k: usize) -> impl Iterator<Item = u32> {
+        let (at, shift) = self.bit(k, 0);
+        let words = self.mask.get(at..).unwrap_or(&[]).windows(2);
+        words.map(move |pair| match pair {
+            // The upper word's part: nothing where the row begins with a word.
+            &[low, high] => low >> shift | (high << 1) << (31 - shift),
+            _ => 0,
         })
     }
 

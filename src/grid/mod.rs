@@ -11,5 +11,5 @@ mod map;
 mod window;
 
 pub use geometry::Geometry;
-pub use map::{DB_PER_UNIT, MAX_BINS, MAX_CELLS, MIN_BINS, PolarMap, Row};
-pub use window::BinWindow;
+pub use map::{DB_PER_UNIT, MAX_BINS, MIN_BINS, PolarMap, Row};
+pub use window::{BinWindow, MAX_CELLS};

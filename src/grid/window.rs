@@ -1,9 +1,10 @@
 //! Which range bins of a transform the map keeps.
 
-use super::MAX_CELLS;
 use crate::config::{CfarConfig, Config, MountConfig, RadarConfig};
 use crate::math;
 
+/// Most cells of one map.
+pub const MAX_CELLS: usize = 64 * 1024;
 /// Native range bins (c/2B) in which the radar's leakage stands, its window's main lobe included.
 const LEAKAGE_BINS: f32 = 4.0;
 /// Native range bins at the far end that the leakage, its I/Q image and the lobe of what stands
@@ -42,7 +43,7 @@ impl BinWindow {
     }
 
     /// The window for a scan: where the map cannot hold as many bins in each row, it leaves out the
-    /// farthest, but none within [`LEAST_RANGE_M`] of the mirror.
+    /// farthest, but none within 2 m of the mirror.
     pub fn of_scan(config: &Config) -> Self {
         let whole = Self::new(&config.radar, &config.mount, &config.cfar);
         let rows = usize::from(config.sweep.angle_count).max(1);
@@ -85,7 +86,7 @@ mod tests {
         let whole = BinWindow::new(&config.radar, &config.mount, &config.cfar);
         let kept = BinWindow::of_scan(&config);
         assert_eq!(kept.first, whole.first);
-        assert_eq!(kept.count, 65_536 / 297);
+        assert_eq!(kept.count, (65_536_u32 / 297) as u16);
         assert!(kept.count < whole.count);
         // Less than 2 m is no map, and refused by who makes one.
         config.sweep.angle_count = 500;

@@ -70,6 +70,36 @@ params! {
         /// Echoes so many standard deviations off the floor count half.
         floor_cauchy_sigmas = 3.0, "", Hand;
     }
+    "echoes: the floor in its place" {
+        /// Echoes say something of the floor from this distance on …
+        floor_from_m = 0.2, "m", Hand;
+        /// … up to this one …
+        floor_to_m = 2.0, "m", Hand;
+        /// … if they lie within this of its height.
+        floor_astray_m = 0.25, "m", Derived, "a mount 12 cm off, and 4 degrees at 2 m";
+        /// An echo has no weight from this on down …
+        witness_from_db = 3.0, "dB", Hand;
+        /// … its weight is 1 this much above it …
+        witness_span_db = 15.0, "dB", Hand;
+        /// … and this at most.
+        witness_most = 1.5, "", Hand;
+        /// Error of an echo's height that no other number holds.
+        witness_sigma_bins = 0.17, "bins", Derived, "2 mm at 10 GHz: a coarser radar blends edge and face over more";
+        /// Step between heights that are tried.
+        floor_height_step_m = 0.004, "m", Derived, "twice the error of a height";
+        /// Step between slopes that are tried.
+        floor_slope_step_rad = 0.25 * RAD_PER_DEG, "rad", Derived, "one step of the scan";
+        /// Steps of height within which a floor is in its place: 8 mm.
+        floor_near_steps = 2.0, "", Derived, "5 mm of tyres and castors, and a step";
+        /// Steps of slope within which it is: 0.75 degrees.
+        floor_tilt_steps = 3.0, "", Derived, "0.4 degrees of homing error and 0.1 of pitch, and a step";
+        /// Steps of height that are tried: 9.6 cm.
+        floor_far_steps = 24.0, "", Derived, "a mount 8 cm off, and 4 steps";
+        /// Steps of slope that are tried: 5 degrees.
+        floor_steep_steps = 20.0, "", Derived, "4 degrees off, and 4 steps";
+        /// A floor elsewhere may have so much more support, in weights of echoes.
+        floor_elsewhere = 1.4, "", Hand, "own scenes: 99 of 100 answers that are ok have less";
+    }
     "scene: places of echoes" {
         /// Height error of an echo whatever its range.
         height_sigma_m = 0.010, "m", Hand, "edge and face melt into one lobe";
@@ -455,5 +485,81 @@ params! {
         in_the_way_db = 12.0, "dB", Hand;
         /// Full marks of a step's quality.
         full_quality_db = 40.0, "dB", Custom, "a corner at a metre";
+    }
+    "health: the converter" {
+        /// Share of a chirp's samples that may stand at its own extreme.
+        clipped_share = 0.05, "", Derived, "a tone's crest within one of 2^9 steps: a fiftieth, doubled";
+        /// Rows in which a bit between others may stay at rest.
+        lame_rows = 20.0, "", Derived, "a bit that is stuck rests in all rows; own scenes: 11 rows of a converter whose noise is within a bit";
+        /// So far the converter's offset may walk during a scan, share of full scale.
+        offset_walk = 0.45, "", Derived, "a leakage at full scale beats one and a half times in a chirp, which has a mean of 0.21 either way";
+        /// From so far below the mirror's echo on its image is one too many.
+        image_db = 22.0, "dB", Derived, "1.4 dB or 9 degrees of imbalance";
+        /// An image within this of the mirror's echo is its twin: one channel alone makes it.
+        twin_db = 3.0, "dB", Derived, "half the power";
+        /// Mirror and image tell something from so far above the noise on.
+        image_clear_db = 15.0, "dB", Derived, "noise exceeds it once in 10^13";
+    }
+    "health: levels from row to row" {
+        /// What the scanner shows of itself stays within this.
+        inside_drift_db = 3.0, "dB", Derived, "half the power";
+        /// Rows that may stray from it.
+        strayed_rows = 2.0, "", Hand;
+        /// Noise this far above that of the rows before is a burst.
+        burst_db = 7.0, "dB", Derived, "a flash's skirt rises by 2.4 dB a row at 5 degrees of beam, and the quartile of 30 cells errs by 1.3 dB";
+        /// The mirror's echo may lie so far off its place before anybody has calibrated it.
+        mirror_place_m = 0.0225, "m", Derived, "one and a half native bins at 10 GHz: where on mirror and lens the echo comes from is not known before";
+        /// And so far off its place by calibration.
+        mirror_moved_m = 0.003, "m", Derived, "a sweep 1.4 % too wide at 22 cm; what the estimate of its place errs by, ten times";
+        /// Something between mirror and map that is so much stronger than the mirror's echo is in the way.
+        near_db = 0.0, "dB", Hand;
+        /// Rows that may show it.
+        near_rows = 8.0, "", Hand;
+    }
+    "health: the chair stands" {
+        /// A chair stands that goes by less during a scan …
+        stood_m = 0.003, "m", Derived, "half of what is found";
+        /// … and pitches by less, as its controller says: how far others are moved is checked otherwise.
+        stood_rad = 0.1 * RAD_PER_DEG, "rad", Hand;
+        /// Echoes this far above the noise tell of their phase.
+        phase_db = 25.0, "dB", Derived, "phase known to 2 degrees";
+        /// So many turns from row to row tell something.
+        phase_turns = 16.0, "", Derived, "one lobe";
+        /// From row to row the phase may go on by so much.
+        phase_turned_deg = 4.0, "deg", Derived, "half of what 1 cm over 281 rows makes";
+    }
+    "health: the mirror turns" {
+        /// Cells this far above the noise of their rows are compared.
+        turning_db = 15.0, "dB", Derived, "noise exceeds it once in 10^13";
+        /// Cells are compared where the stronger of two is within this of the strongest around.
+        jump_near_db = 3.0, "dB", Derived, "half the power; what lies in a null changes at any rate";
+        /// Cells of neighbouring rows usually differ by less, at a beam of 20 rows; narrower beams are steeper.
+        jump_usual_db = 1.5, "dB", Hand, "own scenes: 99 of 100 means of twelve cells";
+        /// All cells of two rows together differ by so much more at most.
+        jump_db = 40.0, "dB", Hand, "own scenes: 99 of 100 answers that are ok have less than 34";
+        /// A difference counts so much at most.
+        jump_clip_db = 20.0, "dB", Hand;
+        /// Cells that make a jump: those of one echo.
+        jump_cells = 3.0, "", Derived, "the window's lobe above CA-CFAR's threshold";
+        /// Rows this far apart must differ, beam widths …
+        still_lag_beams = 0.4, "", Derived, "a scatterer at the beam's axis is 3.8 dB down";
+        /// … by so much in the mean …
+        still_db = 1.7, "dB", Derived, "noise alone at 15 dB";
+        /// … if so many cells are compared …
+        still_cells = 2.0, "", Derived, "every other cell of an echo is looked at";
+        /// … and they may not for so many beam widths …
+        still_beams = 0.8, "", Hand, "own scenes: 99 of 100 answers that are ok have less than 0.6";
+        /// … and rows.
+        still_rows = 8.0, "", Hand;
+        /// Something so far above the noise in the mean of all rows …
+        line_db = 12.0, "dB", Derived, "a line below it does not reach the echoes that are weighed";
+        /// … that stays within this of its mean …
+        line_spread_db = 3.0, "dB", Derived, "side lobes have nulls, a tone has none";
+        /// … in so large a share of the rows, at one range, is no echo by way of the mirror.
+        line_share = 0.8, "", Hand;
+        /// The floor straight below the mirror, seen by side lobes, is no such line: its range is this exact.
+        plumb_m = 0.05, "m", Derived, "error of the mount height and the lobe in range";
+        /// Nearer than this it stands in the way.
+        blocked_m = 0.45, "m", Custom, "the nearest step that is reported";
     }
 }

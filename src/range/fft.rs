@@ -126,6 +126,43 @@ pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     exponent + scaled_last::<A, B, N, 64>(data, bins, seen)
 }
 
+/// One bin of the transform of `points` points that [`finish`] has made of `data` and `spare`: its last
+/// stage once more for that bin, from what it leaves of its input. The bin's scale is not told.
+pub fn bin(data: &[Packed], spare: &[Packed], points: usize, bin: usize) -> [f32; 2] {
+    let (last, table): (_, &[[Packed; 3]]) = match points {
+        256 | 128 => (data, &Twiddles::<64>::TABLE),
+        64 | 32 => (spare, &Twiddles::<16>::TABLE),
+        _ => (data, &Twiddles::<4>::TABLE),
+    };
+    let (k, m) = (bin % table.len(), bin / table.len());
+    let fours = points == 4 * table.len();
+    let block = last.chunks_exact(if fours { 4 } else { 2 }).nth(k);
+    let (Some(block), Some(&[w, square, cube])) = (block, table.get(k)) else {
+        return [0.0; 2];
+    };
+    let twiddles: &[Packed] = if fours {
+        &[Packed::new(i16::MAX, 0), w, square, cube]
+    } else {
+        // W(2L)^k = W(4L)^2k; its fourth parts of a turn are halves.
+        &[Packed::new(i16::MAX, 0), square]
+    };
+    let quarters = if fours { m } else { 2 * m };
+    let mut sum = [0.0; 2];
+    for (j, (x, w)) in block.iter().zip(twiddles).enumerate() {
+        let [a, b, c, d] = [x.re(), x.im(), w.re(), w.im()].map(|x| f32::from(x) / 32_768.0);
+        let (re, im) = (a * c - b * d, a * d + b * c);
+        // Times (-j)^(jm).
+        let (re, im) = match j * quarters % 4 {
+            0 => (re, im),
+            1 => (im, -re),
+            2 => (-re, -im),
+            _ => (-im, re),
+        };
+        sum = [sum[0] + re, sum[1] + im];
+    }
+    sum
+}
+
 /// [`finish`] for all transforms but the longest: one copy, whose loops are counted at run time. A
 /// shorter chirp has the time.
 fn finish_short<A: Arithmetic, B: Bin>(

@@ -46,6 +46,8 @@ use window::{ChirpLevels, Window};
 
 /// Half width of the window's main lobe in native range bins.
 const LOBE_BINS: f32 = 2.0;
+/// Bins beyond those of the mirror's echo that its lobe may still reach.
+const NEAR_GAP_BINS: u16 = 1;
 /// What an I/Q imbalance leaves of an echo at its negative frequency is weaker than this power of
 /// two (30 dB): a hit must be stronger.
 const IMAGE_SHIFT: u32 = 10;
@@ -57,10 +59,39 @@ pub struct RowStats {
     pub saturated: u16,
     /// Largest distance of any I or Q from its mean: at most 1 when the converter is silent.
     pub swing: u16,
+    /// Means of I and Q.
+    pub mean: Iq,
+    /// Least and greatest I and Q.
+    pub extremes: [Iq; 2],
     /// Logarithmic power of the mirror's own echo, map units; 0 without a mirror.
     pub mirror_echo: u8,
+    /// Where it peaks within the bins in which it is looked for, 1/16 bin from its place by the
+    /// mirror's offset.
+    pub mirror_place: i16,
+    /// Logarithmic power at the mirror's negative frequency, where an unlike I and Q show it again.
+    pub image: u8,
+    /// Logarithmic power of the strongest of what the scanner shows of itself: leakage or mirror.
+    pub inside: u8,
+    /// Logarithmic power of what stands between the mirror's echo and the first kept bin.
+    pub near: u8,
     /// Cells that CA-CFAR let through.
     pub hits: u16,
+}
+
+impl RowStats {
+    /// Before the first chirp.
+    pub const EMPTY: Self = Self {
+        saturated: 0,
+        swing: 0,
+        mean: Iq { i: 0, q: 0 },
+        extremes: [Iq { i: 0, q: 0 }; 2],
+        mirror_echo: 0,
+        mirror_place: 0,
+        image: 0,
+        inside: 0,
+        near: 0,
+        hits: 0,
+    };
 }
 
 /// A chirp that has not the configured number of samples.
@@ -115,8 +146,16 @@ pub type RangeProcessor = Processor<Native>;
 pub struct Processor<A> {
     front_end: FrontEnd,
     kept: BinWindow,
-    /// Bins around the mirror's echo.
+    /// Bins around the mirror's echo …
     mirror: BinWindow,
+    /// … its place by the mirror's offset, 1/16 bin …
+    mirror_at: i32,
+    /// … those of its image at its negative frequency …
+    image: BinWindow,
+    /// … all up to its end but the first, which holds no echo …
+    inside: BinWindow,
+    /// … and those from its end to the kept ones.
+    near: BinWindow,
     /// 1/256 octaves from log2 of a mantissa's power to the reference, but for gain and exponent.
     offset: i32,
     cfar: Cfar,
@@ -136,6 +175,10 @@ impl<A: Arithmetic> Processor<A> {
             },
             kept: BinWindow { first: 0, count: 0 },
             mirror: BinWindow { first: 0, count: 0 },
+            mirror_at: 0,
+            image: BinWindow { first: 0, count: 0 },
+            inside: BinWindow { first: 0, count: 0 },
+            near: BinWindow { first: 0, count: 0 },
             offset: 0,
             cfar: Cfar::empty(),
             power: [0; MAX_SAMPLES],
@@ -178,6 +221,20 @@ impl<A: Arithmetic> Processor<A> {
             "range bins beyond the mirror and the near margin",
         )?;
         self.mirror = mirror_bins(radar, mount);
+        self.mirror_at = math::round(16.0 * mount.mirror_offset_m() / radar.bin_spacing_m()) as i32;
+        let end = self.mirror.first + self.mirror.count;
+        let window = |first: u16, end: u16| BinWindow {
+            first,
+            count: end.saturating_sub(first),
+        };
+        // Bin k's negative frequency is bin N - k.
+        let mirrored = |bin: u16| (radar.fft_len() as u16).saturating_sub(bin);
+        self.image = match self.mirror.count {
+            0 => BinWindow::default(),
+            _ => window(mirrored(end) + 1, mirrored(self.mirror.first) + 1),
+        };
+        self.inside = window(1, end);
+        self.near = window(end + NEAR_GAP_BINS, kept.first);
         let FrontEnd { points, window, .. } = &mut self.front_end;
         *points = radar.fft_len();
         window.shape(usize::from(radar.samples), *points);
@@ -217,13 +274,46 @@ impl<A: Arithmetic> Processor<A> {
         log::fill_cells(self.kept.of(power), offset, row.cells);
         self.cfar.detect::<A>(self.kept.of(power), row.mask);
         let hits = keep_real(power, self.kept, row.mask);
-        let mirror = self.mirror.of(power).iter().max();
+        let cell = |p: u32| log::to_cell(log::log2_fine(p) + offset);
+        let strongest = |bins: BinWindow| bins.of(power).iter().copied().max().map_or(0, cell);
         Ok(RowStats {
             saturated: levels.saturated,
             swing: levels.swing.min(u32::from(u16::MAX)) as u16,
-            mirror_echo: mirror.map_or(0, |&p| log::to_cell(log::log2_fine(p) + offset)),
+            mean: levels.mean(),
+            extremes: levels.extremes,
+            mirror_echo: strongest(self.mirror),
+            mirror_place: self.mirror_place(offset),
+            image: strongest(self.image),
+            inside: strongest(self.inside),
+            near: strongest(self.near),
             hits,
         })
+    }
+
+    /// The complex values of stored bin `bin` and of the mirror's echo in the chirp that was processed
+    /// last, to compare their phases; their scale is that chirp's own.
+    pub fn phasors(&self, bin: u8) -> [[f32; 2]; 2] {
+        let [data, spare] = &self.front_end.buffers;
+        let stored = usize::from(self.kept.first) + usize::from(bin);
+        // The bin that holds the mirror's place, whichever is strongest: one bin, one phase.
+        let mirror = (self.mirror_at / 16) as usize;
+        [stored, mirror].map(|bin| fft::bin(data, spare, self.front_end.points, bin))
+    }
+
+    /// Where the mirror's echo peaks: a parabola through the logarithms of its strongest bin and the
+    /// two beside it, 1/16 bin from its place by the mirror's offset.
+    fn mirror_place(&self, offset: i32) -> i16 {
+        let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
+        let bins = (usize::from(self.mirror.first)..).zip(self.mirror.of(power));
+        let Some((peak, _)) = bins.max_by_key(|&(_, p)| p) else {
+            return 0;
+        };
+        let fine = |bin: usize| log::log2_fine(power.get(bin).copied().unwrap_or(0)) + offset;
+        let (a, b, c) = (fine(peak.saturating_sub(1)), fine(peak), fine(peak + 1));
+        let bend = (2 * b - a - c).max(1);
+        // Between the two bins beside it: half a bin to each side where it is a maximum.
+        let part = (8 * (c - a) / bend).clamp(-8, 8);
+        (16 * peak as i32 + part - self.mirror_at) as i16
     }
 
     /// Works one chirp off into a profile of all bins of the transform, for people to look at.

@@ -135,6 +135,36 @@ fn every_size_agrees_with_the_reference() {
 }
 
 #[test]
+fn phasors_are_the_bins_of_the_spectrum_at_every_size() {
+    let mut random = Gauss::new(3);
+    for samples in [16, 24, 33, 64, 100, 128, 200, 256] {
+        let mut processor = bare(samples);
+        let chirp = tones(samples.into(), 9000.0, &mut random);
+        let mut bins = [Packed::ZERO; MAX_SAMPLES];
+        processor.spectrum(&chirp, &mut bins).unwrap();
+        let (mut cells, mut mask) = ([0; 256], [0; 8]);
+        let count = usize::from(processor.kept().count);
+        let mut row = Row {
+            cells: &mut cells[..count],
+            mask: &mut mask[..count.div_ceil(32)],
+        };
+        processor.process(&chirp, &mut row).unwrap();
+        for bin in 0..count {
+            let x = bins[usize::from(processor.kept().first) + bin];
+            let [echo, _] = processor.phasors(bin as u8);
+            let (a, b) = (f32::from(x.re()), f32::from(x.im()));
+            let size = math::sqrt(a * a + b * b);
+            let other = math::sqrt(echo[0] * echo[0] + echo[1] * echo[1]);
+            // What roundings of a few units turn.
+            if size > 300.0 {
+                let cos = (a * echo[0] + b * echo[1]) / (size * other);
+                assert!(cos > 0.999, "{samples} samples, bin {bin}: {cos}");
+            }
+        }
+    }
+}
+
+#[test]
 fn weak_chirps_keep_their_bits() {
     let mut random = Gauss::new(2);
     let mut processor = usual();

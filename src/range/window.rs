@@ -86,6 +86,8 @@ pub struct ChirpLevels {
     pub swing: u32,
     /// Samples of which a part stands at full scale.
     pub saturated: u16,
+    /// Least and greatest I and Q.
+    pub extremes: [Iq; 2],
 }
 
 impl ChirpLevels {
@@ -137,7 +139,14 @@ impl ChirpLevels {
             mean,
             swing: swing_i.max(swing_q),
             saturated,
+            extremes,
         }
+    }
+
+    /// Means of I and Q, rounded.
+    pub fn mean(&self) -> Iq {
+        let [i, q] = self.mean.map(|mean| ((mean + (1 << 15)) >> 16) as i16);
+        Iq::new(i, q)
     }
 
     /// 2^32 times what brings the swing to full scale after a Q15 coefficient is taken out.

@@ -27,6 +27,7 @@ impl Outbox {
     }
 
     /// Queues one sentence; false, and nothing queued, when there is no room.
+    #[inline(never)]
     pub fn push(&mut self, sentence: &Sentence<'_>) -> bool {
         if !self.has_room() {
             return false;

@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `plane` | `depth`, `height` | plane that the mirror sweeps |
 //! | `mirror-offset`, `mount-height` | 0.01 mm | how the scanner is mounted |
+//! | `mirror-echo` | 0.01 mm | range of the mirror's own echo when it was calibrated; 0: never |
 //! | `beamwidth` | 0.001° | full two-sided 3 dB width of the beam |
 //! | `first-angle`, `angle-step` | 0.001° | angles of a scan |
 //! | `angle-count` | | number of angles |
@@ -203,6 +204,7 @@ enum Slot<'a> {
 pub type ValueText = heapless::String<16>;
 
 /// Writes a number digit by digit, without `core::fmt`.
+#[inline(never)]
 pub(crate) fn number(value: i64) -> ValueText {
     let mut text = ValueText::new();
     if value < 0 {
@@ -297,6 +299,7 @@ impl Settings {
     pub const KEYS: &'static [&'static str] = &[
         "plane",
         "mirror-offset",
+        "mirror-echo",
         "mount-height",
         "beamwidth",
         "first-angle",
@@ -338,6 +341,7 @@ impl Settings {
         Some(match key {
             "plane" => Slot::Plane(&mut config.mount.plane),
             "mirror-offset" => Slot::I32(&mut config.mount.mirror_offset),
+            "mirror-echo" => Slot::I32(&mut config.mount.mirror_echo),
             "mount-height" => Slot::I32(&mut config.mount.mount_height),
             "beamwidth" => Slot::I32(&mut config.mount.beamwidth),
             "first-angle" => Slot::I32(&mut config.sweep.first_angle),

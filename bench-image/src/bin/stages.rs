@@ -184,38 +184,25 @@ mod image {
     /// The scans of the host's file through the whole scan state.
     #[inline(never)]
     fn scans(counter: &mut Counter) {
-        // SAFETY: the only references to the statics, made once.
-        let mut state = unsafe {
-            State {
-                pipeline: &mut *addr_of_mut!(PIPELINE),
-                range: &mut *addr_of_mut!(RANGE),
-            }
-        };
+        // SAFETY: the only reference to the static, made once.
+        let pipeline = unsafe { &mut *addr_of_mut!(PIPELINE) };
         let Some(mut file) = HostFile::open(c"scans") else {
             return;
         };
         let mut bytes = [0; head::SIZE];
         while file.read(&mut bytes) {
-            scan(counter, &mut state, &head::decode(&bytes), &mut file);
+            scan(counter, pipeline, &head::decode(&bytes), &mut file);
         }
     }
 
-    /// The scan state; beside it range processing once more, to be counted alone.
-    struct State {
-        pipeline: &'static mut Pipeline,
-        range: &'static mut RangeProcessor,
-    }
-
-    /// One scan: `scan CHIRP ROW POST …`, the worst of its chirps (samples to row of the map), the
-    /// worst of its rows (with what the estimator does during the scan), from the last row to the
-    /// last byte of the report, and each stage of that: the estimator's, and the report.
+    /// One scan: `scan CHIRP ROW POST …`, the worst of its chirps (samples to row of the map, with the
+    /// health of the instrument), the worst of its rows (with what the estimator does during the scan),
+    /// from the last row to the last byte of the report, and each stage of that: the estimator's, and
+    /// the report.
     #[inline(never)]
-    fn scan(counter: &mut Counter, state: &mut State, config: &Config, file: &mut HostFile) {
-        let State { pipeline, range } = state;
-        let ready = pipeline.begin(config, 1).is_ok() && range.configure_scan(config).is_ok();
+    fn scan(counter: &mut Counter, pipeline: &mut Pipeline, config: &Config, file: &mut HostFile) {
+        let ready = pipeline.begin(config, 1).is_ok();
         let (mut worst_chirp, mut worst_row) = (0, 0);
-        let (mut cells, mut mask) = ([0; 256], [0; 8]);
-        let bins = usize::from(range.kept().count);
         for k in 0..config.sweep.angle_count {
             let mut bytes = [0; 4 * MAX_SAMPLES];
             let bytes = &mut bytes[..4 * usize::from(config.radar.samples)];
@@ -226,14 +213,10 @@ mod image {
             for (to, &[i0, i1, q0, q1]) in pipeline.samples().iter_mut().zip(samples) {
                 *to = Iq::new(i16::from_le_bytes([i0, i1]), i16::from_le_bytes([q0, q1]));
             }
-            let mut row = Row {
-                cells: &mut cells[..bins],
-                mask: &mut mask[..bins.div_ceil(32)],
-            };
-            let (_, chirp) = counter.once(|| range.process(pipeline.samples(), &mut row));
+            let ((), chirp) = counter.once(|| pipeline.watch(k));
             worst_chirp = worst_chirp.max(chirp);
-            let ((), count) = counter.once(|| pipeline.row(k));
-            worst_row = worst_row.max(count);
+            let ((), rest) = counter.once(|| pipeline.lost(k));
+            worst_row = worst_row.max(chirp + rest);
         }
         let mut since = counter.now();
         let mut laps = Laps {

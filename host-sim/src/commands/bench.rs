@@ -47,12 +47,9 @@ const MEANING: [(&str, &str); 14] = [
     ("cfar", "CA-CFAR"),
     (
         "chirp",
-        "200 samples to finished map row, worst row of all recordings",
+        "200 samples to finished map row, health included, worst row of all recordings",
     ),
-    (
-        "row",
-        "chirp, health checks and the estimator's part, worst row",
-    ),
+    ("row", "chirp and the estimator's part, worst row"),
     (
         "post",
         "last row to last byte of the report, worst recording",

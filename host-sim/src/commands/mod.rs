@@ -5,6 +5,7 @@ pub mod bench;
 pub mod budget;
 pub mod convergence;
 pub mod emulate;
+pub mod faults;
 pub mod fit;
 pub mod inspect;
 pub mod params;

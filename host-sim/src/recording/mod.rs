@@ -48,8 +48,42 @@ fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     match path.extension().and_then(|e| e.to_str()) {
         Some(META_SUFFIX | DATA_SUFFIX) => path.with_extension(suffix),
         // Not `with_extension`: a dot within the name is no suffix.
-        _ => PathBuf::from(format!("{}.{suffix}", path.display())),
+        _ => {
+            let mut name = path.as_os_str().to_owned();
+            name.push(".");
+            name.push(suffix);
+            PathBuf::from(name)
+        }
     }
+}
+
+/// Refuses what is no file that can be read to its end: a directory, a pipe, a device.
+///
+/// # Errors
+/// Names the path.
+pub fn regular(path: &Path) -> Result<()> {
+    let found = fs::metadata(path).with_context(|| format!("{}", path.display()))?;
+    ensure!(
+        found.is_file(),
+        "{}: expected a regular file",
+        path.display()
+    );
+    Ok(())
+}
+
+/// Refuses a path that names no file: `/`, `..`, or one that ends in a separator, whose files would be
+/// hidden ones.
+fn named(path: &Path) -> Result<()> {
+    let text = path.as_os_str().as_encoded_bytes();
+    let ends = text
+        .last()
+        .is_some_and(|&b| std::path::is_separator(b.into()));
+    ensure!(
+        path.file_name().is_some() && !ends,
+        "{}: expected the name of a recording, not of a directory",
+        path.display()
+    );
+    Ok(())
 }
 
 /// The recordings of a directory, sorted by name; an error if there are none.
@@ -78,6 +112,7 @@ impl Recording {
     /// Names the file, the key and what was expected.
     pub fn read(path: &Path) -> Result<Self> {
         let meta_file = with_suffix(path, META_SUFFIX);
+        regular(&meta_file)?;
         let text =
             fs::read_to_string(&meta_file).with_context(|| format!("{}", meta_file.display()))?;
         let document: Value = serde_json::from_str(&text)
@@ -172,6 +207,7 @@ impl Recording {
     /// # Errors
     /// Names the file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
+        named(path)?;
         let bytes: Vec<u8> = self
             .samples
             .iter()
@@ -201,6 +237,7 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
 
 fn read_samples(path: &Path, meta: &Metadata) -> Result<Vec<Iq>> {
     let context = || format!("{}", path.display());
+    regular(path)?;
     let found = fs::metadata(path).with_context(context)?.len();
     let chirp = 4 * meta.samples_per_chirp as u64;
     let chirps = meta.angles_deg.len() as u64;

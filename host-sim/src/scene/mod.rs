@@ -45,7 +45,7 @@ use serde_json::Map;
 use stairscan::Iq;
 use stairscan::config::Plane;
 
-use crate::recording::{Metadata, MirrorSetup, Motion, Recording, Sequence, Truth};
+use crate::recording::{self, Metadata, MirrorSetup, Motion, Recording, Sequence, Truth};
 use beam::Beam;
 use facets::Relief;
 use geometry::{BuiltStep, World};
@@ -91,6 +91,7 @@ struct Scan {
 impl Scene {
     /// Reads and builds a scene file. Errors name the file and the line or key.
     pub fn read(path: &Path) -> Result<Self> {
+        recording::regular(path)?;
         let text = fs::read_to_string(path).with_context(|| format!("{}", path.display()))?;
         Self::parse(&text).map_err(|e| anyhow!("{}{e}", path.display()))
     }

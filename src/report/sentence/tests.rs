@@ -1,4 +1,5 @@
 use super::*;
+use crate::answer::Step;
 use proptest::prelude::*;
 
 fn step() -> StepLine {
@@ -120,6 +121,30 @@ fn an_overlong_line_is_cut_and_still_closed() {
         Sentence::parse(&line),
         Ok(Sentence::Config { .. })
     ));
+}
+
+#[test]
+fn a_scan_with_every_reason_keeps_what_follows_them() {
+    let mut reasons = Reasons::NONE;
+    Reason::ALL.iter().for_each(|&reason| reasons.add(reason));
+    let written = ScanLine {
+        scan: u32::MAX,
+        status: Status::Degraded,
+        direction: Direction::None,
+        steps: 16,
+        lost_rows: 8192,
+        reasons,
+        horizon: Some(Tenths(-1_000_000)),
+        confidence: Some(1000),
+        maybes: u8::MAX,
+    };
+    let line = Sentence::Scan(written).write();
+    let Ok(Sentence::Scan(read)) = Sentence::parse(&line) else {
+        panic!("{line}");
+    };
+    assert!(read.reasons.has(Reason::LostRows) && !read.reasons.has(Reason::Crash));
+    let all = ScanLine { reasons, ..read };
+    assert_eq!(all, written);
 }
 
 #[test]

@@ -50,6 +50,7 @@ impl Reports {
     }
 
     /// The answer to a command that is refused.
+    #[inline(never)]
     pub(super) fn refuse(&mut self, command: &str, field: &str, expected: &str) {
         self.outbox.push(&Sentence::Fail {
             command,
@@ -59,6 +60,7 @@ impl Reports {
     }
 
     /// The answer to a question for a value.
+    #[inline(never)]
     pub(super) fn value(&mut self, key: &str, value: &str) {
         self.outbox.push(&Sentence::Config { key, value });
     }

@@ -1,0 +1,366 @@
+//! `faults`: every fault of the instrument on recordings that are answered rightly without it.
+
+mod signs;
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, ensure};
+use indicatif::ParallelProgressIterator;
+use rayon::prelude::*;
+use serde_json::json;
+use stairscan::answer::Status;
+use stairscan::config::to_fixed;
+
+use super::{Format, Settings, emit, progress};
+use crate::answer::Answer;
+use crate::faults::{ALL, Fault};
+use crate::recording::{self, Recording};
+use crate::replay::{self, Options};
+use crate::scene::command::random_scan;
+use crate::scene::random::Kind;
+use crate::score;
+use crate::seeds::Draw;
+
+/// Seeds of fault draws, apart from those of scenes: one per recording.
+const SEEDS: u64 = 1 << 32;
+
+/// Arguments of `faults`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Recordings with truth in this directory in place of simulated scenes
+    #[arg(long)]
+    on: Option<PathBuf>,
+    /// Which scenes
+    #[arg(long, value_enum, default_value_t)]
+    draw: Draw,
+    /// So many scenes of each kind that has answers to spoil
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    scenes: u64,
+    /// The scanner knows where each recording's mirror echo is without a fault, as by calibration
+    #[arg(long)]
+    calibrated: bool,
+    /// Only these kinds of faults
+    #[arg(long)]
+    kind: Vec<String>,
+    /// One line for each strength
+    #[arg(long)]
+    strengths: bool,
+    /// What health sees in the scenes without a fault, and how often that raises a doubt; nothing is spoilt
+    #[arg(long)]
+    signs: bool,
+    /// Fail where more than so many per cent of all runs are ok and wrong
+    #[arg(long, default_value_t = 100.0)]
+    most: f64,
+    /// Name every run that is ok and wrong
+    #[arg(long)]
+    list: bool,
+    #[command(flatten)]
+    settings: Settings,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// What has become of one run.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fate {
+    /// No answer.
+    Fault,
+    /// Degraded, and the reason names the fault.
+    Named,
+    /// Degraded for another reason.
+    Unnamed,
+    /// `ok`, and so it is.
+    Right,
+    /// `ok`, and it is not.
+    Wrong,
+}
+
+/// How many runs came to which end.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    counts: [u32; 5],
+    /// Runs whose reasons name the fault, faults included.
+    named: u32,
+}
+
+impl Tally {
+    fn add(&mut self, run: &Run) {
+        self.counts[run.fate as usize] += 1;
+        self.named += u32::from(run.named);
+    }
+
+    fn sum<'a>(tallies: impl Iterator<Item = &'a Tally>) -> Self {
+        tallies.fold(Self::default(), |mut sum, t| {
+            sum.counts
+                .iter_mut()
+                .zip(t.counts)
+                .for_each(|(a, b)| *a += b);
+            sum.named += t.named;
+            sum
+        })
+    }
+
+    /// Runs that are ok and wrong, per cent.
+    fn wrong_percent(&self) -> f64 {
+        100.0 * f64::from(self.counts[Fate::Wrong as usize]) / f64::from(self.runs().max(1))
+    }
+
+    fn runs(&self) -> u32 {
+        self.counts.iter().sum()
+    }
+}
+
+/// One recording with one fault.
+struct Run {
+    fate: Fate,
+    named: bool,
+    /// What to print of it where it is `ok` and wrong.
+    words: String,
+}
+
+/// The recordings that are `ok` and right without a fault, and how many there were in all.
+struct Clean {
+    recordings: Vec<Recording>,
+    /// Where each shows the mirror's own echo, 0.01 mm from the radar.
+    mirror_echoes: Vec<i32>,
+    ok: usize,
+    all: usize,
+}
+
+/// Prints the table.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let faults = chosen(&args.kind)?;
+    let options = args.settings.options(args.settings.config()?);
+    if args.signs {
+        emit(&signs::table(&single(args)?, &options)?);
+        return Ok(ExitCode::SUCCESS);
+    }
+    let clean = clean(args, &options)?;
+    let options = |recording: usize| {
+        let mut own = options;
+        if args.calibrated {
+            own.config.mount.mirror_echo = clean.mirror_echoes[recording];
+        }
+        own
+    };
+    ensure!(
+        !clean.recordings.is_empty(),
+        "none of {} recordings is ok and right without a fault: nothing to spoil",
+        clean.all
+    );
+    let jobs: Vec<(usize, usize, usize)> = (0..faults.len())
+        .flat_map(|f| (0..faults[f].strengths.len()).map(move |s| (f, s)))
+        .flat_map(|(f, s)| (0..clean.recordings.len()).map(move |r| (f, s, r)))
+        .collect();
+    let bar = progress(jobs.len() as u64);
+    let runs: Result<Vec<Run>> = jobs
+        .par_iter()
+        .progress_with(bar.clone())
+        .map(|&(f, s, r)| {
+            let (fault, recording) = (faults[f], &clean.recordings[r]);
+            one(
+                fault,
+                fault.strengths[s],
+                recording,
+                SEEDS + r as u64,
+                &options(r),
+            )
+        })
+        .collect();
+    bar.finish_and_clear();
+    let runs = runs?;
+    let mut tallies: Vec<Vec<Tally>> = faults
+        .iter()
+        .map(|f| vec![Tally::default(); f.strengths.len()])
+        .collect();
+    for (&(f, s, _), run) in jobs.iter().zip(&runs) {
+        tallies[f][s].add(run);
+    }
+    let mut out = match args.format {
+        Format::Json => lines(&faults, &tallies, &clean),
+        Format::Text => table(&faults, &tallies, &clean, args.strengths),
+    };
+    if args.list && args.format == Format::Text {
+        for run in runs.iter().filter(|run| run.fate == Fate::Wrong) {
+            let _ = writeln!(out, "{}", run.words);
+        }
+    }
+    emit(&out);
+    let share = Tally::sum(tallies.iter().flatten()).wrong_percent();
+    if share > args.most {
+        eprintln!(
+            "error: {share:.2} % of all runs are ok and wrong, at most {} allowed",
+            args.most
+        );
+    }
+    Ok(ExitCode::from(u8::from(share > args.most)))
+}
+
+/// The faults of these names; all of them if there are none.
+fn chosen(names: &[String]) -> Result<Vec<&'static Fault>> {
+    let all = || ALL.iter().map(|f| f.name).collect::<Vec<_>>().join(", ");
+    let found = |name: &String| {
+        Fault::named(name).with_context(|| format!("--kind: \"{name}\": expected one of {}", all()))
+    };
+    match names {
+        [] => Ok(ALL.iter().collect()),
+        names => names.iter().map(found).collect(),
+    }
+}
+
+/// Single scans with truth. Sequences are left out: their faults are those of single scans.
+fn single(args: &Args) -> Result<Vec<Recording>> {
+    let read = |path: &PathBuf| Recording::read(path);
+    let whole: Vec<Recording> = match &args.on {
+        Some(dir) => recording::list(dir)?
+            .par_iter()
+            .map(read)
+            .collect::<Result<_>>()?,
+        None => {
+            let seeds = args.draw.seeds().take(args.scenes as usize);
+            let jobs: Vec<(Kind, u64)> = seeds
+                .flat_map(|s| Kind::ALL.map(|kind| (kind, s)))
+                .collect();
+            let scan = |&(kind, seed): &(Kind, u64)| random_scan(kind, kind.variety(), seed);
+            let bar = progress(jobs.len() as u64);
+            let scans: Result<_> = jobs
+                .par_iter()
+                .progress_with(bar.clone())
+                .map(scan)
+                .collect();
+            bar.finish_and_clear();
+            scans?
+        }
+    };
+    let single = |r: &Recording| r.scans() == 1 && r.truth(0).is_some();
+    Ok(whole.into_iter().filter(single).collect())
+}
+
+/// The recordings to spoil.
+fn clean(args: &Args, options: &Options) -> Result<Clean> {
+    let single = single(args)?;
+    let judged: Result<Vec<(bool, bool, i32)>> = single
+        .par_iter()
+        .map(|recording| {
+            let mut echo = 0;
+            let first = Options {
+                scans: Some(1),
+                ..*options
+            };
+            let answers = replay::answers(recording, &first, |scanned| {
+                let seen_m = scanned.pipeline.health().mirror_echo_m(scanned.config);
+                echo = to_fixed(seen_m.into(), 1e-5).unwrap_or(0).max(0);
+            })?;
+            let Some(answer) = answers.first() else {
+                return Ok((false, false, 0));
+            };
+            let ok = answer.scan.status == Status::Ok;
+            Ok((ok, ok && !wrong(answer, recording), echo))
+        })
+        .collect();
+    let judged = judged?;
+    let all = single.len();
+    let ok = judged.iter().filter(|j| j.0).count();
+    let right = single.into_iter().zip(judged).filter(|(_, j)| j.1);
+    let (recordings, mirror_echoes) = right.map(|(recording, j)| (recording, j.2)).unzip();
+    Ok(Clean {
+        recordings,
+        mirror_echoes,
+        ok,
+        all,
+    })
+}
+
+fn wrong(answer: &Answer, recording: &Recording) -> bool {
+    recording
+        .truth(0)
+        .is_some_and(|truth| score::scene(answer, truth).wrong)
+}
+
+/// Puts one fault on one recording and judges the answer.
+fn one(
+    fault: &Fault,
+    strength: f64,
+    recording: &Recording,
+    seed: u64,
+    options: &Options,
+) -> Result<Run> {
+    let spoilt = fault.on(recording, strength, seed)?;
+    let answer = replay::answer(&spoilt, options)
+        .with_context(|| format!("{} {strength} on {}", fault.name, recording.name))?;
+    let reasons = answer.scan.reasons;
+    let named = fault.reasons.iter().any(|&reason| reasons.has(reason));
+    let fate = match answer.scan.status {
+        Status::Fault => Fate::Fault,
+        Status::Degraded if named => Fate::Named,
+        Status::Degraded => Fate::Unnamed,
+        Status::Ok if wrong(&answer, &spoilt) => Fate::Wrong,
+        Status::Ok => Fate::Right,
+    };
+    let words = format!(
+        "{} {strength} {} on {}",
+        fault.name, fault.unit, recording.name
+    );
+    Ok(Run { fate, named, words })
+}
+
+/// The table for people.
+fn table(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean, strengths: bool) -> String {
+    let mut out = format!(
+        "{} recordings, {} ok without a fault, {} of them right: these are spoilt.\n\n\
+         | fault | strength | runs | fault | degraded, named | degraded | ok and right | ok and wrong | named |\n\
+         |---|---|---|---|---|---|---|---|---|\n",
+        clean.all,
+        clean.ok,
+        clean.recordings.len()
+    );
+    let mut line = |name: &str, strength: &str, tally: &Tally| {
+        let counts = tally.counts.map(|n| n.to_string()).join(" | ");
+        let named = 100.0 * f64::from(tally.named) / f64::from(tally.runs().max(1));
+        let runs = tally.runs();
+        let _ = writeln!(
+            out,
+            "| {name} | {strength} | {runs} | {counts} | {named:.0} % |"
+        );
+    };
+    for (fault, tallies) in faults.iter().zip(tallies) {
+        if strengths {
+            for (strength, tally) in fault.strengths.iter().zip(tallies) {
+                line(fault.name, &format!("{strength} {}", fault.unit), tally);
+            }
+            continue;
+        }
+        let span = match fault.strengths {
+            [only] => format!("{only} {}", fault.unit),
+            [first, .., last] => format!("{first} to {last} {}", fault.unit),
+            [] => String::new(),
+        };
+        line(fault.name, &span, &Tally::sum(tallies.iter()));
+    }
+    let total = Tally::sum(tallies.iter().flatten());
+    line("all", "", &total);
+    let share = total.wrong_percent();
+    let _ = writeln!(out, "\nok and wrong: {share:.2} % of all runs.");
+    out
+}
+
+/// One line of JSON for every fault and strength.
+fn lines(faults: &[&Fault], tallies: &[Vec<Tally>], clean: &Clean) -> String {
+    let mut out = String::new();
+    for (fault, tallies) in faults.iter().zip(tallies) {
+        for (strength, tally) in fault.strengths.iter().zip(tallies) {
+            let [faults, named, unnamed, right, wrong] = tally.counts;
+            let line = json!({
+                "fault": fault.name, "strength": strength, "unit": fault.unit,
+                "runs": tally.runs(), "faults": faults, "degraded_named": named,
+                "degraded_unnamed": unnamed, "ok_and_right": right, "ok_and_wrong": wrong,
+                "named": tally.named, "recordings": clean.all, "ok_without": clean.ok,
+            });
+            let _ = writeln!(out, "{line}");
+        }
+    }
+    out
+}

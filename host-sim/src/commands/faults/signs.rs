@@ -1,0 +1,150 @@
+//! `faults --signs`: what health sees where there is no fault. The source of its limits.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use rayon::prelude::*;
+use stairscan::answer::Status;
+use stairscan::echoes::Floor;
+use stairscan::flight::Likelihood;
+use stairscan::health::Sign;
+use stairscan::observer::{Event, Observer};
+use stairscan::params::Params;
+
+use crate::inspect;
+use crate::recording::Recording;
+use crate::replay::{self, Options};
+
+/// Shares of the scenes whose sign is at most what stands in the table.
+const QUANTILES: [f64; 4] = [0.5, 0.95, 0.99, 1.0];
+
+/// One sign in one scene, its unit the limit where that is more than 0.
+#[derive(Clone, Copy)]
+struct Seen {
+    value: f64,
+    alarm: bool,
+    /// Whether the answer is `ok`, or would be but for doubts about the instrument.
+    trusted: bool,
+}
+
+/// The estimator's numbers, but that it takes any floor for the one it stands on.
+const BELIEVING: Params = Params {
+    floor_elsewhere: f32::MAX,
+    ..Params::DEFAULT
+};
+
+/// Hears what echoes say of the floor.
+#[derive(Default)]
+struct Witness(Option<Floor>);
+
+impl Observer for Witness {
+    fn event(&mut self, event: Event<'_>) {
+        if let Event::Floor(floor) = event {
+            self.0 = Some(floor);
+        }
+    }
+}
+
+/// All signs of one scene.
+fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
+    let first = Options {
+        scans: Some(1),
+        ..*options
+    };
+    let p = &Params::DEFAULT;
+    let mut found = Vec::new();
+    replay::answers(recording, &first, |scanned| {
+        let (health, map) = (scanned.pipeline.health(), scanned.pipeline.map());
+        let (config, scan) = (scanned.config, scanned.answer.scan.scan);
+        let mut floor = Witness::default();
+        let believing = Likelihood::with(&BELIEVING);
+        let drive = &scanned.drive;
+        let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut floor);
+        let blind = health.verdict(config.mount.mirror_offset > 0).is_some();
+        let trusted = !blind && outcome.status == Status::Ok;
+        let mut add = |name: String, value: f64, alarm| {
+            found.push((
+                name,
+                Seen {
+                    value,
+                    alarm,
+                    trusted,
+                },
+            ));
+        };
+        health.signs(scanned.config, map, &mut |sign: Sign| {
+            let unit = f64::from(sign.limit.max(1));
+            let value = f64::from(sign.seen) / unit;
+            add(
+                sign.reason.as_str().to_owned(),
+                value,
+                sign.seen > sign.limit,
+            );
+        });
+        if let Some(floor) = floor.0 {
+            let more = floor.elsewhere - floor.here;
+            let value = f64::from(more) / f64::from(p.floor_elsewhere);
+            add("mount".to_owned(), value, more > p.floor_elsewhere);
+        }
+    })?;
+    Ok(found)
+}
+
+/// The table for people.
+pub fn table(recordings: &[Recording], options: &Options) -> Result<String> {
+    let scenes: Vec<_> = recordings
+        .par_iter()
+        .map(|r| of(r, options))
+        .collect::<Result<_>>()?;
+    let mut signs: BTreeMap<String, Vec<Seen>> = BTreeMap::new();
+    let mut doubted = 0;
+    let mut trusted = 0;
+    for scene in &scenes {
+        let ok = scene.first().is_some_and(|(_, seen)| seen.trusted);
+        trusted += u32::from(ok);
+        doubted += u32::from(ok && scene.iter().any(|(_, seen)| seen.alarm));
+        for (name, seen) in scene {
+            signs.entry(name.clone()).or_default().push(*seen);
+        }
+    }
+    let mut out = String::from(
+        "| sign | scenes | median | 95 % | 99 % | most | doubted | ok, 99 % | ok, most | ok, doubted |\n\
+         |---|---|---|---|---|---|---|---|---|---|\n",
+    );
+    for (name, seen) in &signs {
+        let values = |of: &dyn Fn(&Seen) -> bool| {
+            let mut values: Vec<f64> = seen.iter().filter(|s| of(s)).map(|s| s.value).collect();
+            values.sort_by(f64::total_cmp);
+            move |share: f64| {
+                let place = (share * (values.len().saturating_sub(1)) as f64).ceil() as usize;
+                values.get(place).copied().unwrap_or(0.0)
+            }
+        };
+        let (all, ok) = (values(&|_| true), values(&|s| s.trusted));
+        let _ = write!(out, "| {name} | {} |", seen.len());
+        for share in QUANTILES {
+            let _ = write!(out, " {:.2} |", all(share));
+        }
+        let doubts = |trusted: bool| {
+            seen.iter()
+                .filter(|s| s.alarm && (s.trusted || !trusted))
+                .count()
+        };
+        let _ = writeln!(
+            out,
+            " {} | {:.2} | {:.2} | {} |",
+            doubts(false),
+            ok(0.99),
+            ok(1.0),
+            doubts(true)
+        );
+    }
+    let _ = writeln!(
+        out,
+        "\nShares of the limit. {trusted} of {} answers are ok or would be but for a doubt, {doubted} of \
+         them are doubted.",
+        scenes.len()
+    );
+    Ok(out)
+}

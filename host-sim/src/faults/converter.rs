@@ -1,0 +1,144 @@
+//! Faults of the receiver and its converter: channels, bits, levels, interference.
+
+use num_complex::Complex64;
+
+use super::signal::Signal;
+use crate::scene::maths::{amplitude, cis};
+
+/// Changes every sample.
+fn each(signal: &mut Signal, change: impl Fn(Complex64) -> Complex64) {
+    for sample in signal.chirps.iter_mut().flatten() {
+        *sample = change(*sample);
+    }
+}
+
+/// Changes the bits of one channel's samples: I with an even draw, Q else.
+fn bits(signal: &mut Signal, change: impl Fn(i16) -> i16) {
+    let imaginary = signal.random.index(2) == 1;
+    let word = |x: f64| f64::from(change(libm::floor(x + 0.5) as i16));
+    each(signal, |s| match imaginary {
+        true => Complex64::new(s.re, word(s.im)),
+        false => Complex64::new(word(s.re), s.im),
+    });
+}
+
+/// Bit `bit` of one channel is always set.
+pub fn bit_high(signal: &mut Signal, bit: f64) {
+    bits(signal, |x| x | (1i16 << bit as u32));
+}
+
+/// Bit `bit` of one channel is never set.
+pub fn bit_low(signal: &mut Signal, bit: f64) {
+    bits(signal, |x| x & !(1i16 << bit as u32));
+}
+
+/// One channel has lost its sign.
+pub fn sign_lost(signal: &mut Signal, _: f64) {
+    bits(signal, |x| x.saturating_abs());
+}
+
+/// I and Q change places.
+pub fn swapped(signal: &mut Signal, _: f64) {
+    each(signal, |s| Complex64::new(s.im, s.re));
+}
+
+/// Q has the wrong sign.
+pub fn conjugated(signal: &mut Signal, _: f64) {
+    each(signal, |s| s.conj());
+}
+
+/// One channel gives nothing, or its own rounding.
+pub fn dead(signal: &mut Signal, _: f64) {
+    let imaginary = signal.random.index(2) == 1;
+    each(signal, |s| match imaginary {
+        true => Complex64::new(s.re, 0.0),
+        false => Complex64::new(0.0, s.im),
+    });
+}
+
+/// Both channels give the same.
+pub fn equal(signal: &mut Signal, _: f64) {
+    each(signal, |s| Complex64::new(s.re, s.re));
+}
+
+/// Q is `db` stronger.
+pub fn gain_imbalance(signal: &mut Signal, db: f64) {
+    let gain = amplitude(-db);
+    each(signal, |s| Complex64::new(s.re, s.im * gain));
+}
+
+/// Q is `degrees` off its right angle.
+pub fn phase_imbalance(signal: &mut Signal, degrees: f64) {
+    let (sin, cos) = libm::sincos(degrees.to_radians());
+    each(signal, |s| Complex64::new(s.re, s.im * cos + s.re * sin));
+}
+
+/// The offset of both channels walks by `share` of full scale during the scan.
+pub fn offset_drift(signal: &mut Signal, share: f64) {
+    let (rows, turn) = (signal.rows() as f64, signal.random.between(0.0, 6.0));
+    for (k, chirp) in signal.chirps.iter_mut().enumerate() {
+        let off = cis(turn) * (share * 32768.0 * k as f64 / rows);
+        chirp.iter_mut().for_each(|s| *s += off);
+    }
+}
+
+/// The receiver's gain falls by `db` at some row: the antenna's noise falls with the echoes, the
+/// converter's stays.
+pub fn gain_falls(signal: &mut Signal, db: f64) {
+    let from = signal.any_row(40);
+    let gain = amplitude(-db);
+    for row in from..signal.rows() {
+        let kept: Vec<Complex64> = signal.chirps[row].iter().map(|s| s * gain).collect();
+        signal.chirps[row] = kept;
+    }
+}
+
+/// Both channels clip at `share` of their largest swing.
+pub fn clipped(signal: &mut Signal, share: f64) {
+    let parts = signal.chirps.iter().flatten();
+    let most = parts
+        .map(|s| s.re.abs().max(s.im.abs()))
+        .fold(0.0, f64::max);
+    let limit = most * share;
+    each(signal, |s| {
+        Complex64::new(s.re.clamp(-limit, limit), s.im.clamp(-limit, limit))
+    });
+}
+
+/// Another radar sweeps through `share` of the rows: a burst of 10 to 60 samples, 15 to 40 dB above the
+/// noise, whose frequency runs through the band.
+pub fn bursts(signal: &mut Signal, share: f64) {
+    let samples = signal.recording.meta.samples_per_chirp;
+    for row in 0..signal.rows() {
+        if !signal.random.chance(share) {
+            continue;
+        }
+        let level = signal.noise_rms() * amplitude(signal.random.between(15.0, 40.0));
+        let length = 10 + signal.random.index(50);
+        let first = signal.random.index(samples.saturating_sub(length).max(1));
+        let slope = signal.random.between(0.005, 0.05);
+        let turn = signal.random.between(0.0, core::f64::consts::TAU);
+        for (n, sample) in signal.chirps[row]
+            .iter_mut()
+            .skip(first)
+            .take(length)
+            .enumerate()
+        {
+            let n = n as f64 - 0.5 * length as f64;
+            *sample += cis(turn + core::f64::consts::PI * slope * n * n) * level;
+        }
+    }
+}
+
+/// A tone of its own comes in at all times, `db` above the noise of a sample.
+pub fn tone(signal: &mut Signal, db: f64) {
+    let level = signal.noise_rms() * amplitude(db);
+    let range = signal.random.between(0.3, 2.2);
+    let tone = signal.turn(range + signal.mirror().offset_m);
+    for row in 0..signal.rows() {
+        let turn = cis(signal.random.between(0.0, core::f64::consts::TAU)) * level;
+        for (sample, tone) in signal.chirps[row].iter_mut().zip(&tone) {
+            *sample += tone * turn;
+        }
+    }
+}

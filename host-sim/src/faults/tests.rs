@@ -1,0 +1,42 @@
+use super::*;
+use crate::scene::command::random_scan;
+use crate::scene::random::Kind;
+
+fn clean() -> Recording {
+    random_scan(Kind::Ascending, Kind::Ascending.variety(), 3).unwrap()
+}
+
+#[test]
+fn names_are_unique_and_found() {
+    for fault in ALL {
+        let found = Fault::named(fault.name).unwrap();
+        assert!(core::ptr::eq(found, fault), "{}", fault.name);
+    }
+    assert!(Fault::named("none").is_none());
+}
+
+#[test]
+fn every_fault_changes_the_recording_and_one_seed_is_one_recording() {
+    let clean = clean();
+    for fault in ALL {
+        let strength = fault.strengths[fault.strengths.len() / 2];
+        let spoilt = fault.on(&clean, strength, 5).unwrap();
+        let again = fault.on(&clean, strength, 5).unwrap();
+        assert_eq!(spoilt.samples, again.samples, "{}", fault.name);
+        assert_eq!(spoilt.meta.angles_deg, again.meta.angles_deg);
+        assert_eq!(spoilt.chirps(), spoilt.meta.angles_deg.len());
+        let same = spoilt.samples == clean.samples
+            && spoilt.meta.angles_deg == clean.meta.angles_deg
+            && spoilt.meta.mirror == clean.meta.mirror
+            && spoilt.meta.bandwidth_hz == clean.meta.bandwidth_hz;
+        assert!(!same, "{}", fault.name);
+    }
+}
+
+#[test]
+fn sequences_are_refused() {
+    let mut recording = clean();
+    recording.meta.sequence.scans = 2;
+    let error = ALL[0].on(&recording, 1.0, 1).unwrap_err().to_string();
+    assert!(error.contains("2 scans: expected one"), "{error}");
+}

@@ -1,0 +1,115 @@
+//! Whether the floor is where mount height and angle say that it must be.
+//!
+//! Only so much is taken out by calibration as tyres, brackets and a homing switch leave. What lies beyond
+//! shows here: echoes then fit a floor that is higher, lower or inclined better than the one there must be.
+
+use super::echo::{Echo, MAX_ECHOES};
+use crate::math;
+use crate::params::Params;
+
+/// Power at which (1 - q/n)^n stands for exp(-q): for all that matters, and at a tenth of the instructions.
+const REACH: f32 = 4.0;
+/// Most steps of height to each side.
+const MOST_HEIGHTS: usize = 24;
+
+/// An echo as evidence for a floor.
+#[derive(Clone, Copy, Debug, Default)]
+struct Witness {
+    x_m: f32,
+    y_m: f32,
+    /// Half of the inverse variance of its height.
+    half_precision: f32,
+    /// Beyond this distance from its height it says nothing, metres.
+    reach_m: f32,
+    weight: f32,
+}
+
+impl Witness {
+    fn new(e: &Echo, bin_m: f32, p: &Params) -> Self {
+        let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
+        let (fixed_rad, rough_m) = if clean {
+            (p.floor_corner_rad, p.floor_corner_m)
+        } else {
+            (p.floor_speckle_rad, p.floor_speckle_m)
+        };
+        let noise = e.range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
+        let model = p.witness_sigma_bins * bin_m * p.witness_sigma_bins * bin_m;
+        let weight = (e.snr_db - p.witness_from_db) / p.witness_span_db;
+        let half_precision = 0.5 / (rough_m * rough_m + noise * noise + model);
+        Self {
+            x_m: e.x_m,
+            y_m: e.y_m,
+            half_precision,
+            reach_m: math::sqrt(REACH / half_precision),
+            weight: math::min(math::max(weight, 0.0), p.witness_most),
+        }
+    }
+
+    /// Adds to `supports`, of heights in steps of `step_m` from `lowest_m` on, how much it speaks for a
+    /// floor there that is inclined by `slope`.
+    fn support(&self, slope: f32, lowest_m: f32, step_m: f32, supports: &mut [f32]) {
+        let above_m = self.y_m + slope * self.x_m - lowest_m;
+        let first = math::max(math::ceil((above_m - self.reach_m) / step_m), 0.0) as usize;
+        // `as` saturates: below the lowest there is none.
+        let end = (math::floor((above_m + self.reach_m) / step_m) + 1.0) as usize;
+        for (k, support) in supports.iter_mut().enumerate().take(end).skip(first) {
+            let off = above_m - k as f32 * step_m;
+            let base = math::max(0.0, 1.0 - off * off * self.half_precision / REACH);
+            *support += self.weight * (base * base) * (base * base);
+        }
+    }
+}
+
+/// How well echoes support a floor, in weights of echoes.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Floor {
+    /// One in its place.
+    pub here: f32,
+    /// The best other one: at another height, or inclined.
+    pub elsewhere: f32,
+}
+
+impl Floor {
+    /// Whether no floor elsewhere is shown better than the one where it must be.
+    pub fn in_place(&self, p: &Params) -> bool {
+        self.elsewhere - self.here <= p.floor_elsewhere
+    }
+
+    /// Of the echoes of a map with bins of `bin_m` metres, as they were placed before any calibration.
+    #[inline(never)]
+    pub fn of(echoes: &[Echo], bin_m: f32, p: &Params) -> Self {
+        let mut witnesses = heapless::Vec::<Witness, MAX_ECHOES>::new();
+        for e in echoes {
+            let ahead = e.x_m > p.floor_from_m && e.x_m < p.floor_to_m;
+            if ahead && e.y_m.abs() < p.floor_astray_m && e.snr_db > p.witness_from_db {
+                // As many places as echoes.
+                let _ = witnesses.push(Witness::new(e, bin_m, p));
+            }
+        }
+        let step_m = p.floor_height_step_m;
+        let (near, tilt) = (p.floor_near_steps as i32, p.floor_tilt_steps as i32);
+        let far = (p.floor_far_steps as i32).min(MOST_HEIGHTS as i32);
+        let steep = p.floor_steep_steps as i32;
+        let mut found = Self::default();
+        for slope in -steep..=steep {
+            // An inclined floor goes through the place that the wheels stand on.
+            let tilted = slope.abs() > tilt;
+            let most = if tilted { near } else { far };
+            let mut supports = [0.0; 2 * MOST_HEIGHTS + 1];
+            let supports = supports.get_mut(..2 * most as usize + 1).unwrap_or(&mut []);
+            for w in &witnesses {
+                let slope = slope as f32 * p.floor_slope_step_rad;
+                w.support(slope, -(most as f32) * step_m, step_m, supports);
+            }
+            for (height, &mut support) in (-most..=most).zip(supports) {
+                let best = if tilted || height.abs() > near {
+                    &mut found.elsewhere
+                } else {
+                    &mut found.here
+                };
+                *best = math::max(*best, support);
+            }
+        }
+        found
+    }
+}

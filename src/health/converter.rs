@@ -1,0 +1,252 @@
+//! What single samples tell of the converter: bits that never change, chirps that come twice, offsets
+//! that walk, swings that are cut off.
+
+use super::sign::{PER_CENT, Sign};
+use crate::Iq;
+use crate::answer::Reason;
+use crate::params::Params;
+use crate::range::RowStats;
+
+/// Chirps back to which one is compared.
+const REMEMBERED: usize = 16;
+/// Rows between two that are looked at for clipping: it takes a pass of its own over the samples.
+const CLIP_ROWS: u32 = 8;
+/// Samples between two that are looked at: a bit that lives changes in any eighth of a chirp.
+const BIT_STRIDE: usize = 8;
+/// Samples between two that are looked at for clipping.
+const STRIDE: usize = 4;
+/// Odd factor of the sum that tells chirps apart (Knuth, The Art of Computer Programming 3, 6.4: the
+/// golden ratio of 2^32).
+const HASH_FACTOR: u32 = 0x9E37_79B9;
+
+/// The converter's health over one scan.
+#[derive(Clone, Debug)]
+pub struct Converter {
+    rows: u32,
+    /// Rows in which a bit between others did not change.
+    lame: u32,
+    /// Rows whose chirp came within the last ones already.
+    stale: u32,
+    hashes: [u32; REMEMBERED],
+    /// Least and greatest mean of I and Q.
+    least: [i16; 2],
+    most: [i16; 2],
+    /// Rows looked at for clipping, and those that were.
+    looked: u32,
+    clipped: u32,
+}
+
+/// Bits of I (low half) and Q (high half) that should have changed and did not: those above the
+/// lowest one that did. Converters of fewer bits leave the lowest at rest.
+fn lame_bits(changed: u32) -> u32 {
+    let half = |bits: u32| {
+        let lowest = bits & bits.wrapping_neg();
+        // All bits from the lowest that changes upwards; none where nothing changes.
+        let live = lowest.wrapping_neg() & 0xFFFF;
+        live & !bits
+    };
+    half(changed & 0xFFFF) | half(changed >> 16) << 16
+}
+
+/// How many of the samples that are looked at stand at the chirp's own extreme, of the extreme with most
+/// of them; of I or of Q.
+fn at_extremes(chirp: &[Iq], [low, high]: [Iq; 2], part: impl Fn(&Iq) -> i16) -> u32 {
+    let (low, high) = (part(&low), part(&high));
+    let mut counts = [0u32; 2];
+    for x in chirp.iter().step_by(STRIDE).map(part) {
+        counts[0] += u32::from(x == low);
+        counts[1] += u32::from(x == high);
+    }
+    counts[0].max(counts[1])
+}
+
+impl Converter {
+    /// Nothing seen yet: all bits zero, so that a static of it costs no flash.
+    pub const fn new() -> Self {
+        Self {
+            rows: 0,
+            lame: 0,
+            stale: 0,
+            hashes: [0; REMEMBERED],
+            least: [0; 2],
+            most: [0; 2],
+            looked: 0,
+            clipped: 0,
+        }
+    }
+
+    /// Takes one chirp and what range processing measured of it.
+    pub fn row(&mut self, chirp: &[Iq], stats: &RowStats) {
+        let (mut set, mut clear, mut hash) = (0u32, u32::MAX, 0u32);
+        for x in chirp.iter().step_by(BIT_STRIDE) {
+            let bits = u32::from(x.i as u16) | u32::from(x.q as u16) << 16;
+            set |= bits;
+            clear &= bits;
+            hash = hash.wrapping_mul(HASH_FACTOR) ^ bits;
+        }
+        self.lame += u32::from(lame_bits(set & !clear) != 0);
+        let known = usize::try_from(self.rows)
+            .unwrap_or(REMEMBERED)
+            .min(REMEMBERED);
+        self.stale += u32::from(self.hashes.iter().take(known).any(|&h| h == hash));
+        if let Some(place) = self.hashes.get_mut(self.rows as usize % REMEMBERED) {
+            *place = hash;
+        }
+        let mean = [stats.mean.i, stats.mean.q];
+        if self.rows == 0 {
+            (self.least, self.most) = (mean, mean);
+        }
+        for (k, &mean) in mean.iter().enumerate() {
+            if let (Some(least), Some(most)) = (self.least.get_mut(k), self.most.get_mut(k)) {
+                *least = (*least).min(mean);
+                *most = (*most).max(mean);
+            }
+        }
+        // Not the rows of which the noise is taken: no row does both.
+        if self.rows % CLIP_ROWS == CLIP_ROWS / 2 {
+            self.looked += 1;
+            // I and Q by turns.
+            let count = if self.looked.is_multiple_of(2) {
+                at_extremes(chirp, stats.extremes, |x| x.q)
+            } else {
+                at_extremes(chirp, stats.extremes, |x| x.i)
+            };
+            let share = STRIDE as u32 * count * SHARE;
+            self.clipped += u32::from(share > CLIPPED * chirp.len() as u32);
+        }
+        self.rows += 1;
+    }
+
+    /// What was seen of it.
+    pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
+        let mut sign = |reason, seen, limit| {
+            each(Sign {
+                reason,
+                seen,
+                limit,
+            });
+        };
+        sign(Reason::AdcBit, self.lame as i32, LAME_ROWS);
+        sign(Reason::StaleChirp, self.stale as i32, 0);
+        let walked = self
+            .most
+            .iter()
+            .zip(&self.least)
+            .map(|(&most, &least)| i32::from(most) - i32::from(least))
+            .fold(0, i32::max);
+        sign(Reason::DcDrift, walked, OFFSET_WALK);
+        let clipped = PER_CENT * self.clipped / self.looked.max(1);
+        sign(Reason::Clipped, clipped as i32, SOME);
+    }
+}
+
+/// Of the rows that are looked at for clipping so many per cent may show it: I alone is half of them.
+const SOME: i32 = 35;
+/// Parts of one in which shares of samples are counted.
+const SHARE: u32 = 1000;
+/// A chirp of which more than this share stands at one of its own extremes is cut off.
+const CLIPPED: u32 = (Params::DEFAULT.clipped_share * SHARE as f32) as u32;
+/// So many rows may have a bit at rest by chance.
+const LAME_ROWS: i32 = Params::DEFAULT.lame_rows as i32;
+/// The offset may walk so far, units of a sample.
+const OFFSET_WALK: i32 = (Params::DEFAULT.offset_walk * 32_768.0) as i32;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::answer::Reasons;
+    use crate::math::sin_cos;
+
+    /// A chirp of 200 samples: a strong tone with the noise of a few units.
+    fn chirp(row: u32) -> Vec<Iq> {
+        let mut state = row.wrapping_mul(747_796_405).wrapping_add(1);
+        let mut noise = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 26) as i16 - 32
+        };
+        (0..200)
+            .map(|n| {
+                let (s, c) = sin_cos(0.047 * n as f32);
+                Iq::new((9000.0 * c) as i16 + noise(), (9000.0 * s) as i16 + noise())
+            })
+            .collect()
+    }
+
+    fn stats(chirp: &[Iq]) -> RowStats {
+        let ends = |of: fn(&Iq) -> i16| {
+            let all = || chirp.iter().map(of);
+            (
+                all().min().unwrap(),
+                all().max().unwrap(),
+                all().map(i32::from).sum::<i32>() / 200,
+            )
+        };
+        let (i, q) = (ends(|x| x.i), ends(|x| x.q));
+        RowStats {
+            mean: Iq::new(i.2 as i16, q.2 as i16),
+            extremes: [Iq::new(i.0, q.0), Iq::new(i.1, q.1)],
+            ..RowStats::default()
+        }
+    }
+
+    fn doubts(change: impl Fn(u32, &mut Vec<Iq>)) -> Reasons {
+        let mut converter = Converter::new();
+        for row in 0..64 {
+            let mut chirp = chirp(row);
+            change(row, &mut chirp);
+            converter.row(&chirp, &stats(&chirp));
+        }
+        let mut doubts = Reasons::NONE;
+        converter.signs(&mut |sign| {
+            if sign.seen > sign.limit {
+                doubts.add(sign.reason);
+            }
+        });
+        doubts
+    }
+
+    #[test]
+    fn a_good_converter_raises_no_doubt() {
+        assert_eq!(doubts(|_, _| ()), Reasons::NONE);
+        // One of 12 bits.
+        let coarse = |_, chirp: &mut Vec<Iq>| chirp.iter_mut().for_each(|x| x.i &= !15);
+        assert_eq!(doubts(coarse), Reasons::NONE);
+    }
+
+    #[test]
+    fn every_bit_between_others_is_missed() {
+        for bit in 1..16 {
+            for high in [false, true] {
+                let stuck = |_, chirp: &mut Vec<Iq>| {
+                    for x in chirp {
+                        x.q = if high {
+                            x.q | 1 << bit
+                        } else {
+                            x.q & !(1 << bit)
+                        };
+                    }
+                };
+                assert!(doubts(stuck).has(Reason::AdcBit), "bit {bit} {high}");
+            }
+        }
+    }
+
+    #[test]
+    fn stale_cut_and_walking_chirps_are_told() {
+        let again = |row, chirp: &mut Vec<Iq>| {
+            if row == 40 {
+                *chirp = super::tests::chirp(33);
+            }
+        };
+        assert_eq!(doubts(again), Reasons::NONE.with(Reason::StaleChirp));
+        let cut = |_, chirp: &mut Vec<Iq>| {
+            chirp.iter_mut().for_each(|x| x.i = x.i.clamp(-7000, 7000));
+        };
+        assert_eq!(doubts(cut), Reasons::NONE.with(Reason::Clipped));
+        let walks = |row, chirp: &mut Vec<Iq>| {
+            chirp.iter_mut().for_each(|x| x.q += 250 * row as i16);
+        };
+        // An offset beyond the swing leaves the sign at rest as well.
+        assert!(doubts(walks).has(Reason::DcDrift));
+    }
+}

@@ -1,0 +1,265 @@
+//! That the mirror turned as it was told: echoes change with the angle as the beam's width makes them.
+//!
+//! A scatterer's level follows the beam: two rows two fifths of a beam's width apart differ by several
+//! decibels, neighbours by little. What does not change over such a lag for longer than it takes a
+//! lobe to pass its peak shows a mirror that stands still; what changes at once shows rows that are not
+//! where they are taken to be. A line at one range through all angles is nothing that a mirror shows at
+//! all: something transmits, or stands right before it.
+//!
+//! Rows are compared as they come, cell by cell where CA-CFAR found something in either.
+
+use super::sign::{Sign, units};
+use crate::answer::Reason;
+use crate::config::Config;
+use crate::grid::{Geometry, PolarMap};
+use crate::params::Params;
+
+const P: Params = Params::DEFAULT;
+
+/// Rows to both sides at which what lies around is looked at: a null is narrower.
+const AROUND: usize = 4;
+/// Rows of the beam that `jump_db` is told for.
+const USUAL_BEAM: f32 = 20.0;
+/// Rows between two that are looked at for stillness: not those of which the noise is taken.
+const STILL_ROWS: u16 = 2;
+/// Parts of a beam's width in which stillness counts.
+const PARTS: f32 = 100.0;
+/// Rows between two that are looked at for lines.
+const LINE_ROWS: usize = 8;
+/// Rows between two that tell whether it is worth while.
+const FEW_LINE_ROWS: usize = 32;
+/// Per cent of rows.
+const PER_CENT: usize = 100;
+
+/// What the rows of one scan showed up to now.
+#[derive(Clone, Debug)]
+pub struct Turning {
+    /// Rows that came, and the row before.
+    rows: u16,
+    before: u16,
+    /// Rows on end that are like those a lag before them, and most of such rows.
+    still: u16,
+    longest: u16,
+    /// How far neighbours differed in all beyond what is usual, at most, map units at [`USUAL_BEAM`].
+    steepest: u16,
+    /// The strongest cell of the last rows that were compared.
+    strongest: u8,
+}
+
+/// A cell that is well above the noise in one of two rows.
+#[derive(Clone, Copy)]
+struct Pair {
+    bin: u8,
+    stronger: u8,
+    difference: u8,
+}
+
+/// Most cells of two rows that are compared: a row shows a dozen echoes of four.
+const MOST_PAIRS: usize = 32;
+
+/// Cells of two rows that are compared.
+struct Pairs {
+    list: heapless::Vec<Pair, MOST_PAIRS>,
+    /// Sum of their differences, map units.
+    sum: u32,
+    strongest: Pair,
+}
+
+impl Pairs {
+    /// Of the cells of two rows, bin and power in either, those above `floor`.
+    fn of(cells: impl Iterator<Item = (usize, u8, u8)>, floor: u8) -> Self {
+        let mut pairs = Self {
+            list: heapless::Vec::new(),
+            sum: 0,
+            strongest: Pair {
+                bin: 0,
+                stronger: 0,
+                difference: 0,
+            },
+        };
+        for (bin, a, b) in cells {
+            let stronger = a.max(b);
+            if stronger <= floor {
+                continue;
+            }
+            let pair = Pair {
+                bin: bin as u8,
+                stronger,
+                difference: a.abs_diff(b).min(units(P.jump_clip_db) as u8),
+            };
+            if pairs.list.push(pair).is_err() {
+                break;
+            }
+            pairs.sum += u32::from(pair.difference);
+            if stronger > pairs.strongest.stronger {
+                pairs.strongest = pair;
+            }
+        }
+        pairs
+    }
+}
+
+/// Whether row `k` came and was not set aside.
+fn seen(map: &PolarMap, k: usize) -> bool {
+    map.present(k) && map.row(k).iter().any(|&cell| cell > 0)
+}
+
+/// Rows of a beam's width.
+fn beam(geometry: &Geometry) -> f32 {
+    geometry.beamwidth_rad / geometry.step_rad.max(f32::MIN_POSITIVE)
+}
+
+impl Turning {
+    pub const fn new() -> Self {
+        Self {
+            rows: 0,
+            before: 0,
+            still: 0,
+            longest: 0,
+            steepest: 0,
+            strongest: 0,
+        }
+    }
+
+    /// Takes in row `k`, which stands in `map`; `noise` is the rows' lower quartile, map units. Returns
+    /// the strongest bin of the rows that were compared last.
+    #[inline(never)]
+    pub fn row(&mut self, map: &PolarMap, k: u16, noise: i32) -> u8 {
+        let up = k >= self.before;
+        self.before = k;
+        let back = |rows: usize| {
+            let k = usize::from(k);
+            let at = if up {
+                k.checked_sub(rows)
+            } else {
+                k.checked_add(rows)
+            };
+            at.filter(|&at| seen(map, at))
+        };
+        let Some(here) = back(0) else {
+            return self.strongest;
+        };
+        let floor = (noise + units(P.turning_db)).clamp(0, u8::MAX.into()) as u8;
+        let beam = beam(map.geometry());
+        self.rows = self.rows.wrapping_add(1);
+        // `as` saturates.
+        let lag = ((P.still_lag_beams * beam + 0.5) as usize).max(2);
+        // Every other row is enough for what lasts.
+        if let Some(old) = back(lag).filter(|_| self.rows % STILL_ROWS == 1) {
+            let before = map.row(old);
+            // Every other cell is enough, too.
+            let hits = map.hits(here).step_by(2);
+            let both = hits.filter_map(|(bin, now)| Some((bin, *before.get(bin)?, now)));
+            let Pairs { list, sum, .. } = Pairs::of(both, floor);
+            let unmoved = list.len() >= P.still_cells as usize
+                && sum < units(P.still_db) as u32 * list.len() as u32;
+            self.still = if unmoved { self.still + STILL_ROWS } else { 0 };
+            self.longest = self.longest.max(self.still);
+        }
+        if let (Some(a), Some(b)) = (back(AROUND + 1), back(AROUND)) {
+            self.beside(map, [a, b], floor, beam);
+        }
+        self.strongest
+    }
+
+    /// Compares two neighbours, all rows around which are there.
+    fn beside(&mut self, map: &PolarMap, [a, b]: [usize; 2], floor: u8, beam: f32) {
+        // Narrow beams are steeper.
+        let scale = (USUAL_BEAM / beam.max(1.0)).max(1.0);
+        let steepest = (f32::from(self.steepest) * scale) as u32;
+        let found = Pairs::of(map.hits_of(a, b), floor);
+        if found.sum > 0 {
+            self.strongest = found.strongest.bin;
+        }
+        // Only what is steeper than anything before needs a look at what is around.
+        if found.sum <= steepest {
+            return;
+        }
+        let near = units(P.jump_near_db) as u8;
+        let around = [
+            a.min(b).checked_sub(AROUND).map_or(&[][..], |k| map.row(k)),
+            map.row(a.max(b) + AROUND),
+        ];
+        let (mut cells, mut differ) = (0u32, 0u32);
+        for pair in &found.list {
+            // What lies in a null changes at any rate.
+            let limit = pair.stronger.saturating_add(near);
+            let below = |row: &&[u8]| row.get(usize::from(pair.bin)).is_none_or(|&x| x <= limit);
+            if around.iter().all(below) {
+                cells += 1;
+                differ += u32::from(pair.difference);
+            }
+        }
+        if cells >= P.jump_cells as u32 {
+            let usual = units(P.jump_usual_db) as u32 * cells;
+            let beyond = (differ as f32 / scale) as u32;
+            self.steepest = self.steepest.max(beyond.saturating_sub(usual) as u16);
+        }
+    }
+
+    /// What the rows tell.
+    pub fn signs(&self, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
+        let beam = beam(map.geometry());
+        let patience = ((P.still_beams * beam) as i32).max(P.still_rows as i32);
+        each(Sign {
+            reason: Reason::MirrorStuck,
+            seen: (f32::from(self.longest) * PARTS / beam.max(1.0)) as i32,
+            limit: (patience as f32 * PARTS / beam.max(1.0)) as i32,
+        });
+        each(Sign {
+            reason: Reason::AngleJump,
+            seen: self.steepest.into(),
+            limit: units(P.jump_db),
+        });
+    }
+}
+
+/// The largest share of the rows, in per cent, that shows one level at one range; of those nearer and
+/// those farther than what stands in the way. `noise` is the map's median cell.
+#[inline(never)]
+pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Sign)) {
+    let (geometry, radar) = (map.geometry(), &config.radar);
+    // From here on lie the images of mirror and leakage.
+    let axis_m = radar.fft_len() as f32 * geometry.bin_m;
+    let lobe_m = P.range_lobe_bins * radar.range_resolution_m();
+    let end_m = axis_m - 2.0 * config.mount.mirror_offset_m() - 2.0 * lobe_m;
+    let rows = |every: usize| (0..map.rows()).step_by(every).filter(|&k| map.present(k));
+    let mean = |bin: usize, every: usize| {
+        let sum: usize = rows(every).map(|k| usize::from(map.cell(k, bin))).sum();
+        (sum / rows(every).count().max(1)) as i32
+    };
+    let least = i32::from(noise) + units(P.line_db);
+    let count = rows(LINE_ROWS).count().max(1);
+    let mut most = [0, 0];
+    for bin in 0..map.bins() {
+        let range_m = geometry.first_range_m + bin as f32 * geometry.bin_m;
+        // The floor straight below shows by side lobes in every row.
+        let below = (range_m - geometry.mount_height_m).abs() < P.plumb_m;
+        // A few rows tell of most bins that there is no line.
+        let few = units(P.line_spread_db);
+        if below || range_m >= end_m || mean(bin, FEW_LINE_ROWS) + few <= least {
+            continue;
+        }
+        let mean = mean(bin, LINE_ROWS);
+        if mean <= least {
+            continue;
+        }
+        let alike =
+            |k: &usize| (i32::from(map.cell(*k, bin)) - mean).abs() <= units(P.line_spread_db);
+        let share = rows(LINE_ROWS).filter(alike).count() * PER_CENT / count;
+        let [near, far] = &mut most;
+        let place = if range_m < P.blocked_m { near } else { far };
+        *place = share.max(*place);
+    }
+    let limit = (P.line_share * PER_CENT as f32) as i32;
+    for (reason, share) in [Reason::BlockedView, Reason::Interference]
+        .into_iter()
+        .zip(most)
+    {
+        each(Sign {
+            reason,
+            seen: share as i32,
+            limit,
+        });
+    }
+}

@@ -1,0 +1,93 @@
+//! A line, taken apart field by field.
+
+use core::fmt;
+
+use super::frame::Tenths;
+use crate::answer::{Reason, Reasons};
+
+/// Why a line is no sentence.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ParseError {
+    /// It does not begin with `$PSTR` or has no `*`.
+    Frame,
+    /// Its CRC-32 does not fit.
+    Crc,
+    /// This field is missing or not what it should be.
+    Field(&'static str),
+}
+
+impl fmt::Display for ParseError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ParseError::Frame => f.write_str("not a $PSTR sentence"),
+            ParseError::Crc => f.write_str("CRC-32 does not fit"),
+            ParseError::Field(field) => write!(f, "field {field} is missing or malformed"),
+        }
+    }
+}
+
+impl core::error::Error for ParseError {}
+
+/// The fields of one sentence, taken from the left.
+pub struct Fields<'a>(pub core::str::Split<'a, [char; 1]>);
+
+impl<'a> Fields<'a> {
+    pub fn text(&mut self, field: &'static str) -> Result<&'a str, ParseError> {
+        self.0.next().ok_or(ParseError::Field(field))
+    }
+
+    pub fn number<T: core::str::FromStr>(&mut self, field: &'static str) -> Result<T, ParseError> {
+        self.text(field)?
+            .parse()
+            .map_err(|_| ParseError::Field(field))
+    }
+
+    pub fn word<T: Copy>(
+        &mut self,
+        field: &'static str,
+        all: &[T],
+        name: impl Fn(T) -> &'static str,
+    ) -> Result<T, ParseError> {
+        let text = self.text(field)?;
+        all.iter()
+            .copied()
+            .find(|&t| name(t) == text)
+            .ok_or(ParseError::Field(field))
+    }
+
+    pub fn length(&mut self, field: &'static str) -> Result<Option<Tenths>, ParseError> {
+        let text = self.text(field)?;
+        if text.is_empty() {
+            return Ok(None);
+        }
+        let malformed = ParseError::Field(field);
+        let (sign, digits) = match text.strip_prefix('-') {
+            Some(rest) => (-1, rest),
+            None => (1, text),
+        };
+        let (whole, tenth) = digits.split_once('.').ok_or(malformed)?;
+        if tenth.len() != 1
+            || whole.is_empty()
+            || !digits.bytes().all(|b| b.is_ascii_digit() || b == b'.')
+        {
+            return Err(malformed);
+        }
+        let whole: i32 = whole.parse().map_err(|_| malformed)?;
+        let tenth: i32 = tenth.parse().map_err(|_| malformed)?;
+        let value = whole
+            .checked_mul(10)
+            .and_then(|v| v.checked_add(tenth))
+            .ok_or(malformed)?;
+        Ok(Some(Tenths(sign * value)))
+    }
+
+    pub fn reasons(&mut self, field: &'static str) -> Result<Reasons, ParseError> {
+        let text = self.text(field)?;
+        let mut reasons = Reasons::NONE;
+        for word in text.split('+').filter(|w| !w.is_empty()) {
+            let reason = Reason::ALL.iter().find(|r| r.as_str() == word);
+            reasons.add(*reason.ok_or(ParseError::Field(field))?);
+        }
+        Ok(reasons)
+    }
+}

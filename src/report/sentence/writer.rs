@@ -1,0 +1,132 @@
+//! A line, built field by field.
+
+use super::frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
+use crate::answer::Reasons;
+
+/// Builds one line field by field. A line that would grow too long is cut, never broken: the CRC
+/// still closes what is there.
+pub struct Writer {
+    line: Line,
+}
+
+impl Writer {
+    /// Room kept for `*`, the CRC and the line end.
+    const TAIL: usize = 11;
+    /// Room kept for horizon and confidence, which follow a scan's reasons.
+    const AFTER_REASONS: usize = 20;
+
+    pub fn new(name: &str) -> Self {
+        Self::behind(PREFIX, name)
+    }
+
+    /// A sentence that begins otherwise than the scanner's own.
+    pub fn behind(prefix: &str, name: &str) -> Self {
+        let mut writer = Self { line: Line::new() };
+        writer.raw(prefix);
+        writer.raw(name);
+        writer
+    }
+
+    fn push(&mut self, c: char) {
+        if self.line.len() + Self::TAIL < MAX_SENTENCE {
+            let _ = self.line.push(c);
+        }
+    }
+
+    fn raw(&mut self, text: &str) {
+        text.chars().for_each(|c| self.push(c));
+    }
+
+    /// Free text: whatever would break the sentence's frame becomes a space.
+    #[inline(never)]
+    pub fn text(mut self, text: &str) -> Self {
+        self.push(',');
+        for c in text.chars() {
+            let plain = (' '..='~').contains(&c) && !matches!(c, ',' | '*' | '$');
+            self.push(if plain { c } else { ' ' });
+        }
+        self
+    }
+
+    fn digits(&mut self, mut value: u32) {
+        let mut reversed = [b'0'; 10];
+        let mut count = 0;
+        for slot in &mut reversed {
+            *slot = b'0' + (value % 10) as u8;
+            value /= 10;
+            count += 1;
+            if value == 0 {
+                break;
+            }
+        }
+        for &digit in reversed.iter().take(count).rev() {
+            self.push(char::from(digit));
+        }
+    }
+
+    pub fn number(mut self, value: u32) -> Self {
+        self.push(',');
+        self.digits(value);
+        self
+    }
+
+    /// A whole number with its sign, or nothing.
+    pub fn integer(mut self, value: Option<i32>) -> Self {
+        self.push(',');
+        if let Some(value) = value {
+            if value < 0 {
+                self.push('-');
+            }
+            self.digits(value.unsigned_abs());
+        }
+        self
+    }
+
+    #[inline(never)]
+    pub fn length(mut self, value: Option<Tenths>) -> Self {
+        self.push(',');
+        if let Some(Tenths(tenths)) = value {
+            if tenths < 0 {
+                self.push('-');
+            }
+            let magnitude = tenths.unsigned_abs();
+            self.digits(magnitude / 10);
+            self.push('.');
+            self.digits(magnitude % 10);
+        }
+        self
+    }
+
+    pub fn reasons(mut self, reasons: Reasons) -> Self {
+        self.push(',');
+        let mut first = true;
+        for reason in reasons.iter() {
+            // What follows must find room, too: the rarest reasons stand last.
+            let length = self.line.len() + 1 + reason.as_str().len();
+            if length + Self::AFTER_REASONS + Self::TAIL > MAX_SENTENCE {
+                break;
+            }
+            if !first {
+                self.push('+');
+            }
+            first = false;
+            self.raw(reason.as_str());
+        }
+        self
+    }
+
+    pub fn finish(mut self) -> Line {
+        let crc = crc32(self.line.get(1..).unwrap_or(""));
+        let _ = self.line.push('*');
+        for shift in (0..8).rev() {
+            let digit = (crc >> (4 * shift)) & 15;
+            let _ = self.line.push(
+                char::from_digit(digit, 16)
+                    .unwrap_or('0')
+                    .to_ascii_uppercase(),
+            );
+        }
+        let _ = self.line.push_str("\r\n");
+        self.line
+    }
+}
