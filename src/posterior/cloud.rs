@@ -51,12 +51,14 @@ pub struct Cloud {
     /// Weight by number of steps.
     counts: [f32; MAX_STEPS + 1],
     heaviest: f32,
-    /// What the last resampling left over, as a share of its threshold.
-    rest: f32,
+    /// Where the next resampling begins, as a share of its threshold.
+    begin: f32,
 }
 
-/// What a resampling begins with: half of a draw, so that none is the likelier for coming first.
+/// Where the first resampling begins: none is the likelier for coming first.
 const HALF: f32 = 0.5;
+/// From one beginning to the next: multiples of the golden ratio fill a circle most evenly.
+const GOLDEN: f32 = 0.618_034;
 
 impl Default for Cloud {
     fn default() -> Self {
@@ -99,7 +101,7 @@ impl Cloud {
             conflicts: [0.0; CELLS + 1],
             counts: [0.0; MAX_STEPS + 1],
             heaviest: f32::NEG_INFINITY,
-            rest: HALF,
+            begin: HALF,
         }
     }
 
@@ -109,7 +111,7 @@ impl Cloud {
         self.conflicts = [0.0; CELLS + 1];
         self.counts = [0.0; MAX_STEPS + 1];
         self.heaviest = f32::NEG_INFINITY;
-        self.rest = HALF;
+        self.begin = HALF;
     }
 
     /// Takes a particle in. What it says of the answer counts here, before resampling, which would only
@@ -161,8 +163,8 @@ impl Cloud {
 
     /// Leaves [`PARTICLES`] of them at most: those above a threshold as they are, of the others some,
     /// systematically, each with the threshold for weight (the resampling of a discrete state that
-    /// keeps rivals alive and whose error is least, Fearnhead and Clifford 2003). What is left of a
-    /// threshold counts in the next resampling, so that many light ones in turn are not lost.
+    /// keeps rivals alive and whose error is least, Fearnhead and Clifford 2003). Each draw begins
+    /// elsewhere, evenly over the draws, so that light ones which come late are not lost.
     #[inline(never)]
     pub fn resample(&mut self) {
         if self.particles.len() <= PARTICLES {
@@ -174,7 +176,7 @@ impl Cloud {
         }
         let threshold = threshold(&weights);
         let log_threshold = self.heaviest + super::prior::ln(threshold);
-        let mut sum = self.rest * threshold;
+        let mut sum = self.begin * threshold;
         let mut weights = weights.into_iter();
         self.particles.retain_mut(|p| {
             // One for each.
@@ -190,7 +192,7 @@ impl Cloud {
             }
             drawn
         });
-        self.rest = (sum / threshold).clamp(0.0, 1.0);
+        self.begin = (self.begin + GOLDEN) % 1.0;
         self.particles.truncate(PARTICLES);
     }
 

@@ -49,10 +49,14 @@ const SURE: f32 = 6.0;
 const CORE: f32 = 25.0;
 /// Below a brink echoes are so many times as dense as in the air.
 const BELOW: f32 = 3.0;
+/// A wall that shows its corner flashes at the mirror's height so often at most: it stands upright.
+const WALL_FLASHES: f32 = 0.998;
 /// 1 / √(2π).
 const GAUSS: f32 = 0.398_942_3;
 /// Least density, so that its logarithm is finite.
 const LEAST: f32 = 1e-12;
+/// A product of densities that another one may still be multiplied to.
+const FAINT: f32 = 1e-16;
 
 /// Sums over the echoes from each number on.
 pub type Sums = [f32; MAX_SEEN + 1];
@@ -184,7 +188,10 @@ impl<'p> Model<'p> {
                 break;
             }
         }
-        shell_sort(&mut self.echoes, |a, b| a.x_m < b.x_m);
+        // One order whatever order they came in: sums of rounded numbers depend on it.
+        shell_sort(&mut self.echoes, |a, b| {
+            a.x_m < b.x_m || a.x_m == b.x_m && a.y_m < b.y_m
+        });
     }
 
     /// Strongest echo over 30 dB, tens of dB.
@@ -326,11 +333,16 @@ impl<'p> Model<'p> {
         let start = k.checked_sub(1).map_or(f32::NEG_INFINITY, |k| s.x(k));
         let from = math::max(start + BEHIND_M, from_m);
         let to = math::min(s.x(k) + BEHIND_M, to_m);
-        let mut total = 0.0;
+        let (mut total, mut product) = (0.0, 1.0);
         for e in self.between(from, to) {
-            total += ln(self.background(s, k, e));
+            product *= self.background(s, k, e);
+            // One logarithm for many: none of the factors is less than `LEAST`.
+            if !(FAINT..1.0 / FAINT).contains(&product) {
+                total += ln(product);
+                product = 1.0;
+            }
         }
-        total
+        total + ln(product)
     }
 
     /// Log-likelihoods of all echoes on the tread before riser `k`, wherever that begins, summed up
@@ -422,7 +434,14 @@ impl<'p> Model<'p> {
             let q = self.expected_q(place.range_m);
             let seen =
                 logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * (place.room - 1.0))
-                    .clamp(0.02, 0.985);
+                    .clamp(
+                        0.02,
+                        if wall && place.class == Class::Flash {
+                            WALL_FLASHES
+                        } else {
+                            0.985
+                        },
+                    );
             if i == 0 {
                 let [a, b, c, d] = self.g.hidden.nothing;
                 let hidden = if place.class == Class::Hidden { c } else { 0.0 };

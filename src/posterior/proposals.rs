@@ -245,7 +245,7 @@ impl Proposals<'_> {
         let s = &base.staircase;
         let (n, first) = (s.len(), s.x(0));
         let old = base.part(0, 1);
-        for &(x, dx) in &self.spots(0.3, first - 0.15, 0.12, 0.012) {
+        for &(x, dx) in &self.spots(0.3, first - 0.15, 0.16, 0.012) {
             for h in [0.08, 0.15] {
                 if h < s.level(1) - 0.03 {
                     let new = s.with(0, x, h);
@@ -297,7 +297,8 @@ impl Proposals<'_> {
         let s = &base.staircase;
         let n = s.len();
         let odds = ln(0.1 / n as f32 / (2 * ODD_M.len()) as f32);
-        for k in 0..n {
+        // Farther ones lie beyond the horizon as a rule.
+        for k in 0..n.min(ODD_RISERS) {
             for off in ODD_M {
                 for end in [n, k + 1] {
                     if end == k + 1 && end == n && k > 0 {
@@ -417,8 +418,10 @@ const OVERHANGS_M: [f32; 3] = [0.0, 0.03, 0.06];
 const SAME_OVERHANG_M: f32 = 0.006;
 /// A regular going is as the flight's within this, times √(2π), metres.
 const REGULAR_M: f32 = 0.03;
+/// So many risers may be odd ones, the nearest.
+const ODD_RISERS: usize = 4;
 /// By how much an odd rise is off, metres.
-const ODD_M: [f32; 2] = [-0.04, 0.04];
+const ODD_M: [f32; 2] = [-0.03, 0.03];
 /// Farther from a riser than this its face changes nothing, metres.
 const NEAR_M: f32 = 0.10;
 /// Of the way, an echo stands for less than this, metres; the places between are farther apart.

@@ -511,9 +511,16 @@ mod tests {
     #[test]
     fn every_grid_of_as_many_cells_as_the_map_has_is_accepted() {
         let mut settings = Settings::default();
-        let most = MAX_CELLS / usize::from(bins(&settings));
-        settings.set("angle-count", &most.to_string()).unwrap();
-        let refused = settings.set("angle-count", &(most + 1).to_string());
+        let whole = MAX_CELLS / usize::from(bins(&settings));
+        settings.set("angle-count", &whole.to_string()).unwrap();
+        // More rows leave out the farthest bins, as long as 2 m are left.
+        let most = (whole..).find(|rows| {
+            let rows = settings.set("angle-count", &rows.to_string());
+            rows.is_err()
+        });
+        let most = most.unwrap();
+        assert!((whole + 50..2 * whole).contains(&most), "{most}");
+        let refused = settings.set("angle-count", &most.to_string());
         assert_eq!(refused.unwrap_err().field, "angle-count");
         // 321 rows of 190 bins.
         settings.set("cfar-near-margin", "40000").unwrap();

@@ -208,13 +208,20 @@ fn in_parallel<J: Sync, R: Send>(
     made
 }
 
-/// The weights of one plane, and what there is to say of them.
-fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
-    let of = |all: &'_ [Lesson]| -> Vec<Lesson> {
-        all.iter().filter(|l| l.plane == plane).cloned().collect()
-    };
-    let (training, calibration) = (of(&lessons.training), of(&lessons.calibration));
-    let hazards = fit::hazards(&training.iter().collect::<Vec<_>>());
+/// Parts of the scans that the threshold is cross-validated over.
+const FOLDS: usize = 4;
+
+/// What was counted of one plane.
+struct Counted {
+    weights: Weights,
+    hazards: Fit,
+    /// For answers without and with steps: of how many scans, and slope and offset.
+    maps: Vec<(usize, Fit)>,
+}
+
+/// Counts hazards on some scans and what they add up to on others; the threshold is left open.
+fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
+    let hazards = fit::hazards(training);
     let mut weights = Weights {
         hazard: [0.0; FEATURES],
         maps: [Map::IDENTITY; 2],
@@ -226,18 +233,63 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
     let mut maps = Vec::new();
     let bare = weights.clone();
     for (stairs, map) in [false, true].into_iter().zip(&mut weights.maps) {
-        let lessons: Vec<_> = calibration.iter().filter(|l| l.stairs == stairs).collect();
+        let lessons = calibration.iter().filter(|l| l.stairs == stairs);
+        let lessons: Vec<_> = lessons.copied().collect();
         let counted = fit::calibration(&lessons, &bare);
         if let [slope, offset] = counted.weights[..] {
             (map.slope, map.offset) = (slope as f32, offset as f32);
         }
         maps.push((lessons.len(), counted));
     }
-    let least = fit::threshold(&calibration.iter().collect::<Vec<_>>(), &weights);
+    Counted {
+        weights,
+        hazards,
+        maps,
+    }
+}
+
+/// The weights of one plane, and what there is to say of them. The threshold of `ok` rests on all
+/// scans: each is judged by weights that were counted without it.
+fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
+    let of = |all: &'_ [Lesson]| -> Vec<Lesson> {
+        all.iter().filter(|l| l.plane == plane).cloned().collect()
+    };
+    let (training, calibration) = (of(&lessons.training), of(&lessons.calibration));
+    let part = |all: &'_ [Lesson], keep: &dyn Fn(usize) -> bool| -> Vec<Lesson> {
+        let kept = all.iter().enumerate().filter(|(k, _)| keep(k % FOLDS));
+        kept.map(|(_, l)| l.clone()).collect()
+    };
+    let folds: Vec<_> = (0..FOLDS)
+        .into_par_iter()
+        .map(|fold| {
+            let rest = [&training, &calibration].map(|all| part(all, &|k| k != fold));
+            let [training_rest, calibration_rest] = rest.each_ref().map(|l| l.iter().collect());
+            let counted: Counted = count(&training_rest as &Vec<_>, &calibration_rest as &Vec<_>);
+            let mut own = part(&training, &|k| k == fold);
+            own.extend(part(&calibration, &|k| k == fold));
+            (own, counted.weights)
+        })
+        .collect();
+    let judged: Vec<_> = folds
+        .iter()
+        .flat_map(|(own, weights)| own.iter().map(move |lesson| (lesson, weights)))
+        .collect();
+    let least = fit::threshold(&judged);
+    let Counted {
+        mut weights,
+        hazards,
+        maps,
+    } = count(
+        &training.iter().collect::<Vec<_>>(),
+        &calibration.iter().collect::<Vec<_>>(),
+    );
     weights.ok_from = least.from;
     let mut told = format!(
-        "ok from {:.3} on: {} scans for calibration, {} of them wrong\n",
-        least.from, least.ok, least.wrong
+        "ok from {:.3} on: {} of {} scans, {} of them wrong, each judged by what the others say\n",
+        least.from,
+        least.ok,
+        judged.len(),
+        least.wrong
     );
     table(&mut told, "hazard", training.len(), &hazards);
     for (scans, map) in &maps {

@@ -202,9 +202,12 @@ pub struct Threshold {
 const OK_IN: f64 = 200.0;
 
 /// The least probability, in thousandths, with which so few of the `ok` answers are wrong, half an
-/// error more than seen (Jeffreys).
-pub fn threshold(lessons: &[&Lesson], weights: &Weights) -> Threshold {
-    let courses: Vec<Vec<(f32, f32, bool)>> = lessons.iter().map(|l| course(l, weights)).collect();
+/// error more than seen (Jeffreys). Each lesson comes with weights that were counted without it.
+pub fn threshold(lessons: &[(&Lesson, &Weights)]) -> Threshold {
+    let courses = lessons
+        .iter()
+        .map(|(lesson, weights)| course(lesson, weights));
+    let courses: Vec<Vec<(f32, f32, bool)>> = courses.collect();
     let judge = |from: f32| {
         let ends = courses
             .iter()

@@ -311,8 +311,8 @@ fn resampling_keeps_rivals_alive() {
     for n in [1, 2] {
         let share: f32 = all(n).map(|(_, p)| p).sum();
         let was = before[n] as f32;
-        // One draw more or less of the sixteen.
-        assert!((share / was - 1.0).abs() < 0.07, "{n}: {share} was {was}");
+        // One draw more or less of the sixteen, in each of two resamplings.
+        assert!((share / was - 1.0).abs() < 0.13, "{n}: {share} was {was}");
         assert!(all(n).count() > 12);
     }
     assert_eq!(all(3).count(), 1);

@@ -1,0 +1,57 @@
+//! Forms of stairs that the search alone misses: each scene was answered wrong once.
+
+use host_sim::answer::{Answer, metres};
+use host_sim::replay::{self, Options};
+use host_sim::scene::command::random_scan;
+use host_sim::scene::random::Kind;
+
+/// Two steps nearer to each other than this are the same, metres: as scoring has it.
+const SAME_M: f64 = 0.10;
+
+/// The answer to a random scene, and where its steps are, metres.
+fn answer(kind: Kind, seed: u64) -> (Answer, Vec<f64>) {
+    let recording = random_scan(kind, kind.variety(), seed).unwrap();
+    let mut answers = replay::answers(&recording, &Options::default(), |_| ()).unwrap();
+    let truth = recording.meta.truth.unwrap().steps;
+    let steps = truth.iter().map(|s| s.distance_m);
+    (answers.remove(0), steps.collect())
+}
+
+/// Asserts that every step is told and no other.
+fn assert_exact(kind: Kind, seeds: &[u64]) {
+    for &seed in seeds {
+        let (answer, truth) = answer(kind, seed);
+        let steps = &answer.steps;
+        assert_eq!(steps.len(), truth.len(), "{seed}: {:?}", answer.sentences);
+        for (step, x) in steps.iter().zip(truth) {
+            let off = (metres(step.distance) - x).abs();
+            assert!(off < SAME_M, "{seed}: {:?}", answer.sentences);
+        }
+    }
+}
+
+#[test]
+fn floating_treads_before_a_wall() {
+    assert_exact(Kind::Ascending, &[5_097]);
+    assert_exact(Kind::Mounting, &[5_135]);
+}
+
+#[test]
+fn a_kerb_whose_height_only_the_pavement_behind_shows() {
+    assert_exact(Kind::Ascending, &[5_041, 5_133]);
+}
+
+#[test]
+fn a_flight_whose_first_riser_shows_no_more_than_a_corner() {
+    assert_exact(Kind::Low, &[1_000_004]);
+}
+
+#[test]
+fn a_second_flight_behind_a_landing() {
+    assert_exact(Kind::Landing, &[1_000_015]);
+}
+
+#[test]
+fn a_step_whose_top_is_just_above_the_mirror() {
+    assert_exact(Kind::Ascending, &[5_384]);
+}
