@@ -107,10 +107,13 @@ fn fronted(
     if rise_m < LEAST_RISE_M || begin_m < NEAREST_WALL_M || going_m > spacing.most_m {
         return None;
     }
-    let mut flight = Flight::default();
-    flight.shape = ascending::Shape {
+    let shape = ascending::Shape {
         rise_m,
         open: false,
+    };
+    let mut flight = Flight {
+        shape,
+        ..Flight::default()
     };
     for k in 0..unseen {
         let along_m = begin_m + f32::from(k) * going_m;
