@@ -11,8 +11,8 @@ use crate::math;
 use crate::observer::{Event, Observer};
 use crate::params::generative::Generative;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase,
-    Told, View, refine, weight,
+    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, SAME_M, Sigmas,
+    Staircase, Told, View, refine, weight,
 };
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -45,12 +45,8 @@ const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
 const MAX_PLACES: usize = 16;
 /// See [`MAX_PLACES`].
 const LEAST_MAYBE: f32 = 0.05;
-/// Two steps are the same within this distance, metres: design contract of scoring.
-const SAME_M: f32 = 0.10;
-/// So many risers before those of the search are tried, and the lowest of them, metres.
+/// So many risers before those of the search are tried.
 const UNSEEN: u8 = 3;
-/// See [`UNSEEN`].
-const LEAST_RISE_M: f32 = 0.055;
 /// Flights that the search puts so far behind its best are not looked at again, nats.
 const RIVAL_NATS: f32 = 5.0;
 /// So many flights of the search are looked at, its best.
@@ -64,10 +60,10 @@ const MOST_LOOKED: usize = 6;
 const LOOKED: usize = 2;
 /// … if they are within so many nats of the likeliest.
 const NEAR_NATS: f32 = 4.0;
-/// Two walls stand so far apart, and the nearest from the mirror, metres.
+/// Two walls stand so far apart, metres.
 const WALLS_APART_M: f32 = 0.05;
-/// See [`WALLS_APART_M`].
-const NEAREST_WALL_M: f32 = 0.3;
+/// Nothing that the chair has come up to stands nearer to the mirror, metres: its footrests are there.
+const NEAREST_M: f32 = 0.3;
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
 const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
@@ -104,7 +100,8 @@ fn fronted(
     let rise_m = leader.shape.rise_m / risers;
     let begin_m = first.along_m - risers * going_m;
     let spacing = search.stairs.spacing();
-    if rise_m < LEAST_RISE_M || begin_m < NEAREST_WALL_M || going_m > spacing.most_m {
+    let lowest_m = search.stairs.scene().params.lowest_step_m;
+    if rise_m < lowest_m || begin_m < NEAREST_M || going_m > spacing.most_m {
         return None;
     }
     let shape = ascending::Shape {
@@ -250,49 +247,46 @@ impl Posterior {
     /// another one to begin from.
     #[inline(never)]
     fn refined(&self, start: &Staircase, longer: Option<Staircase>) -> Base {
-        let mut best: Option<Base> = None;
-        let mut offer = |s: Staircase, sigmas: Sigmas| {
-            let base = Base::new(&self.model, s, sigmas);
-            match &best {
-                Some(best) if best.log_weight >= base.log_weight => {}
-                _ => best = Some(base),
-            }
-            best.unwrap_or(base)
+        let base = |s, sigmas| Base::new(&self.model, s, sigmas);
+        let begin = |s: &Staircase| {
+            let (s, sigmas) = refine(&self.model, s);
+            base(s, sigmas)
         };
-        let mut top = None;
-        let stretched = STRETCHES.map(|stretch| {
+        let stretched = |stretch: f32| {
             let mut s = *start;
             s.top_m.iter_mut().for_each(|top| *top *= stretch);
             s
-        });
-        // The flight less its last step knows the riser's height: one other beginning is enough then.
-        let known = usize::from(longer.is_some());
-        for s in stretched.into_iter().skip(known).chain(longer) {
-            let (s, sigmas) = refine(&self.model, &s);
-            top = Some(offer(s, sigmas));
+        };
+        let [low, high] = STRETCHES.map(stretched);
+        let top = match longer {
+            None => likelier(begin(&low), begin(&high)),
+            // The flight less its last step knows the riser's height: one other beginning is enough.
+            Some(s) => {
+                let top = likelier(begin(&high), begin(&s));
+                likelier(top, base(s, top.sigmas))
+            }
+        };
+        let mut best = top;
+        for overhang_m in OVERHANGS_M.into_iter().filter(|_| !start.open) {
+            let s = Staircase {
+                overhang_m,
+                ..top.staircase
+            };
+            best = likelier(best, base(s, top.sigmas));
         }
-        if let (Some(s), Some(base)) = (longer, top) {
-            top = Some(offer(s, base.sigmas));
-        }
-        let top = top.unwrap_or_else(|| offer(*start, [0.0; MAX_STEPS]));
-        let mut last = top;
-        let overhangs = OVERHANGS_M.into_iter().filter(|_| !start.open);
-        for overhang_m in overhangs {
-            let mut s = top.staircase;
-            s.overhang_m = overhang_m;
-            last = offer(s, top.sigmas);
-        }
-        let open_air = last;
+        let open_air = best;
         for &wall_m in walls(&self.model).iter().skip(1) {
-            if wall_m > last.staircase.last_x() + LANDING_M {
-                let walled = open_air.walled(&self.model, wall_m);
-                if walled.log_weight > last.log_weight {
-                    last = walled;
-                }
+            if wall_m > best.staircase.last_x() + LANDING_M {
+                best = likelier(best, open_air.walled(&self.model, wall_m));
             }
         }
-        last
+        best
     }
+}
+
+/// The one of greater weight; the first of two alike.
+fn likelier(a: Base, b: Base) -> Base {
+    if b.log_weight > a.log_weight { b } else { a }
 }
 
 /// The strongest echoes behind everything near, where a wall may stand.
@@ -304,7 +298,7 @@ fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
             let apart = walls
                 .iter()
                 .all(|w: &f32| (w - e.x_m).abs() > WALLS_APART_M);
-            e.snr_db > WALL_DB && e.x_m > NEAREST_WALL_M && apart
+            e.snr_db > WALL_DB && e.x_m > NEAREST_M && apart
         });
         if let Some(e) = far.max_by(|a, b| a.snr_db.total_cmp(&b.snr_db)) {
             let _ = walls.push(e.x_m);

@@ -8,7 +8,7 @@ use super::heights::{self, Fusion, Levels};
 use super::nosings;
 use super::readings::{self, Readings, Roles};
 use super::roles::Role;
-use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs};
+use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs, regular};
 use super::verdict::{Support, next_db};
 use crate::answer::{Direction, Outcome, Reason, Step};
 use crate::estimate::Estimate;
@@ -127,25 +127,17 @@ pub fn ascending(
 
 /// How much farther each riser stands than it would without a landing, metres.
 fn landings(chain: &[Link], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
-    let goings = chain.windows(2).filter_map(|pair| match pair {
-        [a, b] => Some(b.along_m - a.along_m),
-        _ => None,
-    });
-    let (mut sum, mut spans) = (0.0, 0.0);
-    for going_m in goings.clone().filter(|g| *g <= most_going_m) {
-        sum += going_m;
-        spans += 1.0;
-    }
-    let going_m = sum / math::max(spans, 1.0);
+    let (going_m, _) = regular(chain, most_going_m);
     let mut landings = Vec::new();
-    let mut landing_m = 0.0;
-    // A flight is no longer than a report.
-    let _ = landings.push(0.0);
-    for g in goings {
-        if g > most_going_m {
-            landing_m += g - going_m;
+    let (mut landing_m, mut before): (f32, Option<&Link>) = (0.0, None);
+    for link in chain {
+        let away_m = before.map_or(0.0, |before| link.along_m - before.along_m);
+        if away_m > most_going_m {
+            landing_m += away_m - going_m;
         }
+        // A flight is no longer than a report.
         let _ = landings.push(landing_m);
+        before = Some(link);
     }
     landings
 }

@@ -17,10 +17,8 @@ use crate::grid::Geometry;
 use crate::math;
 use crate::params::fitted;
 use crate::params::hazard::{FEATURES, Features};
-use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
+use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT, RIGHT_M};
 
-/// By so much a step may be off and still be right: design contract of `ok`, metres.
-pub const RIGHT_M: f32 = 0.03;
 /// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
 /// off and still be right.
 const AMBIGUOUS_M: f32 = RIGHT_M;

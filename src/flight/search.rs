@@ -5,7 +5,7 @@
 //! the best [`BEGINNINGS`] go on. Worst case, in faces scored: columns × shapes at first, then
 //! [`BEGINNINGS`] × columns for the second face, then [`BEGINNINGS`] × 2 for each further one.
 
-use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs};
+use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs, regular};
 use crate::math;
 use heapless::Vec;
 
@@ -149,11 +149,10 @@ impl<'s, S: Stairs> Search<'s, S> {
 
     /// Follows a flight to its next faces.
     fn grow(&self, flight: &Flight<S::Shape>, next: &mut Best<S::Shape>) {
-        let [first, rest @ ..] = flight.chain.as_slice() else {
+        let Some(last) = flight.chain.last() else {
             return;
         };
-        let (spacing, _) = regular(*first, rest, self.stairs.spacing().most_m);
-        let last = rest.last().unwrap_or(first);
+        let (spacing, _) = regular(&flight.chain, self.stairs.spacing().most_m);
         if spacing <= 0.0 {
             return self.grow_second(flight, *last, next);
         }
@@ -170,13 +169,12 @@ impl<'s, S: Stairs> Search<'s, S> {
     /// The first face of a second flight, behind a landing.
     fn grow_landing(&self, flight: &Flight<S::Shape>, next: &mut Best<S::Shape>) {
         let bounds = self.stairs.spacing();
-        let [first, rest @ ..] = flight.chain.as_slice() else {
+        let Some(last) = flight.chain.last() else {
             return;
         };
-        if regular(*first, rest, bounds.most_m).1 > 0 {
+        if regular(&flight.chain, bounds.most_m).1 > 0 {
             return;
         }
-        let last = rest.last().unwrap_or(first);
         for c in 0..self.stairs.scene().columns.len() {
             let link = self.link(c);
             let away_m = link.along_m - last.along_m;
@@ -279,19 +277,4 @@ impl<'s, S: Stairs> Search<'s, S> {
         let best = near.max_by(|a, b| a.1.total_cmp(&b.1));
         best.map(|(k, _)| self.link(k))
     }
-}
-
-/// Mean distance of the faces of a flight, a landing left out, and how many landings there are: faces
-/// farther apart than `most_m`.
-fn regular(first: Link, rest: &[Link], most_m: f32) -> (f32, usize) {
-    let (mut last, mut sum, mut spans) = (first, 0.0, 0.0);
-    for link in rest {
-        let away_m = link.along_m - last.along_m;
-        if away_m <= most_m {
-            sum += away_m;
-            spans += 1.0;
-        }
-        last = *link;
-    }
-    (sum / math::max(spans, 1.0), rest.len() - spans as usize)
 }

@@ -7,6 +7,7 @@
 
 use super::roles::Role;
 use super::scene::{Mark, Scene};
+use crate::math;
 use heapless::Vec;
 
 /// Most faces of a flight.
@@ -23,6 +24,23 @@ pub struct Link {
 
 /// Faces one behind the other.
 pub type Chain = Vec<Link, MAX_FLIGHT>;
+
+/// Mean distance of a flight's faces, landings left out, and the number of those: faces farther apart
+/// than `most_m`.
+pub fn regular(chain: &[Link], most_m: f32) -> (f32, usize) {
+    let (mut sum, mut spans, mut landings) = (0.0, 0.0, 0);
+    for pair in chain.windows(2) {
+        let [before, after] = pair else { continue };
+        let away_m = after.along_m - before.along_m;
+        if away_m <= most_m {
+            sum += away_m;
+            spans += 1.0;
+        } else {
+            landings += 1;
+        }
+    }
+    (sum / math::max(spans, 1.0), landings)
+}
 
 /// A kind of explanation.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -49,6 +49,10 @@ const SURE: f32 = 6.0;
 const CORE: f32 = 25.0;
 /// Below a brink echoes are so many times as dense as in the air.
 const BELOW: f32 = 3.0;
+/// A feature shows so often at least, and at most: however sure the counts are, scenes differ.
+const LEAST_SEEN: f32 = 0.02;
+/// See [`LEAST_SEEN`].
+const MOST_SEEN: f32 = 0.985;
 /// A wall that shows its corner flashes at the mirror's height so often at most: it stands upright.
 const WALL_FLASHES: f32 = 0.998;
 /// 1 / √(2π).
@@ -432,16 +436,13 @@ impl<'p> Model<'p> {
                 continue;
             };
             let q = self.expected_q(place.range_m);
-            let seen =
-                logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * (place.room - 1.0))
-                    .clamp(
-                        0.02,
-                        if wall && place.class == Class::Flash {
-                            WALL_FLASHES
-                        } else {
-                            0.985
-                        },
-                    );
+            let most = match place.class {
+                Class::Flash if wall => WALL_FLASHES,
+                _ => MOST_SEEN,
+            };
+            let room = place.room - 1.0;
+            let seen = logistic(p.seen + p.seen_per_ten_db * q + p.seen_per_room * room)
+                .clamp(LEAST_SEEN, most);
             if i == 0 {
                 let [a, b, c, d] = self.g.hidden.nothing;
                 let hidden = if place.class == Class::Hidden { c } else { 0.0 };

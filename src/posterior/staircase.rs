@@ -7,7 +7,7 @@ use heapless::Vec;
 /// Most risers of a staircase.
 pub const MAX_STEPS: usize = 10;
 /// Two steps are the same within this distance, metres: design contract of scoring.
-const SAME_M: f32 = 0.10;
+pub const SAME_M: f32 = 0.10;
 /// By so much a step may be off and still be right, metres: design contract of `ok`.
 pub const RIGHT_M: f32 = 0.03;
 

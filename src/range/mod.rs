@@ -211,10 +211,29 @@ impl<A: Arithmetic> Processor<A> {
         mount: &MountConfig,
         cfar: &CfarConfig,
     ) -> Result<(), ConfigError> {
+        let kept = BinWindow::new(radar, mount, cfar);
+        self.set(radar, mount, cfar, kept)
+    }
+
+    /// The same for a scan, whose map may not hold every bin.
+    ///
+    /// # Errors
+    /// Those of [`Processor::new`].
+    pub fn configure_scan(&mut self, config: &Config) -> Result<(), ConfigError> {
+        let kept = BinWindow::of_scan(config);
+        self.set(&config.radar, &config.mount, &config.cfar, kept)
+    }
+
+    fn set(
+        &mut self,
+        radar: &RadarConfig,
+        mount: &MountConfig,
+        cfar: &CfarConfig,
+        kept: BinWindow,
+    ) -> Result<(), ConfigError> {
         radar.validate()?;
         mount.validate()?;
         cfar.validate()?;
-        let kept = BinWindow::new(radar, mount, cfar);
         check(
             kept.count > 0,
             "bandwidth",
@@ -240,23 +259,9 @@ impl<A: Arithmetic> Processor<A> {
         window.shape(usize::from(radar.samples), *points);
         let reference = 512.0 * (math::log2(window.sum()) - 17.0);
         self.offset = i32::from(FULL_SCALE) * FINE - math::round(reference) as i32;
-        self.keep(cfar, kept);
-        Ok(())
-    }
-
-    /// The same for a scan, whose map may not hold every bin.
-    ///
-    /// # Errors
-    /// Those of [`Processor::new`].
-    pub fn configure_scan(&mut self, config: &Config) -> Result<(), ConfigError> {
-        self.configure(&config.radar, &config.mount, &config.cfar)?;
-        self.keep(&config.cfar, BinWindow::of_scan(config));
-        Ok(())
-    }
-
-    fn keep(&mut self, cfar: &CfarConfig, kept: BinWindow) {
         self.kept = kept;
-        self.cfar.shape(cfar, kept, &self.front_end.window);
+        self.cfar.shape(cfar, kept, window);
+        Ok(())
     }
 
     /// The bins that rows keep.
