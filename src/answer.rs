@@ -86,6 +86,8 @@ reasons! {
     ShortHorizon = "short-horizon",
     /// A step departs from the others by more than a person would expect.
     IrregularStep = "irregular-step",
+    /// Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.
+    Unconfigured = "unconfigured",
     /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
     Unconfirmed = "unconfirmed",
     /// The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.
@@ -144,10 +146,14 @@ reasons! {
     HomeNotFound = "home-not-found",
     /// The known-answer test of the arithmetic failed.
     SelfTest = "self-test",
+    /// The settings in memory are no longer those that were set: only a reset helps.
+    SettingsDamaged = "settings-damaged",
     /// The watchdog had to reset the chip.
     Watchdog = "watchdog",
     /// The firmware panicked or took a hardware fault.
     Crash = "crash",
+    /// Crashes followed one another: the scanner stands still until it is told to start.
+    CrashLoop = "crash-loop",
 }
 
 /// A set of [`Reason`]s.
@@ -284,6 +290,7 @@ impl Outcome {
 impl Outcome {
     /// Takes `ok` away where there is doubt about the instrument, and with it what the answer vouches
     /// for: no estimator can know better than its instrument.
+    #[inline(never)]
     pub fn doubt(&mut self, doubts: Reasons) {
         if doubts.is_empty() {
             return;

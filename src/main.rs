@@ -21,7 +21,7 @@ mod app {
     use stairscan::drive::Odometry;
     use stairscan::pipeline::Pipeline;
     use stairscan::scan::mirror::Stepper;
-    use stairscan::scan::{Hardware, Reports, Scanner, Settings};
+    use stairscan::scan::{Hardware, Reports, Scanner};
     use stm32f4xx_hal::pac;
 
     use crate::board::motor::{Locked, Motor};
@@ -77,6 +77,8 @@ mod app {
         } = cx.local.parts;
         #[cfg(feature = "provoke")]
         let report = crate::board::provoke::Trap(report);
+        let saved = board.saved();
+        identity.serial = board::serial_number::read();
         let hardware = Hardware {
             mirror: Stepper::new(Locked(cx.shared.motor)),
             link,
@@ -87,7 +89,7 @@ mod app {
             hardware,
             cx.local.pipeline,
             (cx.local.reports, cx.local.odometry),
-            Settings::default(),
+            saved,
             *identity,
             time.now(),
         );

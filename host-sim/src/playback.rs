@@ -259,7 +259,7 @@ impl Mirror for SimShaft {
         self.position = position;
     }
 
-    fn poll(&mut self) -> Result<Motion, MirrorError> {
+    fn poll(&mut self, _: Micros) -> Result<Motion, MirrorError> {
         if self.homed {
             Ok(Motion::Still)
         } else {

@@ -11,8 +11,9 @@ use stairscan::config::Config;
 use stairscan::drive::{Drive, Mode, Odometry};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::report::command::Measure;
-use stairscan::scan::{Board, BytePort, Hardware, Identity, Micros, Reports, Scanner};
+use stairscan::report::command::{Measure, framed};
+use stairscan::scan::store::StoreError;
+use stairscan::scan::{Board, BytePort, Hardware, Identity, Micros, Reports, Scanner, Settings};
 
 use crate::answer::Answer;
 use crate::motion::{Fault, Feed, Timetable};
@@ -178,7 +179,8 @@ fn follow(
         hardware,
         data,
         (&mut reports, &mut odometry),
-        settings,
+        // The recording says how its scanner was mounted.
+        Some(settings),
         IDENTITY,
         now,
     );
@@ -235,6 +237,8 @@ const IDENTITY: Identity = Identity {
     revision: "host",
     reset: "none",
     clock: "host",
+    boots: 1,
+    serial: [0; 3],
     reasons: Reasons::NONE,
 };
 
@@ -247,6 +251,18 @@ impl Board for Desk {
     }
 
     fn set_stopped(&mut self, _: bool) {}
+
+    fn settings_before(&self) -> Option<u32> {
+        None
+    }
+
+    fn note_settings(&mut self, _: u32) {}
+
+    fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
+        Err(StoreError::Controller)
+    }
+
+    fn survived(&mut self) {}
 
     fn measure(&self, _: Measure) -> u32 {
         0
@@ -284,7 +300,7 @@ impl Console {
     /// Types commands that set values.
     fn type_in(&mut self, settings: &[(&str, String)]) {
         for (key, value) in settings {
-            let line = format!("set,{key},{value}\n");
+            let line = framed(&["set", key, value]);
             match &self.timetable {
                 Some(table) => table.borrow_mut().type_in(&line),
                 None => self.typed.extend(line.bytes()),

@@ -10,7 +10,7 @@ use stairscan::answer::Reason;
 use stairscan::report::Sentence;
 use stm32f4xx_hal::pac;
 
-use super::retained::{self, Crash};
+use super::retained::{self, Crash, Record};
 use super::uart;
 
 /// EN of the motor's driver, active low: GPIOC pin 8.
@@ -20,7 +20,7 @@ macro_rules! last_resort {
     ($name:ident, $crash:expr) => {
         #[unsafe(naked)]
         #[unsafe(no_mangle)]
-        unsafe extern "C" fn $name() -> ! {
+        pub(super) unsafe extern "C" fn $name() -> ! {
             core::arch::naked_asm!(
                 "cpsid i",
                 "ldr r0, =_stack_start",
@@ -56,7 +56,10 @@ extern "C" fn end(crash: u32) -> ! {
         2 => Crash::HardFault,
         _ => Crash::Stray,
     };
-    retained::store(retained::load().stopped(), crash);
+    retained::store(Record {
+        crash,
+        ..retained::load()
+    });
     // Whatever sentence was under way is cut off by the line end and fails its CRC.
     uart::send_last(b"\r\n");
     let line = Sentence::Halt {

@@ -8,11 +8,17 @@ pub mod retained;
 #[cfg(target_os = "none")]
 pub mod fault;
 #[cfg(target_os = "none")]
+pub mod flash;
+#[cfg(target_os = "none")]
 pub mod motor;
 #[cfg(all(target_os = "none", feature = "provoke"))]
 pub mod provoke;
 #[cfg(target_os = "none")]
+pub mod serial_number;
+#[cfg(target_os = "none")]
 mod start;
+#[cfg(target_os = "none")]
+pub mod time;
 #[cfg(target_os = "none")]
 pub mod uart;
 

@@ -1,4 +1,6 @@
-//! What survives a reset: the last word of `stop`, and why the firmware reset itself.
+//! What survives a reset, as long as the power stays.
+
+use stairscan::report::crc;
 
 /// Cause of a reset that the firmware brought about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -14,88 +16,92 @@ pub enum Crash {
     Stray = 3,
 }
 
-/// A small record with a checksum: after power-up the memory holds anything.
+/// What the next boot is to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(C)]
 pub struct Record {
-    stopped: u32,
-    crash: u32,
-    check: u32,
+    /// Whether `stop` was the last word.
+    pub stopped: bool,
+    /// Why the firmware reset the chip.
+    pub crash: Crash,
+    /// Boots since power came.
+    pub boots: u32,
+    /// Boots one after the other that a crash or the watchdog brought about, none of which lasted.
+    pub crashes: u32,
+    /// Hash of the settings in force.
+    pub settings: Option<u32>,
 }
 
+/// A record in memory: flags, boots, crashes, hash, and a checksum.
+type Words = [u32; 5];
+
 impl Record {
+    /// That of a fresh power-up.
+    pub const FRESH: Self = Self {
+        stopped: false,
+        crash: Crash::None,
+        boots: 0,
+        crashes: 0,
+        settings: None,
+    };
+    /// So that neither all zeros nor all ones are a record.
     const SALT: u32 = 0x5ca7_13e5;
 
-    const fn check(stopped: u32, crash: u32) -> u32 {
-        // A multiplication spreads each bit over the word; equal words never check.
-        (stopped ^ Self::SALT)
-            .wrapping_mul(0x9e37_79b1)
-            .rotate_left(7)
-            ^ crash.wrapping_mul(0x85eb_ca6b)
+    fn check(words: &Words) -> u32 {
+        let [flags, boots, crashes, hash, _] = *words;
+        crc::of_words(&[flags, boots, crashes, hash]) ^ Self::SALT
     }
 
-    /// A record.
-    pub const fn new(stopped: bool, crash: Crash) -> Self {
-        let (stopped, crash) = (stopped as u32, crash as u32);
-        Self {
-            stopped,
-            crash,
-            check: Self::check(stopped, crash),
+    fn words(self) -> Words {
+        let flags = u32::from(self.stopped)
+            | (self.crash as u32) << 8
+            | u32::from(self.settings.is_some()) << 16;
+        let hash = self.settings.unwrap_or(0);
+        let check = Self::check(&[flags, self.boots, self.crashes, hash, 0]);
+        [flags, self.boots, self.crashes, hash, check]
+    }
+
+    /// What stands in memory, if it is a record, else that of a fresh power-up.
+    fn from_words(words: Words) -> Self {
+        let [flags, boots, crashes, hash, check] = words;
+        if check != Self::check(&words) {
+            return Self::FRESH;
         }
-    }
-
-    /// The record if it is one, else that of a fresh power-up.
-    pub fn checked(self) -> Self {
-        let valid = self.check == Self::check(self.stopped, self.crash) && self.stopped <= 1;
-        if valid {
-            self
-        } else {
-            Self::new(false, Crash::None)
-        }
-    }
-
-    /// Whether `stop` was the last word.
-    pub fn stopped(self) -> bool {
-        self.stopped == 1
-    }
-
-    /// Why the firmware reset the chip.
-    pub fn crash(self) -> Crash {
-        match self.crash {
+        let crash = match (flags >> 8) & 0xff {
             1 => Crash::Panic,
             2 => Crash::HardFault,
             3 => Crash::Stray,
             _ => Crash::None,
+        };
+        Self {
+            stopped: flags & 1 == 1,
+            crash,
+            boots,
+            crashes,
+            settings: (flags >> 16 == 1).then_some(hash),
         }
     }
 }
 
 #[cfg(target_os = "none")]
 mod memory {
-    use super::{Crash, Record};
+    use super::{Record, Words};
     use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
-    // SAFETY: the start-up code leaves the section as it is, and any bits are three words. A torn
-    // record fails its check.
+    const LENGTH: usize = size_of::<Words>() / size_of::<u32>();
+
+    // SAFETY: the start-up code leaves the section as it is, and any bits are words. A torn record
+    // fails its check.
     #[unsafe(link_section = ".uninit.RETAINED")]
-    static RETAINED: [AtomicU32; 3] = [const { AtomicU32::new(0) }; 3];
+    static RETAINED: [AtomicU32; LENGTH] = [const { AtomicU32::new(0) }; LENGTH];
 
     /// Reads the record.
     pub fn load() -> Record {
-        let [stopped, crash, check] = &RETAINED;
-        Record {
-            stopped: stopped.load(Relaxed),
-            crash: crash.load(Relaxed),
-            check: check.load(Relaxed),
-        }
-        .checked()
+        Record::from_words(RETAINED.each_ref().map(|place| place.load(Relaxed)))
     }
 
     /// Writes the record.
-    pub fn store(stopped: bool, crash: Crash) {
-        let record = Record::new(stopped, crash);
-        let words = [record.stopped, record.crash, record.check];
-        for (place, word) in RETAINED.iter().zip(words) {
+    pub fn store(record: Record) {
+        for (place, word) in RETAINED.iter().zip(record.words()) {
             place.store(word, Relaxed);
         }
     }
@@ -108,34 +114,40 @@ pub use memory::{load, store};
 mod tests {
     use super::*;
 
+    const GOOD: Record = Record {
+        stopped: true,
+        crash: Crash::Panic,
+        boots: 7,
+        crashes: 2,
+        settings: Some(0),
+    };
+
     #[test]
-    fn survives_as_written_and_rejects_anything_else() {
+    fn survives_as_written() {
         for stopped in [false, true] {
             for crash in [Crash::None, Crash::Panic, Crash::HardFault, Crash::Stray] {
-                let record = Record::new(stopped, crash).checked();
-                assert_eq!((record.stopped(), record.crash()), (stopped, crash));
+                for settings in [None, Some(0), Some(u32::MAX)] {
+                    let record = Record {
+                        stopped,
+                        crash,
+                        settings,
+                        ..GOOD
+                    };
+                    assert_eq!(Record::from_words(record.words()), record);
+                }
             }
         }
-        let fresh = Record::new(false, Crash::None);
-        let good = Record::new(true, Crash::Panic);
-        for bit in 0..96 {
-            let mut words = [good.stopped, good.crash, good.check];
+    }
+
+    #[test]
+    fn anything_else_is_a_fresh_power_up() {
+        for bit in 0..160 {
+            let mut words = GOOD.words();
             words[bit / 32] ^= 1 << (bit % 32);
-            let [stopped, crash, check] = words;
-            let record = Record {
-                stopped,
-                crash,
-                check,
-            };
-            assert_eq!(record.checked(), fresh, "bit {bit}");
+            assert_eq!(Record::from_words(words), Record::FRESH, "bit {bit}");
         }
         for pattern in [0, u32::MAX, 0x5555_5555] {
-            let record = Record {
-                stopped: pattern,
-                crash: pattern,
-                check: pattern,
-            };
-            assert_eq!(record.checked(), fresh);
+            assert_eq!(Record::from_words([pattern; 5]), Record::FRESH);
         }
     }
 }

@@ -5,7 +5,8 @@ use stairscan::answer::{Reason, Reasons};
 use stairscan::report::command::Measure;
 use stairscan::scan::frame::LINK_BAUD;
 use stairscan::scan::link::FrameLink;
-use stairscan::scan::{Board, Identity, Micros};
+use stairscan::scan::store::{Store, StoreError};
+use stairscan::scan::{Board, Identity, Micros, Settings};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, PinState, PushPull, Speed, gpiob, gpioc};
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::prelude::*;
@@ -14,9 +15,11 @@ use stm32f4xx_hal::serial::{self, Instance, Serial};
 use stm32f4xx_hal::syscfg::SysCfg;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
-use super::clock::{self, Clocks, brr, prescaler};
+use super::clock::{self, brr};
+use super::flash::ChipFlash;
 use super::motor::{self, Motor};
-use super::retained::{self, Crash};
+use super::retained::{self, Crash, Record};
+use super::time::{self, Time};
 use super::uart::{self, LinkPort, LinkQueue, REPORT_BAUD, Receiver, ReportPort, ReportQueue};
 
 /// What the scanner's loop works with.
@@ -62,16 +65,6 @@ impl Queues {
     }
 }
 
-/// Microseconds from TIM5.
-pub struct Time(pac::TIM5);
-
-impl Time {
-    /// The present moment.
-    pub fn now(&self) -> Micros {
-        Micros(self.0.cnt().read().bits())
-    }
-}
-
 /// The independent watchdog: it runs from its own oscillator and nothing can stop it.
 pub struct Watchdog {
     iwdg: IndependentWatchdog,
@@ -96,7 +89,20 @@ impl Watchdog {
 /// What survives a reset, and the stack.
 #[derive(Debug)]
 pub struct ChipBoard {
-    stopped: bool,
+    record: Record,
+    store: Store<ChipFlash>,
+}
+
+impl ChipBoard {
+    /// The settings that were saved.
+    pub fn saved(&mut self) -> Option<Settings> {
+        self.store.load()
+    }
+
+    fn retain(&mut self, change: impl FnOnce(&mut Record)) {
+        change(&mut self.record);
+        retained::store(self.record);
+    }
 }
 
 unsafe extern "C" {
@@ -106,12 +112,30 @@ unsafe extern "C" {
 
 impl Board for ChipBoard {
     fn stopped(&self) -> bool {
-        self.stopped
+        self.record.stopped
     }
 
     fn set_stopped(&mut self, stopped: bool) {
-        self.stopped = stopped;
-        retained::store(stopped, Crash::None);
+        self.retain(|record| record.stopped = stopped);
+    }
+
+    fn settings_before(&self) -> Option<u32> {
+        self.record.settings
+    }
+
+    fn note_settings(&mut self, hash: u32) {
+        self.retain(|record| record.settings = Some(hash));
+    }
+
+    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
+        if !self.store.flash_mut().answers() {
+            return Err(StoreError::Controller);
+        }
+        self.store.save(settings)
+    }
+
+    fn survived(&mut self) {
+        self.retain(|record| record.crashes = 0);
     }
 
     fn measure(&self, measure: Measure) -> u32 {
@@ -133,6 +157,28 @@ fn untouched(bottom: *const u32, words: u32) -> u32 {
         word == cortex_m_rt::STACK_PAINT_VALUE
     };
     (0..words).take_while(|&k| painted(k)).count() as u32
+}
+
+/// Crashes one after the other, none of which the scanner outlived by a minute, after which it stands
+/// still.
+const CRASH_LOOP: u32 = 3;
+
+/// What the last boot left, with this one counted in it, and what is to be told of it.
+fn this_boot(before: Record, mut reasons: Reasons) -> (Record, Reasons) {
+    let crashes = match reasons.is_empty() {
+        true => 0,
+        false => before.crashes.saturating_add(1),
+    };
+    if crashes >= CRASH_LOOP {
+        reasons.add(Reason::CrashLoop);
+    }
+    let record = Record {
+        crash: Crash::None,
+        boots: before.boots.saturating_add(1),
+        crashes,
+        ..before
+    };
+    (record, reasons)
 }
 
 /// Why the chip was reset, and what `status` shows of it.
@@ -157,17 +203,6 @@ fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Reasons) {
     } else {
         ("unknown", Reasons::NONE)
     }
-}
-
-/// TIM5 as a free-running counter of microseconds.
-fn start_time(timer: pac::TIM5, clocks: &Clocks) -> Time {
-    let division = prescaler(clocks.timer_hz, 1_000_000);
-    timer.psc().write(|w| w.psc().set(division as u16));
-    // SAFETY: any value is one; this is the whole range.
-    timer.arr().write(|w| unsafe { w.bits(u32::MAX) });
-    timer.egr().write(|w| w.ug().update());
-    timer.cr1().write(|w| w.cen().enabled());
-    Time(timer)
 }
 
 /// A port: 8 data bits, no parity, 1 stop bit. Divider 16 and above.
@@ -211,9 +246,10 @@ fn start_motor(
 
 /// Starts everything. The interrupts come once they are unmasked.
 pub fn start(timer: SYST, p: pac::Peripherals, queues: &'static mut Queues) -> (Parts, Interrupts) {
-    let record = retained::load();
-    retained::store(record.stopped(), Crash::None);
-    let (reset, reasons) = reset_cause(&p.RCC, record.crash());
+    let before = retained::load();
+    let (reset, reasons) = reset_cause(&p.RCC, before.crash);
+    let (record, reasons) = this_boot(before, reasons);
+    retained::store(record);
     let clocks = clock::start(&p.RCC, &p.FLASH);
 
     let mut rcc = p.RCC.constrain();
@@ -240,7 +276,7 @@ pub fn start(timer: SYST, p: pac::Peripherals, queues: &'static mut Queues) -> (
     let serial = start_port(p.USART2, report_pins, divider, &mut rcc);
     let (report, report_receiver) = uart::part(serial, Interrupt::USART2, queues.report.split());
 
-    let time = start_time(p.TIM5, &clocks);
+    let time = time::start(p.TIM5, &clocks);
     let mut iwdg = IndependentWatchdog::new(p.IWDG);
     iwdg.stop_on_debug(&p.DBGMCU, true);
     iwdg.start(Watchdog::PERIOD_MS.millis());
@@ -253,13 +289,17 @@ pub fn start(timer: SYST, p: pac::Peripherals, queues: &'static mut Queues) -> (
         link: FrameLink::new(link),
         report,
         board: ChipBoard {
-            stopped: record.stopped(),
+            record,
+            store: Store::new(ChipFlash::new(p.FLASH)),
         },
         identity: Identity {
             version: env!("CARGO_PKG_VERSION"),
             revision: env!("STAIRSCAN_REVISION"),
             reset,
             clock: clocks.name,
+            boots: record.boots,
+            // Read once interrupts are on (`serial_number`).
+            serial: [0; 3],
             reasons,
         },
         watchdog: Watchdog {

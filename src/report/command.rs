@@ -2,7 +2,9 @@
 //!
 //! A command is one line, ended by CR or LF: a word and its arguments, separated by commas or
 //! spaces, in lower case. Like a sentence it may be framed as `$PSTC,…*CRC` (CRC-32 in eight hex
-//! digits), and then the CRC must be right; a person at a terminal leaves the frame away.
+//! digits), and then the CRC must be right; a person at a terminal leaves the frame away. What changes
+//! something for good must be framed: one damaged letter makes another value. Where the frame is
+//! missing, `FAIL` offers the whole sentence, to be sent instead ([`framed`] writes it).
 //!
 //! | command | what it does | answer |
 //! |---|---|---|
@@ -14,13 +16,14 @@
 //! | `selftest` | arithmetic, home, link, when stopped | `DONE` once passed, else `FAIL` |
 //! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
 //! | `get,KEY` | | `CONF` |
-//! | `set,KEY,VALUE` | from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
+//! | `set,KEY,VALUE` | framed; from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
+//! | `save` | framed, when stopped: the settings outlive the power ([`crate::scan::store`]) | `DONE` |
 //! | `MOTION,…` | the chair's own motion, always framed ([`super::motion`]) | none |
 //!
 //! Whatever is wrong gets one `FAIL` that names the field, and changes nothing.
 
 use super::motion;
-use super::sentence::{ParseError, crc32};
+use super::sentence::{Line, ParseError, Writer, crc32};
 use crate::config::ConfigError;
 use crate::drive::Reading;
 use crate::scan::settings::Settings;
@@ -51,6 +54,8 @@ pub enum Command<'a> {
     Get(&'static str),
     /// Change one setting.
     Set(&'static str, &'a str),
+    /// Keep the settings over loss of power.
+    Save,
     /// The chair's motion.
     Motion(Reading),
 }
@@ -92,6 +97,7 @@ impl Command<'_> {
             Command::SelfTest => "selftest",
             Command::GetAll | Command::Get(_) | Command::Measure(_) => "get",
             Command::Set(..) => "set",
+            Command::Save => "save",
             Command::Motion(_) => "MOTION",
         }
     }
@@ -131,6 +137,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         Some("status") => Command::Status,
         Some("version") => Command::Version,
         Some("selftest") => Command::SelfTest,
+        Some("save") => Command::Save,
         Some("get") => match words.next() {
             None => Command::GetAll,
             Some(key) => match Measure::find(key) {
@@ -145,7 +152,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
         }
         _ => {
-            let expected = "start stop scan status version selftest get or set";
+            let expected = "start stop scan status version selftest get set or save";
             return Err(bad("-", "command", expected));
         }
     };
@@ -153,6 +160,26 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         None => Ok(command),
         Some(_) => Err(bad(command.word(), "arguments", "no more of them")),
     }
+}
+
+/// The sentence of a command, of its words: with its CRC and line end.
+///
+/// ```
+/// use stairscan::report::command::framed;
+///
+/// assert_eq!(framed(&["set", "seed", "7"]), "$PSTC,set,seed,7*352B37A8\r\n");
+/// ```
+pub fn framed(words: &[&str]) -> Line {
+    let (name, rest) = words.split_first().unwrap_or((&"", &[]));
+    let begun = Writer::behind("$PSTC,", name);
+    rest.iter()
+        .fold(begun, |line, word| line.text(word))
+        .finish()
+}
+
+/// Whether a line that [`parse`] takes bears a CRC, which then is right.
+pub fn is_framed(line: &str) -> bool {
+    line.starts_with('$')
 }
 
 /// Whether a line is a motion sentence, a damaged one perhaps: it comes too often to be answered.
@@ -253,7 +280,7 @@ mod tests {
     use proptest::prelude::*;
     use std::{format, string::String, vec::Vec};
 
-    fn framed(body: &str) -> String {
+    fn closed(body: &str) -> String {
         format!("${body}*{:08X}", crc32(body))
     }
 
@@ -264,7 +291,7 @@ mod tests {
         assert_eq!(parse("set,seed,7"), Ok(Command::Set("seed", "7")));
         assert_eq!(parse("set seed 7"), Ok(Command::Set("seed", "7")));
         assert_eq!(parse("get"), Ok(Command::GetAll));
-        assert_eq!(parse(&framed("PSTC,get,plane")), Ok(Command::Get("plane")));
+        assert_eq!(parse(&closed("PSTC,get,plane")), Ok(Command::Get("plane")));
         let measure = Command::Measure(Measure::StackUsed);
         assert_eq!(parse("get stack-used"), Ok(measure));
     }
@@ -291,7 +318,7 @@ mod tests {
                 "{line}"
             );
         }
-        let error = parse(&framed("XXXX,start")).unwrap_err();
+        let error = parse(&closed("XXXX,start")).unwrap_err();
         assert_eq!(error.error.field, "frame");
     }
 

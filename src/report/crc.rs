@@ -3,3 +3,13 @@
 /// CRC-32 (ISO-HDLC) of sentences, commands and the radar link's frames, by a table of 256 words:
 /// some eight instructions a byte.
 pub static CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
+
+/// CRC-32 of words, each little-endian.
+#[inline(never)]
+pub fn of_words(words: &[u32]) -> u32 {
+    let mut digest = CRC32.digest();
+    for byte in words.iter().flat_map(|word| word.to_le_bytes()) {
+        digest.update(&[byte]);
+    }
+    digest.finalize()
+}

@@ -7,14 +7,14 @@
 //!
 //! | sentence | fields |
 //! |---|---|
-//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence; maybes |
+//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence; maybes; settings |
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
-//! | `BOOT` | version; git revision; reset cause; clock |
-//! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot |
+//! | `BOOT` | version; git revision; reset cause; clock; boots since power came; settings; serial number of the chip |
+//! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot; settings |
 //! | `CONF` | key; value |
 //! | `DONE` | command |
-//! | `FAIL` | command or `-`; field or `-`; what was expected |
+//! | `FAIL` | command or `-`; field or `-`; what was expected: all up to the CRC, which may hold a command with its own frame |
 //! | `HALT` | reason: the firmware stopped with a fault and resets the chip |
 //!
 //! Lengths are millimetres with one decimal; a field without a value (the last step's tread depth)
@@ -24,6 +24,9 @@
 //! `MAYBE`s (what may stand there though the answer does not hold it, with its probability in per
 //! cent; a negative height: the ground may end), each nearest first; they hold no time and no
 //! clock, so that the same chirps give the same bytes everywhere.
+//!
+//! Settings are the CRC-32 of the values that decide an answer ([`crate::scan::Settings::hash`]), in
+//! eight hex digits: whoever set the scanner up sees at every scan that it still is.
 //!
 //! Numbers are written digit by digit rather than through `core::fmt`, which would be the largest
 //! thing in the image and brings panics that no one can reach but everyone must link.
@@ -59,6 +62,12 @@ pub enum Sentence<'a> {
         reset: &'a str,
         /// What drives the core: `hse-168` or `hsi-16`.
         clock: &'a str,
+        /// Boots since power came, this one included.
+        boots: u32,
+        /// Hash of the settings that it begins with.
+        settings: u32,
+        /// The chip's own number, 96 bits, as it stands in its memory.
+        serial: [u32; 3],
     },
     /// Answer to `status`.
     State {
@@ -76,6 +85,8 @@ pub enum Sentence<'a> {
         motion: &'a str,
         /// Motion sentences since boot that were not as they should be, or missing too long.
         motion_faults: u16,
+        /// Hash of the settings of the next scan.
+        settings: u32,
     },
     /// One value of the configuration.
     Config {
@@ -139,11 +150,17 @@ impl Sentence<'_> {
                 revision,
                 reset,
                 clock,
+                boots,
+                settings,
+                ref serial,
             } => Writer::new("BOOT")
                 .text(version)
                 .text(revision)
                 .text(reset)
                 .text(clock)
+                .number(boots)
+                .hex(&[settings])
+                .hex(serial)
                 .finish(),
             Sentence::State {
                 state,
@@ -153,6 +170,7 @@ impl Sentence<'_> {
                 reasons,
                 motion,
                 motion_faults,
+                settings,
             } => Writer::new("STAT")
                 .text(state)
                 .text(clock)
@@ -161,6 +179,7 @@ impl Sentence<'_> {
                 .reasons(reasons)
                 .text(motion)
                 .number(motion_faults.into())
+                .hex(&[settings])
                 .finish(),
             Sentence::Config { key, value } => Writer::new("CONF").text(key).text(value).finish(),
             Sentence::Done { command } => Writer::new("DONE").text(command).finish(),
@@ -171,7 +190,7 @@ impl Sentence<'_> {
             } => Writer::new("FAIL")
                 .text(command)
                 .text(field)
-                .text(expected)
+                .rest(expected)
                 .finish(),
             Sentence::Halt { reason } => Writer::new("HALT").text(reason.as_str()).finish(),
         }
@@ -217,6 +236,9 @@ impl Sentence<'_> {
                 revision: fields.text("revision")?,
                 reset: fields.text("reset")?,
                 clock: fields.text("clock")?,
+                boots: fields.number("boots")?,
+                settings: fields.hash("settings")?,
+                serial: fields.hex("serial")?,
             },
             "STAT" => Sentence::State {
                 state: fields.text("state")?,
@@ -226,6 +248,7 @@ impl Sentence<'_> {
                 reasons: fields.reasons("reasons")?,
                 motion: fields.text("motion")?,
                 motion_faults: fields.number("motion-faults")?,
+                settings: fields.hash("settings")?,
             },
             "CONF" => Sentence::Config {
                 key: fields.text("key")?,
@@ -234,11 +257,14 @@ impl Sentence<'_> {
             "DONE" => Sentence::Done {
                 command: fields.text("command")?,
             },
-            "FAIL" => Sentence::Fail {
-                command: fields.text("command")?,
-                field: fields.text("field")?,
-                expected: fields.text("expected")?,
-            },
+            // The last field holds what it likes.
+            "FAIL" => {
+                return Ok(Sentence::Fail {
+                    command: fields.text("command")?,
+                    field: fields.text("field")?,
+                    expected: (body.splitn(5, ',').nth(4)).ok_or(ParseError::Field("expected"))?,
+                });
+            }
             "HALT" => Sentence::Halt {
                 reason: fields.word("reason", Reason::ALL, |r| r.as_str())?,
             },
@@ -251,10 +277,15 @@ impl Sentence<'_> {
     }
 }
 
-/// Sentence `k` (from 0) of a scan: its head, its steps, what else may stand there; none beyond the
+/// Sentence `k` (from 0) of a scan of this number, made with settings of this hash: its head, its steps, what else may stand there; none beyond the
 /// last.
-pub fn of_scan(scan: u32, lost_rows: u16, outcome: &Outcome, k: u8) -> Option<Sentence<'static>> {
-    let head = ScanLine::new(scan, lost_rows, outcome);
+pub fn of_scan(
+    (scan, settings): (u32, u32),
+    lost_rows: u16,
+    outcome: &Outcome,
+    k: u8,
+) -> Option<Sentence<'static>> {
+    let head = ScanLine::new(scan, lost_rows, outcome, settings);
     let Some(step) = k.checked_sub(1) else {
         return Some(Sentence::Scan(head));
     };
@@ -268,10 +299,10 @@ pub fn of_scan(scan: u32, lost_rows: u16, outcome: &Outcome, k: u8) -> Option<Se
     Some(Sentence::Step(StepLine::new(scan, k, head.steps, told)))
 }
 
-/// Hands the sentences of one scan to `sink`, in order.
-pub fn write_scan(scan: u32, lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
+/// Hands the sentences of one scan to `sink`, in order; `of` is its number and its settings' hash.
+pub fn write_scan(of: (u32, u32), lost_rows: u16, outcome: &Outcome, mut sink: impl FnMut(&Line)) {
     for k in 0..=u8::MAX {
-        match of_scan(scan, lost_rows, outcome, k) {
+        match of_scan(of, lost_rows, outcome, k) {
             Some(sentence) => sink(&sentence.write()),
             None => return,
         }

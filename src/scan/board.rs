@@ -1,5 +1,7 @@
 //! What the scanner is built over, beside its mirror and its radar module.
 
+use super::settings::Settings;
+use super::store::StoreError;
 use crate::answer::Reasons;
 use crate::report::command::Measure;
 
@@ -17,6 +19,15 @@ pub trait Board {
     fn stopped(&self) -> bool;
     /// Remembers whether to stand still.
     fn set_stopped(&mut self, stopped: bool);
+    /// Hash of the settings that were in force before the reset; `None` after the power was off.
+    fn settings_before(&self) -> Option<u32>;
+    /// Remembers the hash of the settings that are in force over a reset.
+    fn note_settings(&mut self, hash: u32);
+    /// Keeps `settings` over loss of power. May take as long as flash takes to erase, during which
+    /// nothing else runs: only from a standstill.
+    fn save(&mut self, settings: &Settings) -> Result<(), StoreError>;
+    /// The firmware has run long enough to forget crashes before this boot.
+    fn survived(&mut self);
     /// A diagnostic value.
     fn measure(&self, measure: Measure) -> u32;
 }
@@ -40,6 +51,22 @@ impl<B: Board + ?Sized> Board for &mut B {
         (**self).set_stopped(stopped);
     }
 
+    fn settings_before(&self) -> Option<u32> {
+        (**self).settings_before()
+    }
+
+    fn note_settings(&mut self, hash: u32) {
+        (**self).note_settings(hash);
+    }
+
+    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
+        (**self).save(settings)
+    }
+
+    fn survived(&mut self) {
+        (**self).survived();
+    }
+
     fn measure(&self, measure: Measure) -> u32 {
         (**self).measure(measure)
     }
@@ -56,7 +83,13 @@ pub struct Identity {
     pub reset: &'static str,
     /// What drives the core.
     pub clock: &'static str,
-    /// What `status` shows until a scan has succeeded: a reset by watchdog or crash.
+    /// Boots since power came, this one included.
+    pub boots: u32,
+    /// The chip's own number.
+    pub serial: [u32; 3],
+    /// What `status` shows until a scan has succeeded: a reset by watchdog or crash. With
+    /// [`Reason::CrashLoop`](crate::answer::Reason::CrashLoop) the scanner stands still until it is
+    /// told to start.
     pub reasons: Reasons,
 }
 

@@ -3,6 +3,7 @@
 use super::ramp::Ramp;
 use super::schedule::{MICROSTEPS_PER_TURN, microsteps};
 use super::settings::MotorConfig;
+use super::time::Micros;
 
 /// Whether the shaft stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -31,7 +32,7 @@ pub trait Mirror {
     /// Starts a move to `position`, microsteps from the horizontal.
     fn start_move(&mut self, position: i32, motor: &MotorConfig);
     /// Whether the shaft stands by now. An error also leaves the driver off.
-    fn poll(&mut self) -> Result<Motion, MirrorError>;
+    fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError>;
     /// Where the shaft was at the last [`Mirror::poll`], microsteps from the horizontal.
     fn position(&self) -> i32;
     /// Whether the position means anything.
@@ -74,10 +75,23 @@ enum Homing {
     Leave { tries: u8 },
     /// Towards the switch, at search speed.
     Search,
-    /// A little away from it again.
-    BackOff,
+    /// A little away from it again; moves that it takes until the switch lets go.
+    BackOff { tries: u8 },
     /// Towards it, slowly: this edge counts.
     Approach,
+    /// An edge has come and the shaft stands: does the level stay?
+    Confirm(Confirm),
+}
+
+/// A look at the switch's level after an edge.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Confirm {
+    /// Whether the edge came on the slow approach.
+    slow: bool,
+    /// The first look.
+    begun: Micros,
+    /// The last look that found the switch released; the first look.
+    since: Micros,
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -88,11 +102,30 @@ enum State {
     Failed(MirrorError),
 }
 
+/// What the search for home has found so far.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+struct Found {
+    /// Where the search ends.
+    end: i32,
+    /// The last edge that was not refuted; none before the first.
+    edge: Option<i32>,
+    /// Slow approaches that ended at one place, one after the other.
+    agreeing: u8,
+    /// Edges that came to nothing.
+    spurious: u8,
+}
+
 /// A stepper motor: moves and homing over a [`StepPort`].
 ///
 /// The home switch stands at the negative end of the shaft's way and is found twice, the second
 /// time slowly, so that its place does not depend on where the shaft was at power-up. Every search
 /// is bounded by the way that the shaft can have.
+///
+/// An edge alone is no switch: a spike on the wire makes one, too. So after each edge the level must
+/// stay for 5 ms; the switch must let go on the way back; and the slow approach must end about where
+/// the search ended. What is refuted is forgotten and the search goes on, a few times. A level is only
+/// believed to be low once it has been seen high, since an input that has edges and no level could
+/// never home otherwise; until then an edge counts when two slow approaches have ended at one place.
 #[derive(Debug)]
 pub struct Stepper<P> {
     port: P,
@@ -100,6 +133,9 @@ pub struct Stepper<P> {
     /// As of the last look at the port.
     position: i32,
     motor: MotorConfig,
+    found: Found,
+    /// Whether the switch's level has ever been seen high.
+    level_seen: bool,
 }
 
 /// Off the switch before the slow approach: 5°.
@@ -108,6 +144,19 @@ const BACK_OFF: i32 = MICROSTEPS_PER_TURN / 72;
 const SEARCH: i32 = MICROSTEPS_PER_TURN;
 /// Moves of [`BACK_OFF`] that must release a pressed switch.
 const LEAVE_TRIES: u8 = 6;
+/// The level must stay so long after an edge, µs: contacts bounce for a few ms, spikes last less.
+const LEVEL_US: u32 = 5_000;
+/// A level that has not stayed by then will not, µs.
+const BOUNCE_US: u32 = 20_000;
+/// The first slow approach ends so near where the fast search did: 2.5°, for a search does not stop dead.
+const NEAR_SEARCH: i32 = BACK_OFF / 2;
+/// Two slow approaches end so near each other: 1°.
+const NEAR_APPROACH: i32 = BACK_OFF / 5;
+/// Slow approaches to one place that prove a switch whose level was never seen.
+const AGREEING: u8 = 2;
+/// Edges that may come to nothing before the switch is given up: the ways of all of them, and the
+/// search, are within the three turns that the self-test allows.
+const MOST_SPURIOUS: u8 = 4;
 
 impl<P: StepPort> Stepper<P> {
     /// A motor that has not been homed.
@@ -117,6 +166,8 @@ impl<P: StepPort> Stepper<P> {
             state: State::Unknown,
             position: 0,
             motor: MotorConfig::default(),
+            found: Found::default(),
+            level_seen: false,
         }
     }
 
@@ -130,6 +181,12 @@ impl<P: StepPort> Stepper<P> {
         let pulses = self.port.state();
         self.position = pulses.position;
         pulses
+    }
+
+    fn pressed(&mut self) -> bool {
+        let pressed = self.port.home_pressed();
+        self.level_seen |= pressed;
+        pressed
     }
 
     fn begin_by(&mut self, way: i32, ramp: Ramp, until_home: bool) {
@@ -149,42 +206,114 @@ impl<P: StepPort> Stepper<P> {
             acceleration: 0,
         };
         match homing {
-            Homing::Leave { .. } | Homing::BackOff => self.begin_by(BACK_OFF, fast, false),
-            Homing::Search => self.begin_by(-SEARCH, fast, true),
+            Homing::Leave { .. } | Homing::BackOff { .. } => self.begin_by(BACK_OFF, fast, false),
+            Homing::Search => self.port.begin(self.found.end, fast, true),
             Homing::Approach => self.begin_by(-2 * BACK_OFF, slow, true),
+            Homing::Confirm(_) => {}
         }
     }
 
-    fn fail(&mut self, error: MirrorError) -> MirrorError {
+    fn fail(&mut self, error: MirrorError) -> Result<Motion, MirrorError> {
         self.port.set_enabled(false);
         self.state = State::Failed(error);
-        error
+        Err(error)
+    }
+
+    fn search(&mut self) {
+        self.found = Found {
+            end: self.look().position.saturating_sub(SEARCH),
+            ..Found::default()
+        };
+        self.enter(Homing::Search);
+    }
+
+    /// The edge was none of the switch's: the search goes on where it was.
+    fn refute(&mut self) -> Result<Motion, MirrorError> {
+        self.found.spurious += 1;
+        self.found.edge = None;
+        self.found.agreeing = 0;
+        if self.found.spurious > MOST_SPURIOUS {
+            return self.fail(MirrorError::HomeNotFound);
+        }
+        self.enter(Homing::Search);
+        Ok(Motion::Moving)
     }
 
     /// The next move once the present one's move has ended.
-    fn advance(&mut self, homing: Homing, edge: bool) -> Result<Motion, MirrorError> {
-        match (homing, edge) {
-            (Homing::Leave { tries }, _) => {
-                if !self.port.home_pressed() {
-                    self.enter(Homing::Search);
-                } else if tries < LEAVE_TRIES {
-                    self.enter(Homing::Leave { tries: tries + 1 });
-                } else {
-                    return Err(self.fail(MirrorError::HomeNotFound));
+    fn advance(&mut self, now: Micros, homing: Homing, edge: bool) -> Result<Motion, MirrorError> {
+        match homing {
+            Homing::Leave { tries } if self.pressed() => {
+                if tries >= LEAVE_TRIES {
+                    return self.fail(MirrorError::HomeNotFound);
                 }
+                self.enter(Homing::Leave { tries: tries + 1 });
             }
-            (Homing::Search, true) => self.enter(Homing::BackOff),
-            (Homing::BackOff, _) => self.enter(Homing::Approach),
-            (Homing::Approach, true) => {
+            Homing::Leave { .. } => self.search(),
+            Homing::BackOff { tries } if self.pressed() => {
+                if tries >= LEAVE_TRIES {
+                    return self.fail(MirrorError::HomeNotFound);
+                }
+                self.enter(Homing::BackOff { tries: tries + 1 });
+            }
+            Homing::BackOff { .. } => self.enter(Homing::Approach),
+            Homing::Search | Homing::Approach if edge => {
+                self.enter(Homing::Confirm(Confirm {
+                    slow: homing == Homing::Approach,
+                    begun: now,
+                    since: now,
+                }));
+            }
+            Homing::Search => return self.fail(MirrorError::HomeNotFound),
+            // What ended the search does not stand where it ended.
+            Homing::Approach => return self.refute(),
+            Homing::Confirm(look) => return self.confirm(now, look),
+        }
+        Ok(Motion::Moving)
+    }
+
+    fn confirm(&mut self, now: Micros, look: Confirm) -> Result<Motion, MirrorError> {
+        let pressed = self.pressed();
+        let since = if pressed { look.since } else { now };
+        if pressed && now.since(since) >= LEVEL_US {
+            return self.proven(look.slow);
+        }
+        if now.since(look.begun) < BOUNCE_US {
+            self.state = State::Homing(Homing::Confirm(Confirm { since, ..look }));
+            return Ok(Motion::Moving);
+        }
+        if self.level_seen {
+            self.refute()
+        } else {
+            self.proven(look.slow)
+        }
+    }
+
+    /// Nothing speaks against the edge at which the shaft stands.
+    fn proven(&mut self, slow: bool) -> Result<Motion, MirrorError> {
+        let Found { edge, agreeing, .. } = self.found;
+        let near = match agreeing {
+            0 => NEAR_SEARCH,
+            _ => NEAR_APPROACH,
+        };
+        let same = edge.is_some_and(|edge| edge.abs_diff(self.position) <= near as u32);
+        self.found.edge = Some(self.position);
+        if slow && same {
+            self.found.agreeing += 1;
+            if self.level_seen || self.found.agreeing >= AGREEING {
                 self.position = microsteps(self.motor.home_angle);
                 self.port.set_position(self.position);
                 self.state = State::Homed;
                 return Ok(Motion::Still);
             }
-            (Homing::Search | Homing::Approach, false) => {
-                return Err(self.fail(MirrorError::HomeNotFound));
+        } else if slow {
+            // Another place than before: this one is to be proven now.
+            self.found.agreeing = 0;
+            self.found.spurious += 1;
+            if self.found.spurious > MOST_SPURIOUS {
+                return self.fail(MirrorError::HomeNotFound);
             }
         }
+        self.enter(Homing::BackOff { tries: 0 });
         Ok(Motion::Moving)
     }
 }
@@ -193,10 +322,10 @@ impl<P: StepPort> Mirror for Stepper<P> {
     fn start_home(&mut self, motor: &MotorConfig) {
         self.motor = *motor;
         self.port.set_enabled(true);
-        if self.port.home_pressed() {
+        if self.pressed() {
             self.enter(Homing::Leave { tries: 0 });
         } else {
-            self.enter(Homing::Search);
+            self.search();
         }
     }
 
@@ -210,18 +339,18 @@ impl<P: StepPort> Mirror for Stepper<P> {
         }
     }
 
-    fn poll(&mut self) -> Result<Motion, MirrorError> {
+    fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError> {
         if let State::Failed(error) = self.state {
             return Err(error);
         }
         let pulses = self.look();
         if pulses.stalled {
-            return Err(self.fail(MirrorError::Stall));
+            return self.fail(MirrorError::Stall);
         }
         match self.state {
             State::Unknown => Err(MirrorError::NotHomed),
             _ if pulses.moving => Ok(Motion::Moving),
-            State::Homing(homing) => self.advance(homing, pulses.home_edge),
+            State::Homing(homing) => self.advance(now, homing, pulses.home_edge),
             _ => Ok(Motion::Still),
         }
     }
@@ -241,159 +370,4 @@ impl<P: StepPort> Mirror for Stepper<P> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use std::vec::Vec;
-
-    /// A shaft whose own coordinate starts anywhere; the switch is pressed at and below 0.
-    struct Bench {
-        place: i32,
-        position: i32,
-        target: i32,
-        until_home: bool,
-        edge: bool,
-        enabled: bool,
-        stall_at: Option<i32>,
-        stalled: bool,
-        switch_works: bool,
-        moves: Vec<i32>,
-    }
-
-    impl Bench {
-        fn at(place: i32) -> Self {
-            Self {
-                place,
-                position: 0,
-                target: 0,
-                until_home: false,
-                edge: false,
-                enabled: false,
-                stall_at: None,
-                stalled: false,
-                switch_works: true,
-                moves: Vec::new(),
-            }
-        }
-
-        fn pressed(&self) -> bool {
-            self.switch_works && self.place <= 0
-        }
-
-        fn pulse(&mut self) {
-            let before = self.pressed();
-            let step = (self.target - self.position).signum();
-            self.position += step;
-            self.place += step;
-            if self.until_home && !before && self.pressed() {
-                self.edge = true;
-                self.target = self.position;
-            }
-            if self.stall_at == Some(self.place) {
-                self.stalled = true;
-                self.enabled = false;
-                self.target = self.position;
-            }
-        }
-    }
-
-    impl StepPort for Bench {
-        fn begin(&mut self, target: i32, _: Ramp, until_home: bool) {
-            assert!(self.enabled, "a move with the driver off");
-            self.moves.push(target - self.position);
-            (self.target, self.until_home, self.edge) = (target, until_home, false);
-        }
-        fn state(&mut self) -> PulseState {
-            for _ in 0..7 {
-                if self.position != self.target {
-                    self.pulse();
-                }
-            }
-            PulseState {
-                position: self.position,
-                moving: self.position != self.target,
-                home_edge: self.edge,
-                stalled: self.stalled,
-            }
-        }
-        fn home_pressed(&mut self) -> bool {
-            self.pressed()
-        }
-        fn set_position(&mut self, position: i32) {
-            (self.position, self.target) = (position, position);
-        }
-        fn set_enabled(&mut self, on: bool) {
-            self.enabled = on;
-            if on {
-                self.stalled = false;
-            } else {
-                self.target = self.position;
-            }
-        }
-    }
-
-    fn settle(stepper: &mut Stepper<Bench>) -> Result<(), MirrorError> {
-        for _ in 0..100_000 {
-            match stepper.poll() {
-                Ok(Motion::Still) => return Ok(()),
-                Ok(Motion::Moving) => {}
-                Err(error) => return Err(error),
-            }
-        }
-        panic!("never settled");
-    }
-
-    #[test]
-    fn homing_finds_the_same_place_from_anywhere() {
-        let motor = MotorConfig::default();
-        for place in [-3000, -5, 0, 1, 300, 20_000, 48_000] {
-            let mut stepper = Stepper::new(Bench::at(place));
-            assert_eq!(stepper.poll(), Err(MirrorError::NotHomed));
-            stepper.start_home(&motor);
-            settle(&mut stepper).unwrap();
-            assert!(stepper.homed());
-            let home = microsteps(motor.home_angle);
-            assert_eq!(stepper.position() - stepper.port().place, home, "{place}");
-            stepper.start_move(1234, &motor);
-            settle(&mut stepper).unwrap();
-            assert_eq!(
-                (stepper.position(), stepper.port().place),
-                (1234, 1234 - home)
-            );
-        }
-    }
-
-    #[test]
-    fn dead_switch_ends_the_search_with_the_driver_off() {
-        let mut bench = Bench::at(100);
-        bench.switch_works = false;
-        let mut stepper = Stepper::new(bench);
-        stepper.start_home(&MotorConfig::default());
-        assert_eq!(settle(&mut stepper), Err(MirrorError::HomeNotFound));
-        assert!(!stepper.port().enabled && !stepper.homed());
-        assert_eq!(stepper.port().moves, [-SEARCH]);
-    }
-
-    #[test]
-    fn jammed_switch_ends_the_search() {
-        let mut stepper = Stepper::new(Bench::at(-1_000_000));
-        stepper.start_home(&MotorConfig::default());
-        assert_eq!(settle(&mut stepper), Err(MirrorError::HomeNotFound));
-        assert!(!stepper.port().enabled);
-    }
-
-    #[test]
-    fn stall_switches_off_and_needs_homing() {
-        let motor = MotorConfig::default();
-        let mut stepper = Stepper::new(Bench::at(100));
-        stepper.start_home(&motor);
-        settle(&mut stepper).unwrap();
-        stepper.port.stall_at = Some(500);
-        stepper.start_move(stepper.position() + 1000, &motor);
-        assert_eq!(settle(&mut stepper), Err(MirrorError::Stall));
-        assert!(!stepper.port().enabled && !stepper.homed());
-        stepper.port.stall_at = None;
-        stepper.start_home(&motor);
-        settle(&mut stepper).unwrap();
-        assert!(stepper.homed());
-    }
-}
+mod tests;

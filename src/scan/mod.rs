@@ -10,6 +10,8 @@
 //! |---|---|
 //! | [`time`] | microseconds that wrap |
 //! | [`settings`] | configuration, time-outs and motor data, by key |
+//! | [`record`] | settings as text: their hash, and what a record of them holds |
+//! | [`store`] | settings that outlive the power: records in two sectors of flash |
 //! | [`schedule`] | which microstep belongs to which row |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
@@ -30,9 +32,11 @@ pub mod mirror;
 pub mod outbox;
 pub mod pulser;
 pub mod ramp;
+pub mod record;
 pub mod scanner;
 pub mod schedule;
 pub mod settings;
+pub mod store;
 pub mod sweep;
 pub mod time;
 

@@ -31,12 +31,19 @@
 //! | `home-angle` | 0.001° | shaft angle of the home switch |
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
 //! | `acceleration` | microsteps/s² | of moves |
+//!
+//! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
+
+mod slot;
 
 use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule};
-use crate::config::{Config, ConfigError, EstimatorKind, Plane, Spread, check};
+use crate::config::{Config, ConfigError, check};
 use crate::drive;
 use crate::grid::BinWindow;
 use crate::grid::MAX_CELLS;
+use slot::Slot;
+pub(crate) use slot::number;
+pub use slot::{Sweeping, ValueText};
 
 /// Longest time that can be set, microseconds: differences of [`super::Micros`] stay meaningful
 /// with room for the retries on top.
@@ -107,18 +114,6 @@ impl Default for MotorConfig {
     }
 }
 
-/// Which way the mirror sweeps.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Sweeping {
-    /// The first scan from the first row to the last, the next one back, and so on.
-    #[default]
-    Both,
-    /// Always from the first row to the last.
-    Forward,
-    /// Always from the last row to the first.
-    Backward,
-}
-
 /// Everything that can be set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settings {
@@ -132,166 +127,6 @@ pub struct Settings {
     pub sweeping: Sweeping,
     /// What holds without motion input.
     pub motion: drive::Mode,
-}
-
-/// A value that is one of a few words.
-trait Word: Copy + PartialEq + 'static {
-    const WORDS: &'static [(&'static str, Self)];
-    const EXPECTED: &'static str;
-
-    fn word(self) -> &'static str {
-        let found = Self::WORDS.iter().find(|(_, value)| *value == self);
-        found.map_or("", |(word, _)| word)
-    }
-
-    fn read(text: &str) -> Option<Self> {
-        let found = Self::WORDS.iter().find(|(word, _)| *word == text);
-        found.map(|(_, value)| *value)
-    }
-}
-
-impl Word for Plane {
-    const WORDS: &'static [(&'static str, Self)] =
-        &[("depth", Plane::Depth), ("height", Plane::Height)];
-    const EXPECTED: &'static str = "depth or height";
-}
-
-impl Word for Spread {
-    const WORDS: &'static [(&'static str, Self)] = &[
-        ("uniform", Spread::Uniform),
-        ("gmm-raw", Spread::GmmRaw),
-        ("gmm-cfar", Spread::GmmCfar),
-    ];
-    const EXPECTED: &'static str = "uniform or gmm-raw or gmm-cfar";
-}
-
-impl Word for Sweeping {
-    const WORDS: &'static [(&'static str, Self)] = &[
-        ("both", Sweeping::Both),
-        ("down", Sweeping::Forward),
-        ("up", Sweeping::Backward),
-    ];
-    const EXPECTED: &'static str = "both or down or up";
-}
-
-impl Word for drive::Mode {
-    const WORDS: &'static [(&'static str, Self)] = &[
-        ("auto", drive::Mode::Auto),
-        ("required", drive::Mode::Required),
-        ("standing", drive::Mode::Standing),
-    ];
-    const EXPECTED: &'static str = "auto or required or standing";
-}
-
-/// One setting while it is read or written.
-enum Slot<'a> {
-    U8(&'a mut u8),
-    U16(&'a mut u16),
-    U32(&'a mut u32),
-    I32(&'a mut i32),
-    /// A probability in 1e-9.
-    Nano(&'a mut f32),
-    Plane(&'a mut Plane),
-    Spread(&'a mut Spread),
-    Sweeping(&'a mut Sweeping),
-    Motion(&'a mut drive::Mode),
-    Estimator(&'a mut EstimatorKind),
-    /// What the radar module says.
-    ReadOnly(u32),
-}
-
-/// A value as text: a word or a number.
-pub type ValueText = heapless::String<16>;
-
-/// Writes a number digit by digit, without `core::fmt`.
-#[inline(never)]
-pub(crate) fn number(value: i64) -> ValueText {
-    let mut text = ValueText::new();
-    if value < 0 {
-        let _ = text.push('-');
-    }
-    let mut rest = value.unsigned_abs();
-    let mut digits = heapless::Vec::<u8, 20>::new();
-    loop {
-        let _ = digits.push(b'0' + (rest % 10) as u8);
-        rest /= 10;
-        if rest == 0 {
-            break;
-        }
-    }
-    for &digit in digits.iter().rev() {
-        let _ = text.push(char::from(digit));
-    }
-    text
-}
-
-fn word(text: &str) -> ValueText {
-    let mut value = ValueText::new();
-    let _ = value.push_str(text);
-    value
-}
-
-fn write_number<T: TryFrom<i64>>(
-    slot: &mut T,
-    field: &'static str,
-    text: &str,
-) -> Result<(), ConfigError> {
-    let expected = "a whole number within its type";
-    let value: i64 = text.parse().map_err(|_| ConfigError { field, expected })?;
-    *slot = T::try_from(value).map_err(|_| ConfigError { field, expected })?;
-    Ok(())
-}
-
-fn write_word<T: Word>(slot: &mut T, field: &'static str, text: &str) -> Result<(), ConfigError> {
-    let expected = T::EXPECTED;
-    *slot = T::read(text).ok_or(ConfigError { field, expected })?;
-    Ok(())
-}
-
-impl Slot<'_> {
-    fn text(&self) -> ValueText {
-        match self {
-            Slot::U8(v) => number(i64::from(**v)),
-            Slot::U16(v) => number(i64::from(**v)),
-            Slot::U32(v) => number(i64::from(**v)),
-            Slot::I32(v) => number(i64::from(**v)),
-            Slot::Nano(v) => number(i64::from((**v * 1e9 + 0.5) as u32)),
-            Slot::Plane(v) => word(v.word()),
-            Slot::Spread(v) => word(v.word()),
-            Slot::Sweeping(v) => word(v.word()),
-            Slot::Motion(v) => word(v.word()),
-            Slot::Estimator(v) => word(v.as_str()),
-            Slot::ReadOnly(v) => number(i64::from(*v)),
-        }
-    }
-
-    fn write(self, field: &'static str, text: &str) -> Result<(), ConfigError> {
-        match self {
-            Slot::U8(v) => write_number(v, field, text),
-            Slot::U16(v) => write_number(v, field, text),
-            Slot::U32(v) => write_number(v, field, text),
-            Slot::I32(v) => write_number(v, field, text),
-            Slot::Nano(v) => {
-                let mut nano = 0_u32;
-                write_number(&mut nano, field, text)?;
-                *v = nano as f32 * 1e-9;
-                Ok(())
-            }
-            Slot::Plane(v) => write_word(v, field, text),
-            Slot::Spread(v) => write_word(v, field, text),
-            Slot::Sweeping(v) => write_word(v, field, text),
-            Slot::Motion(v) => write_word(v, field, text),
-            Slot::Estimator(v) => {
-                let expected = "the name of an estimator";
-                *v = EstimatorKind::from_name(text).ok_or(ConfigError { field, expected })?;
-                Ok(())
-            }
-            Slot::ReadOnly(_) => Err(ConfigError {
-                field,
-                expected: "nothing: the radar module sets it",
-            }),
-        }
-    }
 }
 
 impl Settings {
@@ -360,9 +195,9 @@ impl Settings {
             "rounds" => Slot::U8(&mut config.particles.rounds),
             "mode-sigma" => Slot::I32(&mut config.particles.mode_sigma),
             "vigilance" => Slot::U16(&mut config.particles.vigilance),
-            "radar-carrier" => Slot::ReadOnly(config.radar.carrier_khz),
-            "radar-bandwidth" => Slot::ReadOnly(config.radar.bandwidth_khz),
-            "radar-samples" => Slot::ReadOnly(u32::from(config.radar.samples)),
+            "radar-carrier" => Slot::Module32(&mut config.radar.carrier_khz),
+            "radar-bandwidth" => Slot::Module32(&mut config.radar.bandwidth_khz),
+            "radar-samples" => Slot::Module16(&mut config.radar.samples),
             "settle" => Slot::U32(&mut timing.settle),
             "chirp-timeout" => Slot::U32(&mut timing.chirp_timeout),
             "configure-timeout" => Slot::U32(&mut timing.configure_timeout),
@@ -389,6 +224,27 @@ impl Settings {
     pub fn get(&self, key: &str) -> Option<ValueText> {
         let mut copy = *self;
         copy.slot(key).map(|slot| slot.text())
+    }
+
+    /// Every value to the last bit, in the order of the keys: what a record holds.
+    #[inline(never)]
+    pub fn words(&self) -> [u32; Self::KEYS.len()] {
+        let mut copy = *self;
+        let mut words = [0; Self::KEYS.len()];
+        for (word, key) in words.iter_mut().zip(Self::KEYS) {
+            *word = copy.slot(key).map_or(0, |slot| slot.word());
+        }
+        words
+    }
+
+    /// Takes back what [`Settings::words`] gave; `None` where a value is not valid.
+    pub fn from_words(words: &[u32; Self::KEYS.len()]) -> Option<Self> {
+        let mut settings = Self::default();
+        for (&word, key) in words.iter().zip(Self::KEYS) {
+            settings.slot(key)?.restore(word)?;
+        }
+        settings.validate().ok()?;
+        Some(settings)
     }
 
     /// Sets `key`; an error leaves everything as it was.
@@ -481,79 +337,4 @@ impl Settings {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn every_key_reads_back_what_it_says() {
-        let mut settings = Settings::default();
-        for &key in Settings::KEYS {
-            let text = settings.get(key).unwrap();
-            let before = settings;
-            match settings.set(key, &text) {
-                Ok(()) => assert_eq!(settings.get(key).unwrap(), text, "{key}"),
-                Err(error) => assert!(key.starts_with("radar-"), "{error}"),
-            }
-            if key != "cfar-false-alarm" {
-                assert_eq!(before, settings, "{key}");
-            }
-            let error = settings.set(key, "x7").unwrap_err();
-            assert_eq!(error.field, key);
-        }
-        assert_eq!(settings.get("nonsense"), None);
-    }
-
-    fn bins(settings: &Settings) -> u16 {
-        let config = &settings.config;
-        BinWindow::new(&config.radar, &config.mount, &config.cfar).count
-    }
-
-    #[test]
-    fn every_grid_of_as_many_cells_as_the_map_has_is_accepted() {
-        let mut settings = Settings::default();
-        let whole = MAX_CELLS / usize::from(bins(&settings));
-        settings.set("angle-count", &whole.to_string()).unwrap();
-        // More rows leave out the farthest bins, as long as 2 m are left.
-        let most = (whole..).find(|rows| {
-            let rows = settings.set("angle-count", &rows.to_string());
-            rows.is_err()
-        });
-        let most = most.unwrap();
-        assert!((whole + 50..2 * whole).contains(&most), "{most}");
-        let refused = settings.set("angle-count", &most.to_string());
-        assert_eq!(refused.unwrap_err().field, "angle-count");
-        // 321 rows of 190 bins.
-        settings.set("cfar-near-margin", "40000").unwrap();
-        settings.set("angle-count", "321").unwrap();
-        assert!(bins(&settings) >= 190, "{}", bins(&settings));
-        // The other extreme: 327 degrees, eight bins to a row.
-        settings.config.radar.samples = 20;
-        settings.config.radar.bandwidth_khz = 2_342_000;
-        assert_eq!(bins(&settings), 8);
-        settings.set("first-angle", "-164000").unwrap();
-        settings.set("angle-step", "40").unwrap();
-        settings.set("angle-count", "8192").unwrap();
-    }
-
-    #[test]
-    fn a_refused_value_changes_nothing() {
-        let mut settings = Settings::default();
-        let before = settings;
-        for (key, value, field) in [
-            ("angle-count", "2", "angle-count"),
-            ("angle-count", "8193", "angle-count"),
-            ("angle-count", "70000", "angle-count"),
-            ("first-angle", "169000", "first-angle"),
-            ("settle", "5", "settle"),
-            ("seed", "-1", "seed"),
-            ("plane", "sideways", "plane"),
-            ("chirp-timeout", "600000001", "chirp-timeout"),
-        ] {
-            assert_eq!(settings.set(key, value).unwrap_err().field, field);
-            assert_eq!(settings, before);
-        }
-        settings.set("seed", "4294967295").unwrap();
-        settings.set("first-angle", "-15000").unwrap();
-        assert_eq!(settings.config.sweep.first_angle, -15_000);
-    }
-}
+mod tests;

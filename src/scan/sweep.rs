@@ -176,7 +176,7 @@ impl Sweep {
         link: &mut impl RadarLink,
         data: &mut impl DataPath,
     ) -> Poll<Rows> {
-        let motion = match mirror.poll() {
+        let motion = match mirror.poll(now) {
             Ok(motion) => motion,
             Err(error) => return self.end(Some(mirror_reason(error))),
         };

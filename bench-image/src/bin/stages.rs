@@ -244,7 +244,7 @@ mod image {
     #[inline(never)]
     fn report(outcome: &Outcome) {
         let mut sum = 0u32;
-        write_scan(1, 0, outcome, |line| {
+        write_scan((1, 0), 0, outcome, |line| {
             sum = line
                 .bytes()
                 .fold(sum, |sum, byte| sum.wrapping_add(byte.into()));

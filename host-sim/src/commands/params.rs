@@ -204,7 +204,7 @@ fn tally(cases: &[Case], params: &Params) -> Tally {
 
 fn score_of(outcome: &Outcome, truth: &Truth) -> Option<SceneScore> {
     let mut sentences = Vec::new();
-    write_scan(1, 0, outcome, |line| {
+    write_scan((1, 0), 0, outcome, |line| {
         sentences.push(line.trim_end().to_owned())
     });
     let answer = Answer::parse("", sentences).ok()?;

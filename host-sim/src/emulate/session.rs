@@ -5,7 +5,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::report::Sentence;
+use stairscan::report::command::framed;
 use stairscan::scan::Settings;
+use stairscan::scan::record::MOUNTING;
 
 use super::module::{Module, Request, Trigger};
 use super::qemu::{Input, Qemu, read_some, write_all};
@@ -254,7 +256,7 @@ impl<'a> Session<'a> {
 
     /// Sets one value; an error if it is refused.
     pub fn set(&mut self, key: &str, value: &str) -> Result<()> {
-        let answer = self.command(&format!("set,{key},{value}"))?;
+        let answer = self.command(framed(&["set", key, value]).trim_end())?;
         let accepted = matches!(
             Sentence::parse(&answer),
             Ok(Sentence::Config { key: k, value: v }) if k == key && v == value
@@ -275,15 +277,15 @@ impl<'a> Session<'a> {
         let default = Settings::default();
         // A scan of three angles around the middle is valid in every plane, so that no order of
         // the other keys passes through an invalid one.
+        // How the scanner is mounted is told in any case: without that no answer is `ok`.
         let changed: Vec<_> = Settings::KEYS
             .iter()
             .filter(|key| !key.starts_with("radar-") && !key.ends_with("-timeout"))
-            .filter(|key| settings.get(key) != default.get(key))
+            .filter(|key| settings.get(key) != default.get(key) || MOUNTING.contains(key))
             .collect();
         let sweep = ["angle-count", "first-angle", "angle-step"];
-        let shaped = changed
-            .iter()
-            .any(|key| sweep.contains(key) || **key == "plane");
+        let shaped = settings.config.mount.plane != default.config.mount.plane
+            || changed.iter().any(|key| sweep.contains(key));
         if shaped {
             self.set("angle-count", "3")?;
             self.set("first-angle", "0")?;

@@ -144,7 +144,7 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
 /// An outcome as it is reported.
 fn answer_of(name: &str, outcome: &Outcome) -> Result<Answer> {
     let mut sentences = Vec::new();
-    write_scan(1, 0, outcome, |line| {
+    write_scan((1, 0), 0, outcome, |line| {
         sentences.push(line.trim_end().to_owned())
     });
     Answer::parse(name, sentences)

@@ -80,6 +80,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
             horizon: None,
             confidence: None,
             maybes: 0,
+            settings: 0,
             scan: 1,
             status,
             direction: if steps.is_empty() {

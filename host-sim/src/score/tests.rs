@@ -23,6 +23,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
             horizon: None,
             confidence: None,
             maybes: 0,
+            settings: 0,
             scan: 1,
             status,
             direction: if steps.is_empty() {

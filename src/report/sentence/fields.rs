@@ -42,6 +42,32 @@ impl<'a> Fields<'a> {
             .map_err(|_| ParseError::Field(field))
     }
 
+    /// `N` words of eight hex digits each, without anything between them.
+    pub fn hex<const N: usize>(&mut self, field: &'static str) -> Result<[u32; N], ParseError> {
+        let malformed = ParseError::Field(field);
+        let mut rest = self.text(field)?;
+        let mut words = [0; N];
+        for word in &mut words {
+            let (digits, more) = rest.split_at_checked(8).ok_or(malformed)?;
+            if !digits.bytes().all(|b| b.is_ascii_hexdigit()) {
+                return Err(malformed);
+            }
+            *word = u32::from_str_radix(digits, 16).map_err(|_| malformed)?;
+            rest = more;
+        }
+        if rest.is_empty() {
+            Ok(words)
+        } else {
+            Err(malformed)
+        }
+    }
+
+    /// One word of eight hex digits.
+    pub fn hash(&mut self, field: &'static str) -> Result<u32, ParseError> {
+        let [word] = self.hex(field)?;
+        Ok(word)
+    }
+
     pub fn word<T: Copy>(
         &mut self,
         field: &'static str,

@@ -106,6 +106,8 @@ pub struct ScanLine {
     pub confidence: Option<u16>,
     /// Number of `MAYBE` sentences that follow.
     pub maybes: u8,
+    /// [`hash`](crate::scan::Settings::hash) of the settings that the scan was made with.
+    pub settings: u32,
 }
 
 /// What may stand there though the answer does not hold it.
@@ -176,8 +178,8 @@ impl ScanLine {
         self.steps.saturating_add(self.maybes)
     }
 
-    /// The head of an answer to scan number `scan`.
-    pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome) -> Self {
+    /// The head of an answer to scan number `scan`, made with settings of this hash.
+    pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome, settings: u32) -> Self {
         let told = outcome.status != Status::Fault;
         Self {
             scan,
@@ -189,6 +191,7 @@ impl ScanLine {
             horizon: outcome.horizon_m.filter(|_| told).map(Tenths::from_metres),
             confidence: outcome.confidence.filter(|_| told).map(permille),
             maybes: if told { outcome.maybes.len() as u8 } else { 0 },
+            settings,
         }
     }
 
@@ -204,6 +207,7 @@ impl ScanLine {
             .length(self.horizon)
             .length(self.confidence.map(|tenths| Tenths(tenths.into())))
             .number(u32::from(self.maybes))
+            .hex(&[self.settings])
             .finish()
     }
 
@@ -227,6 +231,7 @@ impl ScanLine {
             horizon: fields.length("horizon")?,
             confidence: parse_permille(fields, "confidence")?,
             maybes: fields.number("maybes")?,
+            settings: fields.hash("settings")?,
         })
     }
 }

@@ -47,6 +47,7 @@ fn every_sentence_survives_the_way_out_and_back() {
         horizon: Some(Tenths(13_000)),
         confidence: Some(987),
         maybes: 2,
+        settings: 0x0123_abcd,
     };
     for sentence in [
         Sentence::Scan(scan),
@@ -64,6 +65,9 @@ fn every_sentence_survives_the_way_out_and_back() {
             revision: "abc",
             reset: "power",
             clock: "hse-168",
+            boots: 12,
+            settings: u32::MAX,
+            serial: [1, 0x8000_0000, 0xfedc_ba98],
         },
         Sentence::State {
             state: "idle",
@@ -73,6 +77,7 @@ fn every_sentence_survives_the_way_out_and_back() {
             reasons,
             motion: "good",
             motion_faults: 3,
+            settings: 7,
         },
         Sentence::Config {
             key: "seed",
@@ -82,7 +87,7 @@ fn every_sentence_survives_the_way_out_and_back() {
         Sentence::Fail {
             command: "set",
             field: "seed",
-            expected: "a number",
+            expected: "send $PSTC,set,seed,7*01234567",
         },
         Sentence::Halt {
             reason: Reason::Crash,
@@ -137,6 +142,7 @@ fn a_scan_with_every_reason_keeps_what_follows_them() {
         horizon: Some(Tenths(-1_000_000)),
         confidence: Some(1000),
         maybes: u8::MAX,
+        settings: u32::MAX,
     };
     let line = Sentence::Scan(written).write();
     let Ok(Sentence::Scan(read)) = Sentence::parse(&line) else {
@@ -163,7 +169,18 @@ fn garbled_lines_are_refused() {
         ("PSTR,SCAN,1,ok,none,0,0,,far,", "horizon"),
         ("PSTR,SCAN,1,ok,none,0,0,,1000.0,100.1", "confidence"),
         ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,", "maybes"),
-        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,", "end"),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0", "settings"),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,0123456", "settings"),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,+1234567",
+            "settings",
+        ),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,012345678",
+            "settings",
+        ),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,", "end"),
+        ("PSTR,FAIL,set,crc", "expected"),
         ("PSTR,STEP,1,1,1,+1.0,2.0,,,1.0,1.0,50", "distance"),
         ("PSTR,STEP,1,1,1,1.0,99999999999.0,,,1.0,1.0,50", "height"),
         ("PSTR,NOPE", "name"),
@@ -188,7 +205,7 @@ fn a_fault_carries_no_steps() {
     let mut outcome = Outcome::fault(Reason::Silent);
     let _ = outcome.steps.push(Step::default());
     let mut lines = 0;
-    write_scan(1, 0, &outcome, |line| {
+    write_scan((1, 0), 0, &outcome, |line| {
         lines += 1;
         assert!(line.contains("SCAN,1,fault,none,0,0,silent"), "{line}");
     });

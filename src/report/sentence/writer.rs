@@ -12,8 +12,8 @@ pub struct Writer {
 impl Writer {
     /// Room kept for `*`, the CRC and the line end.
     const TAIL: usize = 11;
-    /// Room kept for horizon and confidence, which follow a scan's reasons.
-    const AFTER_REASONS: usize = 20;
+    /// Room kept for horizon, confidence, number of maybes and settings, which follow a scan's reasons.
+    const AFTER_REASONS: usize = 29;
 
     pub fn new(name: &str) -> Self {
         Self::behind(PREFIX, name)
@@ -115,18 +115,43 @@ impl Writer {
         self
     }
 
+    /// Words as eight hex digits each, without anything between them.
+    #[inline(never)]
+    pub fn hex(mut self, words: &[u32]) -> Self {
+        self.push(',');
+        for &word in words {
+            if self.line.len() + 8 + Self::TAIL <= MAX_SENTENCE {
+                push_hex(&mut self.line, word);
+            }
+        }
+        self
+    }
+
+    /// What stands at the end of a sentence and may hold a line of its own, commas included.
+    pub fn rest(mut self, text: &str) -> Self {
+        self.push(',');
+        for c in text.chars() {
+            self.push(if (' '..='~').contains(&c) { c } else { ' ' });
+        }
+        self
+    }
+
+    #[inline(never)]
     pub fn finish(mut self) -> Line {
         let crc = crc32(self.line.get(1..).unwrap_or(""));
         let _ = self.line.push('*');
-        for shift in (0..8).rev() {
-            let digit = (crc >> (4 * shift)) & 15;
-            let _ = self.line.push(
-                char::from_digit(digit, 16)
-                    .unwrap_or('0')
-                    .to_ascii_uppercase(),
-            );
-        }
+        push_hex(&mut self.line, crc);
         let _ = self.line.push_str("\r\n");
         self.line
+    }
+}
+
+/// Eight upper-case hex digits, the highest first.
+#[inline(never)]
+fn push_hex(line: &mut Line, word: u32) {
+    for shift in (0..8).rev() {
+        let digit = (word >> (4 * shift)) as u8 & 15;
+        let first = if digit < 10 { b'0' } else { b'A' - 10 };
+        let _ = line.push(char::from(first + digit));
     }
 }

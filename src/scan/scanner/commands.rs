@@ -109,10 +109,20 @@ impl Console {
             Command::Version => machine.reports.version(&machine.identity),
             Command::GetAll => self.listing = Some(0),
             Command::Get(key) => tell_setting(machine, key),
-            Command::Set(key, value) => match machine.settings.set(key, value) {
-                Ok(()) => tell_setting(machine, key),
-                Err(error) => machine.reports.refuse("set", error.field, error.expected),
-            },
+            Command::Set(key, value) => {
+                let mut settings = *machine.settings.get();
+                let framed = command::is_framed(self.reader.line());
+                let valid = settings.set(key, value);
+                if valid.is_ok() && !framed {
+                    return machine.reports.offer("set", &["set", key, value]);
+                }
+                match valid.and_then(|()| machine.change(key, &settings)) {
+                    Ok(()) => tell_setting(machine, key),
+                    Err(error) => machine.reports.refuse("set", error.field, error.expected),
+                }
+            }
+            Command::Save if command::is_framed(self.reader.line()) => save(machine),
+            Command::Save => machine.reports.offer("save", &["save"]),
             // Taken in before: `drive`.
             Command::Motion(_) => {}
             Command::Measure(measure) => {
@@ -142,7 +152,25 @@ impl Console {
     }
 }
 
+/// `save`: only from a standstill, since nothing runs while flash is erased; and only what somebody
+/// vouches for.
+#[inline(never)]
+fn save<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
+    let refused = if !machine.stands() {
+        Some(("state", "idle: stop first"))
+    } else if let Err(error) = machine.settings.fit_to_save() {
+        Some((error.field, error.expected))
+    } else {
+        let saved = machine.hardware.board.save(machine.settings.get());
+        saved.err().map(|error| ("flash", error.expected()))
+    };
+    match refused {
+        Some((field, expected)) => machine.reports.refuse("save", field, expected),
+        None => machine.reports.done("save"),
+    }
+}
+
 fn tell_setting<M, L, P, B, D>(machine: &mut Machine<'_, M, L, P, B, D>, key: &str) {
-    let value = machine.settings.get(key).unwrap_or_default();
+    let value = machine.settings.get().get(key).unwrap_or_default();
     machine.reports.value(key, &value);
 }

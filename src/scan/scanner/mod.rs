@@ -11,16 +11,19 @@
 //!                       └──fault── reporting ──► (go on?)
 //! ```
 //!
-//! A fault leaves the motor's driver off. After `fault-hold` the self-test homes the mirror and
-//! asks the module again; nothing has to be reset by hand.
+//! A fault leaves the motor's driver off, and so does `stop`. After `fault-hold` the self-test homes the
+//! mirror and asks the module again; nothing has to be reset by hand. Only after crashes that followed
+//! one another the scanner stands still until `start`, `scan` or `selftest`.
 //!
 //! | file | what it does | over |
 //! |---|---|---|
+//! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`super::record`] |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`super::outbox`] |
-//! | `states` | the machine above: what is under way, and until when | `reports`, [`super::sweep`] |
+//! | `states` | the machine above: what is under way, and until when | `keeper`, `reports`, [`super::sweep`] |
 //! | `commands` | lines of the report port, carried out on the machine | `states`, `reports` |
 
 mod commands;
+mod keeper;
 mod reports;
 mod states;
 
@@ -47,12 +50,13 @@ pub struct Scanner<'a, M, L, P, B, D> {
 }
 
 impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<'a, M, L, P, B, D> {
-    /// A scanner that has just booted. `settings` must be valid.
+    /// A scanner that has just booted. `settings` are those that were saved, and must be valid; without
+    /// them it begins with defaults, and no answer is `ok` before it has been told how it is mounted.
     pub fn new(
         hardware: Hardware<M, L, P, B>,
         data: D,
         memory: (&'a mut Reports, &'a mut Odometry),
-        settings: Settings,
+        settings: Option<Settings>,
         identity: Identity,
         now: Micros,
     ) -> Self {

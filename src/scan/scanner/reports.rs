@@ -1,7 +1,8 @@
 //! What the scanner says: which sentences tell a scan, a state, the answer to a command.
 
 use crate::answer::{Outcome, Reasons, Status};
-use crate::report::sentence::of_scan;
+use crate::report::command;
+use crate::report::sentence::{MAX_SENTENCE, of_scan};
 use crate::report::{ScanLine, Sentence};
 use crate::scan::board::{BytePort, Identity};
 use crate::scan::outbox::Outbox;
@@ -19,6 +20,8 @@ pub struct Reports {
 pub(super) struct Telling {
     /// Number of the scan.
     pub scan: u32,
+    /// Hash of the settings that it was made with.
+    pub settings: u32,
     /// Rows that were lost.
     pub lost: u16,
     /// Sentences queued so far.
@@ -59,6 +62,17 @@ impl Reports {
         });
     }
 
+    /// The answer to a command that only counts inside a sentence: that sentence, to be sent instead.
+    #[inline(never)]
+    pub(super) fn offer(&mut self, command: &str, parts: &[&str]) {
+        let framed = command::framed(parts);
+        let mut expected = heapless::String::<{ MAX_SENTENCE + 5 }>::new();
+        for part in ["send ", framed.strip_suffix("\r\n").unwrap_or("")] {
+            let _ = expected.push_str(part);
+        }
+        self.refuse(command, "crc", &expected);
+    }
+
     /// The answer to a question for a value.
     #[inline(never)]
     pub(super) fn value(&mut self, key: &str, value: &str) {
@@ -81,31 +95,33 @@ impl Reports {
     }
 
     /// The first sentence after boot.
-    pub(super) fn boot(&mut self, identity: &Identity) {
+    pub(super) fn boot(&mut self, identity: &Identity, settings: u32) {
         self.outbox.push(&Sentence::Boot {
             version: identity.version,
             revision: identity.revision,
             reset: identity.reset,
             clock: identity.clock,
+            boots: identity.boots,
+            settings,
+            serial: identity.serial,
         });
     }
 
     /// A failed self-test, told as scan 0; false when there is no room yet.
-    pub(super) fn failed_test(&mut self, reasons: Reasons) -> bool {
+    pub(super) fn failed_test(&mut self, reasons: Reasons, settings: u32) -> bool {
         let failed = Outcome {
             status: Status::Fault,
             reasons,
             ..Outcome::clear()
         };
         self.outbox
-            .push(&Sentence::Scan(ScanLine::new(0, 0, &failed)))
+            .push(&Sentence::Scan(ScanLine::new(0, 0, &failed, settings)))
     }
 
     /// Queues the answer's sentences as they fit; true when all are queued.
     pub(super) fn tell(&mut self, telling: &mut Telling) -> bool {
-        while let Some(sentence) =
-            of_scan(telling.scan, telling.lost, &self.outcome, telling.queued)
-        {
+        let of = (telling.scan, telling.settings);
+        while let Some(sentence) = of_scan(of, telling.lost, &self.outcome, telling.queued) {
             if !self.outbox.push(&sentence) {
                 return false;
             }

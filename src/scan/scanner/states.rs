@@ -2,9 +2,10 @@
 
 use core::task::Poll;
 
+use super::keeper::{Keeper, ScanSettings};
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
-use crate::config::RadarConfig;
+use crate::config::ConfigError;
 use crate::drive::{Drive, Odometry};
 use crate::report::Sentence;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
@@ -46,7 +47,16 @@ enum State {
     Idle,
     Scanning(Sweep),
     Reporting(Telling),
-    Fault { until: Micros, told: bool },
+    Fault { until: Until, told: bool },
+}
+
+/// How long a fault holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Until {
+    /// Then the self-test runs again.
+    Time(Micros),
+    /// Until a command starts something: trying again by itself has only led back here.
+    Told,
 }
 
 /// The scanner's states over its hardware; lines from the report port are `commands`' business.
@@ -56,7 +66,9 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     data: D,
     pub reports: &'a mut Reports,
     pub odometry: &'a mut Odometry,
-    pub settings: Settings,
+    pub settings: Keeper,
+    /// Of the scan under way, or the last one.
+    scan: ScanSettings,
     pub identity: Identity,
     state: State,
     scans: u32,
@@ -64,8 +76,12 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     connected: bool,
     reasons: Reasons,
     deadline: Micros,
+    /// When the scanner booted, until it has run for [`SURVIVED_US`].
+    booted: Option<Micros>,
 }
 
+/// After so long, and a scan, crashes before this boot are forgotten: 60 s.
+const SURVIVED_US: u32 = 60_000_000;
 /// An idle poll, or any other that nothing else bounds.
 const POLL_US: u32 = 500_000;
 
@@ -77,8 +93,7 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
 
     /// What is known of the chair's motion in the last scan.
     pub fn drive(&self) -> Drive<'_> {
-        let chirp_us = self.settings.timing.chirp_duration;
-        self.odometry.drive(self.settings.motion, chirp_us)
+        self.odometry.drive(self.scan.motion, self.scan.chirp_us)
     }
 
     /// Number of scans begun since boot.
@@ -98,6 +113,11 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
         }
     }
 
+    /// Whether nothing is under way and nothing moves.
+    pub fn stands(&self) -> bool {
+        matches!(self.state, State::Idle | State::Fault { .. })
+    }
+
     /// Whether the present state has met its own deadline.
     pub fn healthy(&self, now: Micros) -> bool {
         !now.reached(self.deadline)
@@ -109,10 +129,11 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
             state: self.state(),
             clock: self.identity.clock,
             scans: self.scans,
-            estimator: self.settings.config.estimator.as_str(),
+            estimator: self.settings.get().config.estimator.as_str(),
             reasons: self.reasons,
             motion: self.odometry.state(now).as_str(),
             motion_faults: self.odometry.faults(),
+            settings: self.settings.hash(),
         }
     }
 }
@@ -125,11 +146,14 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         hardware: Hardware<M, L, P, B>,
         data: D,
         (reports, odometry): (&'a mut Reports, &'a mut Odometry),
-        settings: Settings,
+        stored: Option<Settings>,
         identity: Identity,
         now: Micros,
     ) -> Self {
-        Self {
+        let settings = Keeper::new(stored, hardware.board.settings_before());
+        let mut machine = Self {
+            scan: ScanSettings::of(&settings),
+            booted: Some(now),
             hardware,
             data,
             reports,
@@ -142,32 +166,51 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             connected: false,
             reasons: identity.reasons,
             deadline: now.plus(POLL_US),
+        };
+        machine.note();
+        machine
+    }
+
+    /// Lets the board remember settings that somebody vouches for, and no others: a reset that loses
+    /// them is to be told until they come again.
+    fn note(&mut self) {
+        if self.settings.configured() {
+            let hash = self.settings.hash();
+            self.hardware.board.note_settings(hash);
         }
+    }
+
+    /// `set`: what `settings` became by setting `key`.
+    pub fn change(&mut self, key: &'static str, settings: &Settings) -> Result<(), ConfigError> {
+        self.settings.change(key, settings)?;
+        self.note();
+        Ok(())
     }
 
     /// `start`: on and on, from now if nothing is under way.
     pub fn start(&mut self, now: Micros) {
         self.hardware.board.set_stopped(false);
         self.reports.done("start");
-        if matches!(self.state, State::Idle) {
+        let until = Until::Told;
+        if matches!(self.state, State::Idle)
+            || matches!(self.state, State::Fault { until: u, .. } if u == until)
+        {
             self.resume(now);
         }
     }
 
-    /// `stop`: stand still, whatever is under way.
+    /// `stop`: stand still, whatever is under way, with the motor's driver off. The position is lost
+    /// with it, and the next scan homes.
     pub fn stop(&mut self) {
         self.hardware.board.set_stopped(true);
-        // Half a homing is none; a move of a scan may end by itself and keeps its position.
-        if matches!(self.state, State::SelfTest(..)) {
-            self.hardware.mirror.disable();
-        }
+        self.hardware.mirror.disable();
         self.state = State::Idle;
         self.reports.done("stop");
     }
 
     /// `scan` and `selftest`: only from a standstill, where nothing else is under way.
     pub fn errand(&mut self, now: Micros, command: &str, errand: Errand) {
-        if !matches!(self.state, State::Idle | State::Fault { .. }) {
+        if !self.stands() {
             return self.reports.refuse(command, "state", "idle: stop first");
         }
         if errand == Errand::Answer {
@@ -201,7 +244,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
                 self.deadline = sweep.deadline();
                 if let Poll::Ready(rows) = poll {
                     let radar = sweep.settings().config.radar;
-                    self.adopt(radar);
+                    self.settings.adopt(radar);
                     self.conclude(now, rows);
                 }
             }
@@ -212,8 +255,14 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     #[inline(never)]
     fn boot(&mut self, now: Micros) {
-        self.reports.boot(&self.identity);
-        self.resume(now);
+        self.reports.boot(&self.identity, self.settings.hash());
+        if self.reasons.has(Reason::CrashLoop) && !self.hardware.board.stopped() {
+            self.hardware.mirror.disable();
+            let (until, told) = (Until::Told, false);
+            self.state = State::Fault { until, told };
+        } else {
+            self.resume(now);
+        }
     }
 
     /// Scans on unless told to stand still.
@@ -235,15 +284,20 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             return;
         }
         self.scans = self.scans.wrapping_add(1);
-        let backward = match self.settings.sweeping {
+        self.scan = ScanSettings::of(&self.settings);
+        if !self.settings.intact() {
+            return self.enter_reporting(Outcome::fault(Reason::SettingsDamaged), 0);
+        }
+        let backward = match self.settings.get().sweeping {
             Sweeping::Both => self.backward,
             Sweeping::Forward => false,
             Sweeping::Backward => true,
         };
         let (mirror, link) = (&mut self.hardware.mirror, &mut self.hardware.link);
-        match Sweep::start(now, &self.settings, self.scans, backward, mirror, link) {
+        match Sweep::start(now, self.settings.get(), self.scans, backward, mirror, link) {
             Ok(sweep) => {
-                self.odometry.begin(self.settings.config.sweep.angle_count);
+                self.odometry
+                    .begin(self.settings.get().config.sweep.angle_count);
                 self.backward = !backward;
                 self.state = State::Scanning(sweep);
             }
@@ -258,15 +312,15 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
                 if !self.data.self_test() {
                     return self.fail_test(now, Reason::SelfTest, errand);
                 }
-                self.hardware.mirror.start_home(&self.settings.motor);
+                self.hardware.mirror.start_home(&self.settings.get().motor);
                 self.state = State::SelfTest(Test::Home, errand);
                 self.deadline = now.plus(self.home_bound_us());
             }
-            Test::Home => match self.hardware.mirror.poll() {
+            Test::Home => match self.hardware.mirror.poll(now) {
                 Err(error) => self.fail_test(now, mirror_reason(error), errand),
                 Ok(Motion::Moving) => {}
                 Ok(Motion::Still) => {
-                    let until = now.plus(self.settings.timing.connect_timeout);
+                    let until = now.plus(self.settings.get().timing.connect_timeout);
                     self.ask(now, until, errand);
                 }
             },
@@ -276,13 +330,13 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     /// Homing takes at most a turn to the switch and a few short moves at an eighth of the speed.
     fn home_bound_us(&self) -> u32 {
-        let speed = self.settings.motor.search_speed.max(1);
+        let speed = self.settings.get().motor.search_speed.max(1);
         let seconds = 3 * MICROSTEPS_PER_TURN as u32 / speed + 1;
         seconds.saturating_mul(1_000_000)
     }
 
     fn ask(&mut self, now: Micros, until: Micros, errand: Errand) {
-        let timeout = self.settings.timing.configure_timeout;
+        let timeout = self.settings.get().timing.configure_timeout;
         self.hardware.link.configure(now, timeout);
         let test = Test::Link { until, again: None };
         self.state = State::SelfTest(test, errand);
@@ -297,7 +351,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             return;
         }
         // The module may be booting for seconds; a stall meanwhile is still a stall.
-        if let Err(error) = self.hardware.mirror.poll() {
+        if let Err(error) = self.hardware.mirror.poll(now) {
             return self.fail_test(now, mirror_reason(error), errand);
         }
         let Poll::Ready(answer) = self.hardware.link.poll_settings(now) else {
@@ -307,28 +361,17 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             Ok(radar) => {
                 self.connected = true;
                 // Whether a scan can be made of it is for the scan to say, which asks again.
-                self.adopt(radar);
+                self.settings.adopt(radar);
                 self.passed(now, errand);
             }
             Err(error) if now.reached(until) => self.fail_test(now, link_reason(error), errand),
             Err(_) => {
                 // An error that came at once is not asked for again at once.
-                let pause = now.plus(self.settings.timing.configure_timeout);
+                let pause = now.plus(self.settings.get().timing.configure_timeout);
                 let again = Some(pause);
                 self.state = State::SelfTest(Test::Link { until, again }, errand);
                 self.deadline = pause.plus(POLL_US);
             }
-        }
-    }
-
-    /// Keeps what the module says, so that commands are checked against it, unless no scan can be
-    /// made of it: then the scan says so, and commands must still work.
-    #[inline(never)]
-    fn adopt(&mut self, radar: RadarConfig) {
-        let mut settings = self.settings;
-        settings.config.radar = radar;
-        if settings.validate().is_ok() {
-            self.settings = settings;
         }
     }
 
@@ -357,20 +400,26 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     fn enter_fault(&mut self, now: Micros, told: bool) {
         self.hardware.mirror.disable();
         self.connected = false;
-        let until = now.plus(self.settings.timing.fault_hold);
-        self.state = State::Fault { until, told };
+        let until = now.plus(self.settings.get().timing.fault_hold);
         self.deadline = until.plus(POLL_US);
+        let until = Until::Time(until);
+        self.state = State::Fault { until, told };
     }
 
     #[inline(never)]
     fn fault(&mut self, now: Micros) {
+        let settings = self.settings.hash();
         let State::Fault { until, told } = &mut self.state else {
             return;
         };
         if !*told {
-            *told = self.reports.failed_test(self.reasons);
-        } else if now.reached(*until) {
-            self.resume(now);
+            *told = self.reports.failed_test(self.reasons, settings);
+        }
+        let (until, told) = (*until, *told);
+        match until {
+            Until::Told => self.deadline = now.plus(POLL_US),
+            Until::Time(until) if told && now.reached(until) => self.resume(now),
+            Until::Time(_) => {}
         }
     }
 
@@ -378,14 +427,16 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     #[inline(never)]
     fn conclude(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish(now);
-        let chirp_us = self.settings.timing.chirp_duration;
+        let ScanSettings {
+            motion, chirp_us, ..
+        } = self.scan;
         let mut outcome = match rows.fault {
             Some(reason) => Outcome::fault(reason),
-            None => {
-                let drive = self.odometry.drive(self.settings.motion, chirp_us);
-                self.data.conclude(&drive)
-            }
+            None => self.data.conclude(&self.odometry.drive(motion, chirp_us)),
         };
+        if !self.scan.configured {
+            outcome.doubt(Reasons::NONE.with(Reason::Unconfigured));
+        }
         if rows.lost > 0 {
             outcome.reasons.add(Reason::LostRows);
             if outcome.status == Status::Ok {
@@ -400,6 +451,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         self.reports.outcome = outcome;
         self.state = State::Reporting(Telling {
             scan: self.scans,
+            settings: self.scan.hash,
             lost,
             queued: 0,
         });
@@ -415,6 +467,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         if !self.reports.tell(telling) {
             return;
         }
+        self.forget_crashes(now);
         if self.reports.outcome.status == Status::Fault && self.broken() {
             self.enter_fault(now, true);
         } else {
@@ -422,15 +475,25 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         }
     }
 
+    /// Once the firmware has run for a minute, a scan has come to its end.
+    fn forget_crashes(&mut self, now: Micros) {
+        let fault = self.reports.outcome.status == Status::Fault;
+        if !fault && self.booted.is_some_and(|at| now.since(at) >= SURVIVED_US) {
+            self.booted = None;
+            self.hardware.board.survived();
+        }
+    }
+
     /// Whether hardware is at fault, rather than what the radar sees.
     fn broken(&self) -> bool {
-        const HARDWARE: [Reason; 6] = [
+        const HARDWARE: [Reason; 7] = [
             Reason::TooManyLost,
             Reason::LinkSilent,
             Reason::ModuleError,
             Reason::ModuleConfig,
             Reason::MotorStall,
             Reason::HomeNotFound,
+            Reason::SettingsDamaged,
         ];
         HARDWARE.iter().any(|&reason| self.reasons.has(reason))
     }

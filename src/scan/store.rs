@@ -1,0 +1,222 @@
+//! Settings that outlive the power: a log in two sectors of flash, behind `embedded-storage`'s traits.
+//!
+//! Each sector is divided into slots of [`SLOT`] bytes; a slot holds one record, written in one go and
+//! never again until its sector is erased:
+//!
+//! | word | what (32 bits, little-endian) |
+//! |---|---|
+//! | 0 | `STC1`: a record of settings, version 1 of this format |
+//! | 1 | number: of two records the one with the higher number counts |
+//! | 2 | which keys stand where ([`LAYOUT`]): another firmware may have others |
+//! | 3 | n, number of values |
+//! | 4 ... | the values, in the order of the keys, as [`Settings::hash`] has them, none left out |
+//! | 4 + n | CRC-32 (ISO-HDLC) of everything before it |
+//!
+//! A new record goes to the slot behind the last one that is not blank. When the sector is full, the
+//! other one, which holds only older records, is erased and written. So the record in force is never
+//! touched before the next one stands whole: whenever the power goes, the old or the new one is read,
+//! and neither a mixture nor none. A sector is always erased before its first slot is written, also
+//! when it looks blank: an erasure that was cut short may leave bits that read blank and do not stay so.
+
+use embedded_storage::nor_flash::NorFlash;
+
+use super::record::{LAYOUT, WORDS};
+use super::settings::Settings;
+use crate::report::crc;
+
+/// Bytes of a slot.
+pub const SLOT: u32 = 1024;
+/// Words before the values.
+const HEAD: usize = 4;
+/// Word that a record begins with, and that says how to read it.
+const MAGIC: u32 = u32::from_le_bytes(*b"STC1");
+/// Words of a slot.
+const MAX_WORDS: usize = SLOT as usize / 4;
+/// Words of a record.
+const RECORD: usize = HEAD + WORDS + 1;
+const _: () = assert!(RECORD <= MAX_WORDS, "a slot holds a record");
+
+/// Why a record could not be written. The one before is still in force.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StoreError {
+    /// There is no flash that can be written, or its controller does not answer.
+    Controller,
+    /// A sector could not be erased.
+    Erase,
+    /// A record could not be written, or does not read back as it was written.
+    Write,
+}
+
+impl StoreError {
+    /// What was expected instead, for `FAIL`.
+    pub const fn expected(self) -> &'static str {
+        match self {
+            StoreError::Controller => "a flash controller that answers",
+            StoreError::Erase => "a sector that can be erased",
+            StoreError::Write => "a record that reads back",
+        }
+    }
+}
+
+/// The records in a flash of two sectors.
+#[derive(Debug)]
+pub struct Store<F> {
+    flash: F,
+}
+
+/// A record that is whole.
+#[derive(Clone, Copy, Debug)]
+struct Found {
+    slot: u32,
+    number: u32,
+    /// Its values; none where it is of other keys.
+    values: Option<[u32; WORDS]>,
+}
+
+impl<F: NorFlash> Store<F> {
+    const SECTOR: u32 = F::ERASE_SIZE as u32;
+    /// Slots of a sector.
+    const SLOTS: u32 = Self::SECTOR / SLOT;
+
+    /// The records in `flash`, whose capacity is two sectors of [`NorFlash::ERASE_SIZE`] bytes.
+    pub fn new(flash: F) -> Self {
+        const {
+            assert!(F::ERASE_SIZE.is_multiple_of(SLOT as usize));
+            assert!(4 % F::WRITE_SIZE == 0 && F::READ_SIZE == 1);
+        }
+        Self { flash }
+    }
+
+    /// The flash.
+    pub fn flash_mut(&mut self) -> &mut F {
+        &mut self.flash
+    }
+
+    /// The settings that were saved last; `None` where none were, or another firmware did.
+    #[inline(never)]
+    pub fn load(&mut self) -> Option<Settings> {
+        Settings::from_words(&self.newest()?.values?)
+    }
+
+    /// Saves `settings`, unless they are what is in force already.
+    ///
+    /// # Errors
+    /// Says what the flash failed at; what was in force before still is.
+    #[inline(never)]
+    pub fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
+        let values = settings.words();
+        let newest = self.newest();
+        if newest.and_then(|found| found.values) == Some(values) {
+            return Ok(());
+        }
+        let (slot, number) = match newest {
+            Some(Found { slot, number, .. }) => match self.free_behind(slot) {
+                Some(slot) => (slot, number.saturating_add(1)),
+                None => (
+                    self.erase(1 - (slot / Self::SLOTS).min(1))?,
+                    number.saturating_add(1),
+                ),
+            },
+            None => (self.erase(0)?, 1),
+        };
+        self.write(slot, number, &values)
+    }
+
+    /// The first slot of `sector`, erased.
+    fn erase(&mut self, sector: u32) -> Result<u32, StoreError> {
+        let (from, to) = (sector * Self::SECTOR, (sector + 1) * Self::SECTOR);
+        self.flash.erase(from, to).map_err(|_| StoreError::Erase)?;
+        let first = sector * Self::SLOTS;
+        let mut slots = first..first + Self::SLOTS;
+        if slots.all(|slot| self.is_blank(slot)) {
+            Ok(first)
+        } else {
+            Err(StoreError::Erase)
+        }
+    }
+
+    fn write(&mut self, slot: u32, number: u32, values: &[u32; WORDS]) -> Result<(), StoreError> {
+        let mut record = [0; RECORD];
+        for (place, word) in record
+            .iter_mut()
+            .zip([MAGIC, number, LAYOUT, WORDS as u32].iter().chain(values))
+        {
+            *place = *word;
+        }
+        let (crc, before) = record.split_last_mut().ok_or(StoreError::Write)?;
+        *crc = crc::of_words(before);
+        let mut bytes = [[0; 4]; RECORD];
+        for (place, word) in bytes.iter_mut().zip(record) {
+            *place = word.to_le_bytes();
+        }
+        let written = self.flash.write(slot * SLOT, bytes.as_flattened());
+        let back = self.record(slot).and_then(|found| found.values);
+        if written.is_ok() && back.as_ref() == Some(values) {
+            Ok(())
+        } else {
+            Err(StoreError::Write)
+        }
+    }
+
+    /// The first slot behind `slot` in the same sector with nothing but blank ones from there on.
+    fn free_behind(&mut self, slot: u32) -> Option<u32> {
+        let end = (slot / Self::SLOTS + 1) * Self::SLOTS;
+        let blank = (slot + 1..end).rev().take_while(|&k| self.is_blank(k));
+        blank.last()
+    }
+
+    /// Word `k` of `slot`; a flash that cannot be read holds nothing.
+    #[inline(never)]
+    fn word(&mut self, slot: u32, k: usize) -> u32 {
+        let mut bytes = [0; 4];
+        match self.flash.read(slot * SLOT + 4 * k as u32, &mut bytes) {
+            Ok(()) => u32::from_le_bytes(bytes),
+            Err(_) => 0,
+        }
+    }
+
+    fn is_blank(&mut self, slot: u32) -> bool {
+        (0..MAX_WORDS).all(|k| self.word(slot, k) == u32::MAX)
+    }
+
+    /// The whole record with the highest number.
+    #[inline(never)]
+    fn newest(&mut self) -> Option<Found> {
+        let mut newest: Option<Found> = None;
+        for slot in 0..2 * Self::SLOTS {
+            if let Some(found) = self.record(slot)
+                && newest.is_none_or(|newest| found.number > newest.number)
+            {
+                newest = Some(found);
+            }
+        }
+        newest
+    }
+
+    /// What stands in `slot`, if it is a whole record.
+    #[inline(never)]
+    fn record(&mut self, slot: u32) -> Option<Found> {
+        if self.word(slot, 0) != MAGIC {
+            return None;
+        }
+        let mut words = [0; MAX_WORDS];
+        for (k, word) in words.iter_mut().enumerate() {
+            *word = self.word(slot, k);
+        }
+        let [_, number, layout, count, rest @ ..] = words;
+        let (before, behind) = words.split_at_checked(HEAD + count.min(SLOT) as usize)?;
+        if behind.first() != Some(&crc::of_words(before)) {
+            return None;
+        }
+        let values = rest.first_chunk().copied();
+        let ours = layout == LAYOUT && count == WORDS as u32;
+        Some(Found {
+            slot,
+            number,
+            values: values.filter(|_| ours),
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests;

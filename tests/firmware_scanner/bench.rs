@@ -1,0 +1,329 @@
+//! Hardware that misbehaves on cue, and a scanner over it.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::task::Poll;
+
+use stairscan::Iq;
+use stairscan::answer::{Outcome, Reasons};
+use stairscan::config::{Config, ConfigError, RadarConfig};
+use stairscan::drive::{Drive, Odometry};
+use stairscan::report::command::{Measure, framed};
+use stairscan::report::{ScanLine, Sentence};
+use stairscan::scan::settings::MotorConfig;
+use stairscan::scan::store::StoreError;
+use stairscan::scan::{
+    Board, BytePort, DataPath, Hardware, Identity, LinkError, Micros, Mirror, MirrorError, Motion,
+    RadarLink, Scanner, Settings,
+};
+
+/// Everything outside the scanner, shared between its traits and the test.
+#[derive(Default)]
+pub struct World {
+    pub typed: VecDeque<u8>,
+    pub printed: Vec<u8>,
+    pub port_stuck: bool,
+    pub stopped: bool,
+    pub before: Option<u32>,
+    pub saved: Option<Settings>,
+    pub flash_broken: bool,
+    pub survived: bool,
+    // Mirror.
+    pub homed: bool,
+    pub enabled: bool,
+    pub moving: u32,
+    pub position: i32,
+    pub stall: bool,
+    pub no_home: bool,
+    // Radar.
+    pub radar: Option<RadarConfig>,
+    pub errors: VecDeque<Option<LinkError>>,
+    pub triggers: Vec<i32>,
+    pub deadline: Micros,
+    // Data.
+    pub rows: Vec<u16>,
+    pub lost: Vec<u16>,
+    pub begun: Vec<u32>,
+    pub arithmetic_broken: bool,
+    pub row_worked_while_still: bool,
+}
+
+#[derive(Clone)]
+pub struct Shared(pub Rc<RefCell<World>>);
+
+impl Mirror for Shared {
+    fn start_home(&mut self, _: &MotorConfig) {
+        let mut w = self.0.borrow_mut();
+        (w.enabled, w.moving, w.homed, w.position) = (true, 5, true, -23_467);
+    }
+    fn start_move(&mut self, position: i32, _: &MotorConfig) {
+        let mut w = self.0.borrow_mut();
+        assert!(w.enabled && w.homed, "moved without a driver or a home");
+        (w.position, w.moving) = (position, 3);
+    }
+    fn poll(&mut self, _: Micros) -> Result<Motion, MirrorError> {
+        let mut w = self.0.borrow_mut();
+        if w.stall {
+            (w.homed, w.enabled) = (false, false);
+            return Err(MirrorError::Stall);
+        }
+        if w.no_home {
+            w.homed = false;
+            return Err(MirrorError::HomeNotFound);
+        }
+        w.moving = w.moving.saturating_sub(1);
+        Ok(if w.moving > 0 {
+            Motion::Moving
+        } else {
+            Motion::Still
+        })
+    }
+    fn position(&self) -> i32 {
+        self.0.borrow().position
+    }
+    fn homed(&self) -> bool {
+        self.0.borrow().homed
+    }
+    fn disable(&mut self) {
+        let mut w = self.0.borrow_mut();
+        (w.homed, w.enabled) = (false, false);
+    }
+}
+
+impl RadarLink for Shared {
+    fn configure(&mut self, now: Micros, timeout_us: u32) {
+        self.0.borrow_mut().deadline = now.plus(timeout_us);
+    }
+    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        let w = self.0.borrow();
+        match w.radar {
+            Some(radar) => Poll::Ready(Ok(radar)),
+            None if now.reached(w.deadline) => Poll::Ready(Err(LinkError::Timeout)),
+            None => Poll::Pending,
+        }
+    }
+    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
+        let mut w = self.0.borrow_mut();
+        assert_eq!(w.moving, 0, "triggered while moving");
+        w.triggers.push(shaft_angle);
+        w.deadline = now.plus(timeout_us);
+    }
+    fn poll_chirp(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        assert_eq!(samples.len(), 200);
+        match self.0.borrow_mut().errors.pop_front().flatten() {
+            None => Poll::Ready(Ok(())),
+            Some(error) => Poll::Ready(Err(error)),
+        }
+    }
+}
+
+impl BytePort for Shared {
+    fn read(&mut self) -> Option<u8> {
+        self.0.borrow_mut().typed.pop_front()
+    }
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let mut w = self.0.borrow_mut();
+        let n = if w.port_stuck { 0 } else { bytes.len().min(7) };
+        w.printed.extend(&bytes[..n]);
+        n
+    }
+}
+
+impl Board for Shared {
+    fn stopped(&self) -> bool {
+        self.0.borrow().stopped
+    }
+    fn set_stopped(&mut self, stopped: bool) {
+        self.0.borrow_mut().stopped = stopped;
+    }
+    fn settings_before(&self) -> Option<u32> {
+        self.0.borrow().before
+    }
+    fn note_settings(&mut self, hash: u32) {
+        self.0.borrow_mut().before = Some(hash);
+    }
+    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
+        let mut w = self.0.borrow_mut();
+        if w.flash_broken {
+            return Err(StoreError::Controller);
+        }
+        w.saved = Some(*settings);
+        Ok(())
+    }
+    fn survived(&mut self) {
+        self.0.borrow_mut().survived = true;
+    }
+    fn measure(&self, _: Measure) -> u32 {
+        4321
+    }
+}
+
+pub struct Data(Shared, [Iq; 200]);
+
+impl DataPath for Data {
+    fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
+        assert_eq!(Some(config.radar), self.0.0.borrow().radar);
+        self.0.0.borrow_mut().begun.push(scan);
+        Ok(())
+    }
+    fn samples(&mut self) -> &mut [Iq] {
+        &mut self.1
+    }
+    fn row(&mut self, row: u16) {
+        let mut w = self.0.0.borrow_mut();
+        // Only the last row of a sweep has no move to hide behind.
+        let last = (w.rows.len() + w.lost.len()) % 281 == 280;
+        w.row_worked_while_still |= w.moving == 0 && !last;
+        w.rows.push(row);
+    }
+    fn lost(&mut self, row: u16) {
+        self.0.0.borrow_mut().lost.push(row);
+    }
+    fn conclude(&mut self, _: &Drive<'_>) -> Outcome {
+        Outcome::clear()
+    }
+    fn self_test(&mut self) -> bool {
+        !self.0.0.borrow().arithmetic_broken
+    }
+}
+
+pub type TestScanner = Scanner<'static, Shared, Shared, Shared, Shared, Data>;
+
+pub struct Bench {
+    pub world: Shared,
+    pub scanner: TestScanner,
+    pub now: Micros,
+}
+
+pub const IDENTITY: Identity = Identity {
+    version: "1.2.3",
+    revision: "abcdef",
+    reset: "power-on",
+    clock: "hsi-16",
+    boots: 3,
+    serial: [0x0012_3456, 0x789a_bcde, 0xf012_3456],
+    reasons: Reasons::NONE,
+};
+
+impl Bench {
+    /// A scanner whose settings were saved: the defaults.
+    pub fn new(prepare: impl FnOnce(&mut World)) -> Self {
+        Self::boot(Some(Settings::default()), IDENTITY, prepare)
+    }
+
+    /// A scanner that finds `saved` in its flash.
+    pub fn boot(
+        saved: Option<Settings>,
+        identity: Identity,
+        prepare: impl FnOnce(&mut World),
+    ) -> Self {
+        let mut world = World {
+            radar: Some(RadarConfig::default()),
+            ..World::default()
+        };
+        prepare(&mut world);
+        let world = Shared(Rc::new(RefCell::new(world)));
+        let hardware = Hardware {
+            mirror: world.clone(),
+            link: world.clone(),
+            port: world.clone(),
+            board: world.clone(),
+        };
+        // Leaked: the scanner borrows them for the whole test.
+        let reports = Box::leak(Box::default());
+        let data = Data(world.clone(), [Iq::default(); 200]);
+        let now = Micros(u32::MAX - 1_000_000);
+        let memory = (reports, Box::leak(Box::new(Odometry::new())));
+        let scanner = Scanner::new(hardware, data, memory, saved, identity, now);
+        Self {
+            world,
+            scanner,
+            now,
+        }
+    }
+
+    pub fn step(&mut self) {
+        self.scanner.step(self.now);
+        self.now = self.now.plus(1000);
+        let healthy = self.scanner.healthy(self.now);
+        assert!(healthy, "deadline missed in {}", self.scanner.state());
+    }
+
+    pub fn take_lines(&mut self) -> Vec<String> {
+        let mut world = self.world.0.borrow_mut();
+        let printed = std::mem::take(&mut world.printed);
+        let (whole, rest) = match printed.iter().rposition(|&b| b == b'\n') {
+            Some(end) => printed.split_at(end + 1),
+            None => (&[][..], &printed[..]),
+        };
+        world.printed = rest.to_vec();
+        let text = String::from_utf8(whole.to_vec()).unwrap();
+        text.lines().map(String::from).collect()
+    }
+
+    /// Steps until a sentence satisfies `wanted`; everything printed up to it.
+    pub fn until(&mut self, wanted: impl Fn(&Sentence<'_>) -> bool) -> Vec<String> {
+        let mut lines = Vec::new();
+        for _ in 0..40_000 {
+            self.step();
+            lines.extend(self.take_lines());
+            if lines.iter().any(|l| wanted(&Sentence::parse(l).unwrap())) {
+                return lines;
+            }
+        }
+        panic!(
+            "never came; state {}, lines {lines:#?}",
+            self.scanner.state()
+        );
+    }
+
+    pub fn scan(&mut self) -> ScanLine {
+        let lines = self.until(|s| matches!(s, Sentence::Scan(_)));
+        lines
+            .iter()
+            .find_map(|line| match Sentence::parse(line) {
+                Ok(Sentence::Scan(scan)) => Some(scan),
+                _ => None,
+            })
+            .unwrap()
+    }
+
+    pub fn type_line(&mut self, line: &str) {
+        let bytes = format!("{line}\r\n");
+        self.world.0.borrow_mut().typed.extend(bytes.bytes());
+    }
+
+    /// The answer to a command that is sent as a sentence.
+    pub fn send(&mut self, command: &str) -> String {
+        let framed = framed(&command.split(',').collect::<Vec<_>>());
+        self.ask(framed.trim_end())
+    }
+
+    /// The same chip after a reset: memory that a reset leaves alone, and flash, are as they were.
+    pub fn reset(self) -> Self {
+        let old = self.world.0.take();
+        Self::boot(old.saved, IDENTITY, |w| {
+            (w.stopped, w.before, w.saved) = (old.stopped, old.before, old.saved);
+        })
+    }
+
+    /// The one sentence that answers a command.
+    pub fn ask(&mut self, line: &str) -> String {
+        self.type_line(line);
+        let is_answer = |s: &Sentence<'_>| {
+            !matches!(
+                s,
+                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Boot { .. }
+            )
+        };
+        let lines = self.until(is_answer);
+        let answers: Vec<String> = lines
+            .into_iter()
+            .filter(|l| is_answer(&Sentence::parse(l).unwrap()))
+            .collect();
+        assert_eq!(answers.len(), 1, "{answers:?}");
+        let body = answers[0].trim_start_matches("$PSTR,");
+        body.rsplit_once('*').unwrap().0.into()
+    }
+}

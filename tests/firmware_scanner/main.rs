@@ -1,0 +1,303 @@
+//! The scanner's state machine over hardware that misbehaves on cue.
+
+mod bench;
+mod settings;
+
+use bench::{Bench, IDENTITY, World};
+use stairscan::answer::{Reason, Reasons, Status};
+use stairscan::config::RadarConfig;
+use stairscan::report::Sentence;
+use stairscan::report::sentence::crc32;
+use stairscan::scan::{Identity, LinkError, Settings};
+
+#[test]
+fn starts_by_itself_and_sweeps_both_ways_over_the_same_positions() {
+    let mut bench = Bench::new(|_| ());
+    let lines = bench.until(|s| matches!(s, Sentence::Scan(_)));
+    let hash = Settings::default().hash();
+    let boot = "$PSTR,BOOT,1.2.3,abcdef,power-on,hsi-16,3";
+    let boot = format!("{boot},{hash:08X},00123456789ABCDEF0123456*");
+    assert!(lines[0].starts_with(&boot), "{lines:?}");
+    bench.scan();
+    let world = bench.world.0.borrow();
+    assert_eq!(world.begun[..2], [1, 2]);
+    let forward: Vec<u16> = (0..281).collect();
+    assert_eq!(world.rows[..281], forward[..]);
+    let backward: Vec<u16> = (0..281).rev().collect();
+    assert_eq!(world.rows[281..562], backward[..]);
+    let mut back = world.triggers[281..562].to_vec();
+    back.reverse();
+    assert_eq!(world.triggers[..281], back[..]);
+    assert!(
+        !world.row_worked_while_still,
+        "a chirp was worked off outside the move"
+    );
+}
+
+#[test]
+fn a_lost_row_is_told_and_many_are_a_fault() {
+    let lost = Some(LinkError::Timeout);
+    // The second row comes at the second attempt, the fourth never.
+    let mut bench = Bench::new(|w| w.errors = [None, lost, None, None, lost, lost, lost].into());
+    let scan = bench.scan();
+    let degraded = (Status::Degraded, 1, Reasons::NONE.with(Reason::LostRows));
+    assert_eq!((scan.status, scan.lost_rows, scan.reasons), degraded);
+    assert_eq!(bench.world.0.borrow().lost, [3]);
+    let scan = bench.scan();
+    assert_eq!((scan.scan, scan.status, scan.lost_rows), (2, Status::Ok, 0));
+
+    // Every third row is lost: never eight together, but more than 28.
+    let pattern = [lost, lost, lost, None, None];
+    let mut bench = Bench::new(|w| w.errors = pattern.into_iter().cycle().take(500).collect());
+    let scan = bench.scan();
+    assert_eq!((scan.status, scan.lost_rows), (Status::Fault, 29));
+    assert!(scan.reasons.has(Reason::TooManyLost));
+    assert!(
+        !bench.world.0.borrow().enabled,
+        "the driver stays off in a fault"
+    );
+    bench.world.0.borrow_mut().errors.clear();
+    assert_eq!(bench.scan().status, Status::Ok);
+}
+
+#[test]
+fn a_link_that_falls_silent_ends_the_scan_and_recovers() {
+    for (error, reason) in [
+        (LinkError::Timeout, Reason::LinkSilent),
+        (LinkError::Sequence, Reason::LinkSilent),
+        (LinkError::Module(2), Reason::ModuleError),
+    ] {
+        let mut bench = Bench::new(|w| w.errors = vec![Some(error); 24].into());
+        let scan = bench.scan();
+        assert_eq!(
+            (scan.scan, scan.status, scan.lost_rows),
+            (1, Status::Fault, 8)
+        );
+        assert!(scan.reasons.has(reason), "{error:?}");
+        let scan = bench.scan();
+        assert_eq!((scan.scan, scan.status), (2, Status::Ok));
+    }
+}
+
+#[test]
+fn a_module_that_never_answers_is_scan_0_and_is_asked_again() {
+    let mut bench = Bench::new(|w| w.radar = None);
+    let scan = bench.scan();
+    assert_eq!((scan.scan, scan.status), (0, Status::Fault));
+    assert!(scan.reasons.has(Reason::LinkSilent));
+    assert!(!bench.world.0.borrow().enabled);
+    assert!(bench.ask("status").starts_with("STAT,fault,hsi-16,0,"));
+    bench.world.0.borrow_mut().radar = Some(RadarConfig::default());
+    let scan = bench.scan();
+    assert_eq!((scan.scan, scan.status), (1, Status::Ok));
+}
+
+#[test]
+fn a_module_set_to_something_impossible_is_a_fault_and_commands_still_work() {
+    let wrong = RadarConfig {
+        samples: 257,
+        ..RadarConfig::default()
+    };
+    let mut bench = Bench::new(|w| w.radar = Some(wrong));
+    let scan = bench.scan();
+    assert_eq!((scan.scan, scan.status), (1, Status::Fault));
+    assert!(scan.reasons.has(Reason::ModuleConfig));
+    assert_eq!(bench.send("set,seed,9"), "CONF,seed,9");
+    bench.world.0.borrow_mut().radar = Some(RadarConfig::default());
+    assert_eq!(bench.scan().status, Status::Ok);
+}
+
+#[test]
+fn motor_and_arithmetic_faults_leave_the_driver_off() {
+    type Break = fn(&mut World, bool);
+    let cases: [(Break, Reason); 3] = [
+        (|w, on| w.stall = on, Reason::MotorStall),
+        (|w, on| w.no_home = on, Reason::HomeNotFound),
+        (|w, on| w.arithmetic_broken = on, Reason::SelfTest),
+    ];
+    for (set, reason) in cases {
+        let mut bench = Bench::new(|w| set(w, true));
+        let scan = bench.scan();
+        assert_eq!((scan.scan, scan.status), (0, Status::Fault));
+        assert!(scan.reasons.has(reason));
+        assert!(!bench.world.0.borrow().enabled);
+        set(&mut bench.world.0.borrow_mut(), false);
+        assert_eq!(bench.scan().status, Status::Ok);
+    }
+    let mut bench = Bench::new(|_| ());
+    bench.scan();
+    bench.world.0.borrow_mut().stall = true;
+    let scan = bench.scan();
+    assert_eq!((scan.scan, scan.status), (2, Status::Fault));
+    assert!(scan.reasons.has(Reason::MotorStall));
+    bench.world.0.borrow_mut().stall = false;
+    assert_eq!(bench.scan().scan, 3);
+}
+
+#[test]
+fn commands_answer_during_a_scan_and_the_scan_goes_on() {
+    let mut bench = Bench::new(|_| ());
+    for _ in 0..200 {
+        bench.step();
+    }
+    assert_eq!(bench.scanner.state(), "scanning");
+    assert!(bench.ask("status").starts_with("STAT,scanning,hsi-16,1,"));
+    assert_eq!(bench.ask("version"), "CONF,version,1.2.3 abcdef");
+    assert_eq!(bench.ask("get,angle-step"), "CONF,angle-step,250");
+    assert_eq!(bench.ask("get stack-used"), "CONF,stack-used,4321");
+    assert_eq!(bench.send("set,angle-count,100"), "CONF,angle-count,100");
+    assert_eq!(bench.ask("scan"), "FAIL,scan,state,idle: stop first");
+    assert_eq!(
+        bench.ask("selftest"),
+        "FAIL,selftest,state,idle: stop first"
+    );
+    let refused = "FAIL,set,angle-count,3 to 8192 angles";
+    assert_eq!(bench.send("set,angle-count,9999"), refused);
+    // Some rows more cost the farthest bins; so many would leave none 2 m away.
+    let refused = "FAIL,set,angle-count,a map of 65536 cells at most";
+    assert_eq!(bench.send("set,angle-count,720"), refused);
+    assert!(bench.ask("hello").starts_with("FAIL,-,command,"));
+    assert!(
+        bench
+            .ask(&"z".repeat(500))
+            .starts_with("FAIL,-,line,at most 96")
+    );
+    assert!(
+        bench
+            .ask("\u{1}\u{ff}\u{0}")
+            .starts_with("FAIL,-,line,printable")
+    );
+    assert_eq!(bench.scanner.state(), "scanning");
+    bench.scan();
+    let rows = |bench: &Bench| bench.world.0.borrow().rows.len();
+    assert_eq!(rows(&bench), 281, "the running scan keeps its settings");
+    bench.scan();
+    assert_eq!(rows(&bench), 381);
+}
+
+#[test]
+fn a_grid_of_other_rows_is_scanned_whole() {
+    let mut bench = Bench::new(|w| w.stopped = true);
+    for set in [
+        "cfar-near-margin,40000",
+        "first-angle,-20000",
+        "angle-count,321",
+    ] {
+        assert_eq!(bench.send(&format!("set,{set}")), format!("CONF,{set}"));
+    }
+    bench.ask("start");
+    assert_eq!(bench.scan().status, Status::Ok);
+    let rows: Vec<u16> = (0..321).collect();
+    assert_eq!(bench.world.0.borrow().rows[..321], rows[..]);
+}
+
+#[test]
+fn listing_is_complete_even_through_a_slow_port() {
+    let mut bench = Bench::new(|w| w.stopped = true);
+    bench.type_line("get");
+    let lines = bench.until(|s| matches!(s, Sentence::Done { command: "get" }));
+    let keys = lines.iter().filter(|l| l.contains(",CONF,")).count();
+    assert_eq!(keys, Settings::KEYS.len());
+}
+
+#[test]
+fn stop_survives_a_reset_and_single_scans_return_to_idle() {
+    let mut bench = Bench::new(|_| ());
+    bench.scan();
+    assert_eq!(bench.ask("stop"), "DONE,stop");
+    assert!(bench.world.0.borrow().stopped);
+    let mut bench = Bench::new(|w| w.stopped = true);
+    for _ in 0..1000 {
+        bench.step();
+    }
+    assert_eq!(bench.scanner.state(), "idle");
+    assert!(!bench.world.0.borrow().enabled, "nothing moves by itself");
+    assert_eq!(bench.ask("selftest"), "DONE,selftest");
+    assert_eq!(bench.ask("scan"), "DONE,scan");
+    assert_eq!(bench.scan().scan, 1);
+    for _ in 0..100 {
+        bench.step();
+    }
+    assert_eq!(bench.scanner.state(), "idle");
+    assert_eq!(bench.ask("start"), "DONE,start");
+    assert_eq!(bench.scan().scan, 2);
+    assert_eq!(bench.scan().scan, 3);
+    let body = "PSTC,stop";
+    let framed = format!("${body}*{:08X}", crc32(body));
+    assert_eq!(bench.ask(&framed), "DONE,stop");
+}
+
+#[test]
+fn a_failed_self_test_answers_its_command() {
+    let mut bench = Bench::new(|w| {
+        w.stopped = true;
+        w.no_home = true;
+    });
+    assert_eq!(
+        bench.ask("selftest"),
+        "FAIL,selftest,home-not-found,a test that passes"
+    );
+    assert_eq!(bench.scan().scan, 0);
+    bench.world.0.borrow_mut().no_home = false;
+    for _ in 0..5000 {
+        bench.step();
+    }
+    assert_eq!(
+        bench.scanner.state(),
+        "idle",
+        "a stopped scanner does not start by itself"
+    );
+}
+
+#[test]
+fn a_port_that_takes_nothing_stops_neither_scan_nor_watchdog() {
+    let mut bench = Bench::new(|w| w.port_stuck = true);
+    for _ in 0..60_000 {
+        bench.step();
+    }
+    let scans = bench.scanner.scans();
+    assert!(scans > 2);
+    bench.world.0.borrow_mut().port_stuck = false;
+    assert_eq!(bench.scan().scan, 1);
+}
+
+#[test]
+fn stop_switches_the_driver_off_and_the_next_scan_homes() {
+    let mut bench = Bench::new(|_| ());
+    bench.scan();
+    assert!(bench.world.0.borrow().enabled);
+    assert_eq!(bench.ask("stop"), "DONE,stop");
+    assert!(!bench.world.0.borrow().enabled);
+    bench.ask("start");
+    assert_eq!(bench.scan().status, Status::Ok);
+}
+
+#[test]
+fn crashes_that_follow_one_another_end_in_a_fault_until_somebody_starts() {
+    let identity = Identity {
+        reasons: Reasons::NONE.with(Reason::Crash).with(Reason::CrashLoop),
+        ..IDENTITY
+    };
+    let mut bench = Bench::boot(Some(Settings::default()), identity, |_| ());
+    let scan = bench.scan();
+    assert_eq!((scan.scan, scan.status), (0, Status::Fault));
+    assert!(scan.reasons.has(Reason::CrashLoop));
+    for _ in 0..20_000 {
+        bench.step();
+    }
+    assert_eq!((bench.scanner.state(), bench.scanner.scans()), ("fault", 0));
+    assert!(!bench.world.0.borrow().enabled);
+    assert_eq!(bench.ask("start"), "DONE,start");
+    assert_eq!(bench.scan().status, Status::Ok);
+    assert!(!bench.world.0.borrow().survived, "not a minute yet");
+    for _ in 0..60_000 {
+        bench.step();
+    }
+    assert!(bench.world.0.borrow().survived);
+    // Stopped is stopped, crash loop or not.
+    let mut bench = Bench::boot(Some(Settings::default()), identity, |w| w.stopped = true);
+    for _ in 0..100 {
+        bench.step();
+    }
+    assert_eq!(bench.scanner.state(), "idle");
+}

@@ -1,0 +1,157 @@
+//! Settings over commands, resets and a flash: who vouches for them, and who is told.
+
+use stairscan::answer::{Reason, Reasons, Status};
+use stairscan::report::command::framed;
+use stairscan::scan::Settings;
+use stairscan::scan::record::MOUNTING;
+
+use super::bench::{Bench, IDENTITY};
+
+/// The command of `FAIL,…,crc,send …`, as a person would paste it.
+fn offered(answer: &str) -> &str {
+    answer.split_once(",crc,send ").expect(answer).1
+}
+
+#[test]
+fn what_changes_settings_counts_only_inside_a_sentence_which_is_offered() {
+    let mut bench = Bench::new(|w| w.stopped = true);
+    let answer = bench.ask("set mount-height 41000");
+    let offer = "FAIL,set,crc,send $PSTC,set,mount-height,41000*";
+    assert!(answer.starts_with(offer), "{answer}");
+    assert_eq!(bench.ask("get,mount-height"), "CONF,mount-height,40000");
+    assert_eq!(bench.ask(offered(&answer)), "CONF,mount-height,41000");
+    // What is wrong with it is said at once.
+    assert!(bench.ask("set seed x").starts_with("FAIL,set,seed,"));
+    let answer = bench.ask("save");
+    assert!(bench.world.0.borrow().saved.is_none());
+    assert_eq!(bench.ask(offered(&answer)), "DONE,save");
+    assert!(bench.world.0.borrow().saved.is_some());
+}
+
+/// Each of the bits of each character of framed and plain commands, one at a time.
+#[test]
+fn no_damaged_line_changes_a_setting() {
+    let mut bench = Bench::new(|w| w.stopped = true);
+    let before = bench.ask("status");
+    let sentence = framed(&["set", "angle-count", "101"]);
+    for line in [sentence.trim_end(), "set,angle-count,101", "set seed 1"] {
+        for bit in 0..8 * line.len() {
+            let mut bytes = line.as_bytes().to_vec();
+            bytes[bit / 8] ^= 1 << (bit % 8);
+            // A CRC in lower case is one.
+            if bytes.eq_ignore_ascii_case(line.as_bytes()) {
+                continue;
+            }
+            bytes.extend(b"\r\n");
+            bench.world.0.borrow_mut().typed.extend(bytes);
+            for _ in 0..40 {
+                bench.step();
+            }
+            bench.take_lines();
+        }
+    }
+    assert_eq!(bench.ask("status"), before);
+}
+
+#[test]
+fn without_saved_settings_nothing_is_ok_until_the_mounting_has_come() {
+    let mut bench = Bench::boot(None, IDENTITY, |_| ());
+    let unconfigured = (Status::Degraded, Reasons::NONE.with(Reason::Unconfigured));
+    let scan = bench.scan();
+    assert_eq!((scan.status, scan.reasons), unconfigured);
+    let settings = Settings::default();
+    bench.send("set,seed,1");
+    for key in MOUNTING {
+        let scan = bench.scan();
+        assert_eq!((scan.status, scan.reasons), unconfigured, "before {key}");
+        let value = settings.get(key).unwrap();
+        bench.send(&format!("set,{key},{value}"));
+    }
+    // The scan that was under way is not that of the settings that came.
+    bench.scan();
+    assert_eq!(bench.scan().status, Status::Ok);
+}
+
+#[test]
+fn settings_outlive_a_reset_in_mid_scan_if_they_were_saved() {
+    let mut bench = Bench::new(|w| w.stopped = true);
+    assert_eq!(
+        bench.send("set,mount-height,41000"),
+        "CONF,mount-height,41000"
+    );
+    assert_eq!(bench.send("save"), "DONE,save");
+    bench.ask("start");
+    let hash = bench.scan().settings;
+    for _ in 0..300 {
+        bench.step();
+    }
+    assert_eq!(bench.scanner.state(), "scanning");
+    let mut bench = bench.reset();
+    let scan = bench.scan();
+    assert_eq!((scan.status, scan.settings), (Status::Ok, hash));
+    assert_ne!(hash, Settings::default().hash());
+}
+
+#[test]
+fn settings_that_a_reset_lost_are_told_again_and_again() {
+    let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
+    let height = |bench: &mut Bench| bench.send("set,mount-height,41000");
+    for key in MOUNTING {
+        let value = Settings::default().get(key).unwrap();
+        bench.send(&format!("set,{key},{value}"));
+    }
+    assert_eq!(bench.send("save"), "DONE,save");
+    height(&mut bench);
+    bench.ask("start");
+    assert_eq!(bench.scan().status, Status::Ok);
+    let lost = bench.scan().settings;
+    // Two resets: the first must not make the second forget.
+    let mut bench = bench.reset().reset();
+    let scan = bench.scan();
+    assert_eq!(scan.status, Status::Degraded);
+    assert!(scan.reasons.has(Reason::Unconfigured));
+    assert_ne!(scan.settings, lost);
+    for key in MOUNTING {
+        let value = Settings::default().get(key).unwrap();
+        bench.send(&format!("set,{key},{value}"));
+    }
+    height(&mut bench);
+    bench.scan();
+    let scan = bench.scan();
+    assert_eq!((scan.status, scan.settings), (Status::Ok, lost));
+}
+
+#[test]
+fn save_is_refused_where_it_would_do_harm_or_cannot_be_done() {
+    let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
+    let answer = bench.send("save");
+    assert!(
+        answer.starts_with("FAIL,save,plane,to be set before"),
+        "{answer}"
+    );
+    let mut bench = Bench::new(|w| w.flash_broken = true);
+    for _ in 0..200 {
+        bench.step();
+    }
+    assert_eq!(bench.send("save"), "FAIL,save,state,idle: stop first");
+    bench.ask("stop");
+    let expected = "FAIL,save,flash,a flash controller that answers";
+    assert_eq!(bench.send("save"), expected);
+    assert!(bench.ask("save now").starts_with("FAIL,save,arguments"));
+}
+
+/// A scan is told with the settings that it was made with, whatever has been set meanwhile.
+#[test]
+fn a_scan_names_its_own_settings() {
+    let mut bench = Bench::new(|_| ());
+    for _ in 0..200 {
+        bench.step();
+    }
+    assert_eq!(bench.scanner.state(), "scanning");
+    bench.send("set,seed,77");
+    let status = bench.ask("status");
+    let (first, second) = (bench.scan().settings, bench.scan().settings);
+    assert_eq!(first, Settings::default().hash());
+    assert_ne!(second, first);
+    assert!(status.ends_with(&format!(",{second:08X}")), "{status}");
+}
