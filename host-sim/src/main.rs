@@ -38,6 +38,8 @@ enum Command {
     Score(commands::score::Args),
     /// Put every fault of the instrument on recordings and count what the answers make of it
     Faults(commands::faults::Args),
+    /// Let one scanner scan thousands of times, each answer held against a fresh scanner's
+    Soak(commands::soak::Args),
     /// Print every tuned number, and what a fifth more or less of it does
     Params(commands::params::Args),
     /// Count the verdict's hazards from simulated scans and write the firmware's table
@@ -66,6 +68,7 @@ fn main() -> ExitCode {
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Faults(args) => commands::faults::run(&args),
+        Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
         Command::Fit(args) => commands::fit::run(&args),
         Command::Score(args) => commands::score::run(&args),

@@ -13,6 +13,7 @@ pub mod profile;
 pub mod replay;
 pub mod score;
 pub mod snr;
+pub mod soak;
 pub mod table1;
 pub mod timing;
 pub mod twins;
