@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod bench;
 pub mod budget;
+pub mod calibrate;
 pub mod convergence;
 pub mod emulate;
 pub mod faults;

@@ -85,7 +85,8 @@ pub struct Stage {
     pub typed: VecDeque<u8>,
     /// What was said, up to the last whole line.
     pub printed: Vec<u8>,
-    triggered: bool,
+    /// Whether a scan has been asked for and no chirp of it yet.
+    asked: bool,
     stopped: bool,
 }
 
@@ -98,7 +99,7 @@ impl Stage {
             shown: Vec::new(),
             typed: VecDeque::new(),
             printed: Vec::new(),
-            triggered: false,
+            asked: true,
             stopped: true,
         }
     }
@@ -141,10 +142,7 @@ impl Link {
 
 impl RadarLink for Link {
     fn configure(&mut self, _: Micros, _: u32) {
-        let mut stage = self.stage.0.borrow_mut();
-        if std::mem::take(&mut stage.triggered) {
-            stage.shown.clear();
-        }
+        self.stage.0.borrow_mut().asked = true;
     }
 
     fn poll_settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
@@ -153,7 +151,10 @@ impl RadarLink for Link {
 
     fn trigger(&mut self, _: Micros, shaft_angle: i32, _: u32) {
         self.shaft_angle = shaft_angle;
-        self.stage.0.borrow_mut().triggered = true;
+        let mut stage = self.stage.0.borrow_mut();
+        if std::mem::take(&mut stage.asked) {
+            stage.shown.clear();
+        }
     }
 
     fn poll_chirp(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
@@ -198,7 +199,7 @@ impl Mirror for Shaft {
     fn poll(&mut self) -> Result<Motion, MirrorError> {
         let mut stage = self.stage.0.borrow_mut();
         let place = stage.shown.len();
-        if stage.triggered && stage.plan.stalls_at.is_some_and(|at| place >= at) {
+        if !stage.asked && stage.plan.stalls_at.is_some_and(|at| place >= at) {
             stage.plan.stalls_at = None;
             self.shaft.disable();
             return Err(MirrorError::Stall);
