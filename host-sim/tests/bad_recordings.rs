@@ -208,8 +208,8 @@ fn times_beyond_the_scanner_s_clock_are_refused() {
 fn absurd_sweeps_have_pictures_or_words() {
     let scratch = Scratch::new("absurd");
     let plots = scratch.path().join("plots");
-    for bandwidth in [1e3, 1e4, 1e6, 1e8, 1e11, 2e12] {
-        for distance in [-1e300, 0.5, 1e300] {
+    for bandwidth in [1e3, 1e4, 1e8, 2e12] {
+        for distance in [-1e300, 1e300] {
             let recording = scratch.recording(|m| {
                 m["global"]["stairscan:bandwidth_hz"] = json!(bandwidth);
                 let step = json!({"distance_m": distance, "height_m": 0.2});

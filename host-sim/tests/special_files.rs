@@ -108,7 +108,6 @@ fn names_of_directories_leave_no_hidden_file() {
         "/",
         "..",
         ".",
-        "",
         &format!("{dir}/"),
         &format!("{dir}/."),
         &format!("{dir}/.."),
