@@ -39,7 +39,8 @@ fn scene(wall_m: f32, real: Real) -> Vec<Echo> {
     ];
     for k in 0..8 {
         let rough = if k % 2 == 0 { 0.001 } else { -0.001 };
-        echoes.push(echo((0.4 + 0.1 * k as f32, rough), 22.0 - k as f32, real));
+        let x = 0.35 + (wall_m - 0.55) * k as f32 / 7.0;
+        echoes.push(echo((x, rough), 22.0 - k as f32, real));
     }
     echoes
 }
@@ -51,14 +52,7 @@ fn of(echoes: &[Echo], wall_m: f32) -> Result<Mounting, Refusal> {
 #[test]
 fn what_is_off_is_found() {
     for wall_m in [0.9_f32, 1.5, 2.2] {
-        // Only floor between 0.2 m and the wall counts.
-        let echoes: Vec<Echo> = scene(1.5, REAL);
-        let echoes = if wall_m == 1.5 {
-            echoes
-        } else {
-            scene(wall_m, REAL)
-        };
-        let found = of(&echoes, wall_m).unwrap();
+        let found = of(&scene(wall_m, REAL), wall_m).unwrap();
         let off = [
             (found.height_m, REAL.height_m, 0.002),
             (found.offset_rad, REAL.offset_rad, 0.1 * RAD_PER_DEG),

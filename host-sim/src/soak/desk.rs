@@ -144,13 +144,12 @@ impl<'a> Desk<'a> {
             _ => self.replies.push(line.to_owned()),
         }
         if self.to_come == 0 && self.telling.is_some() {
-            ensure!(self.told.is_none(), "{line}: two scans in one step");
             self.told = self.telling.take();
         }
         Ok(())
     }
 
-    /// The scan that has just been told.
+    /// The scan that was told last, if nobody has asked for it yet.
     pub fn told(&mut self) -> Option<Told> {
         self.told.take()
     }
