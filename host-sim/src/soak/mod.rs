@@ -32,6 +32,8 @@ const STREAM: u64 = 0x534F_414B;
 const KEPT: usize = 12;
 /// After so many visits one of them makes room for another.
 const RENEWED: u64 = 10;
+/// So many lost rows together are a silent link to the sweep, were they the scan's last.
+const STREAK: usize = 8;
 /// Lines that must change nothing, whatever the scanner is at; those after it need no frame.
 const CHATTER: [&str; 9] = [
     "status",
@@ -281,7 +283,9 @@ impl Soak<'_> {
     ) {
         self.tally.scans += 1;
         let lost = shown.iter().filter(|(_, came)| !came).count();
-        let whole = shown.len() == reel.rows() && plan.stalls_at.is_none();
+        let last = shown.iter().rev().take(STREAK);
+        let silent = last.filter(|(_, came)| !came).count() == STREAK;
+        let whole = shown.len() == reel.rows() && plan.stalls_at.is_none() && !silent;
         let expected = if whole && lost <= usize::from(Settings::default().timing.max_lost) {
             self.tally.lossy += u64::from(lost > 0);
             self.tally.statuses[told.head.status as usize] += 1;
