@@ -19,6 +19,7 @@
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
+//! | [`calibration`] | echoes of a floor and a wall → how the scanner is mounted |
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
 //! | [`answer`] | steps, status, reasons: the answer of a scan |
 //! | [`report`] | sentences out, commands and motion in |
@@ -39,6 +40,7 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod answer;
+pub mod calibration;
 pub mod config;
 pub mod drive;
 pub mod echoes;

@@ -18,3 +18,4 @@ pub mod scene;
 pub mod score;
 pub mod seeds;
 pub mod setup;
+pub mod soak;

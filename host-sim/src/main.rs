@@ -36,8 +36,12 @@ enum Command {
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
+    /// Tell how the scanner is mounted, from a scan of a floor and a wall at a measured distance
+    Calibrate(commands::calibrate::Args),
     /// Put every fault of the instrument on recordings and count what the answers make of it
     Faults(commands::faults::Args),
+    /// Let one scanner scan thousands of times, each answer held against a fresh scanner's
+    Soak(commands::soak::Args),
     /// Print every tuned number, and what a fifth more or less of it does
     Params(commands::params::Args),
     /// Count the verdict's hazards from simulated scans and write the firmware's table
@@ -65,7 +69,9 @@ fn main() -> ExitCode {
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
+        Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Faults(args) => commands::faults::run(&args),
+        Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
         Command::Fit(args) => commands::fit::run(&args),
         Command::Score(args) => commands::score::run(&args),

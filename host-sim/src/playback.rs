@@ -130,14 +130,20 @@ impl<'a> Playback<'a> {
     /// `shaft_angle` (0.001°); `None` where the recording holds none.
     pub fn chirp(&self, scan: usize, shaft_angle: i32) -> Option<usize> {
         let Part { config, chirps } = self.part(scan);
-        let beam = match config.mount.plane {
-            Plane::Depth => shaft_angle,
-            Plane::Height => 90_000 - shaft_angle,
-        };
-        let sweep = &config.sweep;
-        let row = (beam - sweep.first_angle + sweep.angle_step / 2).div_euclid(sweep.angle_step);
-        *chirps.get(usize::try_from(row).ok()?)?
+        *chirps.get(row_at(config, shaft_angle)?)?
     }
+}
+
+/// The row of a scan with `config` that is seen with the shaft at `shaft_angle` (0.001°); `None` above
+/// the first one.
+pub fn row_at(config: &Config, shaft_angle: i32) -> Option<usize> {
+    let beam = match config.mount.plane {
+        Plane::Depth => shaft_angle,
+        Plane::Height => 90_000 - shaft_angle,
+    };
+    let sweep = &config.sweep;
+    let row = (beam - sweep.first_angle + sweep.angle_step / 2).div_euclid(sweep.angle_step);
+    usize::try_from(row).ok()
 }
 
 /// A [`Playback`] on its way through the scans.

@@ -188,6 +188,62 @@ fn a_radar_without_a_mirror_cannot_scan_but_has_profiles() {
 }
 
 #[test]
+fn times_beyond_the_scanner_s_clock_are_refused() {
+    let scratch = Scratch::new("times");
+    for late in [1e9, 1e300] {
+        let recording = scratch.recording(|m| {
+            for k in 0..5 {
+                m["captures"][k]["stairscan:travel_m"] = json!(0.0);
+                m["captures"][k]["stairscan:time_s"] = json!(late * k as f64);
+            }
+        });
+        refused(
+            &recording,
+            &["captures[1]", "stairscan:time_s", "from 0 to 3600"],
+        );
+    }
+}
+
+#[test]
+fn absurd_sweeps_have_pictures_or_words() {
+    let scratch = Scratch::new("absurd");
+    let plots = scratch.path().join("plots");
+    for bandwidth in [1e3, 1e4, 1e8, 2e12] {
+        for distance in [-1e300, 1e300] {
+            let recording = scratch.recording(|m| {
+                m["global"]["stairscan:bandwidth_hz"] = json!(bandwidth);
+                let step = json!({"distance_m": distance, "height_m": 0.2});
+                m["global"]["stairscan:truth"] = json!({"direction": "up", "steps": [step]});
+            });
+            let (recording, plots) = (recording.to_str().unwrap(), plots.to_str().unwrap());
+            for command in ["replay", "inspect"] {
+                let out = sim(&[command, recording, "--plots", plots]);
+                let message = String::from_utf8(out.stderr).unwrap();
+                let ended = matches!(out.status.code(), Some(0 | 1));
+                assert!(
+                    ended && !message.contains("panicked"),
+                    "{bandwidth}: {message}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn bench_refuses_what_the_map_does_not_hold_before_it_runs_anything() {
+    let scratch = Scratch::new("bench");
+    let recording = scratch.recording(|m| m["global"]["stairscan:bandwidth_hz"] = json!(2e12));
+    let out = sim(&["bench", recording.to_str().unwrap()]);
+    let message = String::from_utf8(out.stderr).unwrap();
+    assert_eq!(out.status.code(), Some(1), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    assert!(
+        message.contains("bad.sigmf-meta: radar-bandwidth: expected"),
+        "{message}"
+    );
+}
+
+#[test]
 fn one_bad_recording_does_not_stop_the_batch() {
     let scratch = Scratch::new("batch");
     let bad = scratch.recording(|m| m["global"]["core:datatype"] = json!("ru8"));
@@ -241,10 +297,7 @@ fn a_recording_without_a_name_is_not_written() {
         let out = sim(&["simulate", scene, "-o", name]);
         let message = String::from_utf8(out.stderr).unwrap();
         assert_eq!(out.status.code(), Some(1), "{name}");
-        assert!(
-            message.contains("expected the name of a recording"),
-            "{message}"
-        );
+        assert!(message.contains("expected the name of a file"), "{message}");
     }
     assert_eq!(fs::read_dir(scratch.path()).unwrap().count(), 0);
 }

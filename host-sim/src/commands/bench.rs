@@ -9,12 +9,13 @@ use anyhow::{Context, Result, anyhow, ensure};
 use bench_image::head;
 use serde_json::json;
 use stairscan::config::Config;
+use stairscan::scan::Settings;
 
 use super::{Format, emit};
 use crate::budgets::{CHIRP, FFT256, FLASH, POST, RAM};
 use crate::emulate::image::{self, Image};
 use crate::images;
-use crate::recording::{self, Recording};
+use crate::recording::{self, META_SUFFIX, Recording};
 use crate::setup;
 
 /// Arguments of `bench`.
@@ -123,9 +124,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// Runs the image over the recordings.
 fn count(recordings: &[PathBuf]) -> Result<Counts> {
-    let elf = image::build_bin("bench-image", "stages", &[])?;
-    let directory = elf.with_extension("run");
-    std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
+    // All of them before anything is built or run: the image has no words for what it cannot scan.
     let mut scans = Vec::new();
     let mut names = Vec::new();
     for path in recordings {
@@ -135,6 +134,9 @@ fn count(recordings: &[PathBuf]) -> Result<Counts> {
             names.push(recording.scan(scan).name);
         }
     }
+    let elf = image::build_bin("bench-image", "stages", &[])?;
+    let directory = elf.with_extension("run");
+    std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
     recording::write_whole(&directory.join("scans"), &scans)?;
     let output = images::run(&elf, &directory, Duration::from_secs(600))?;
     parse(&output, &names)
@@ -143,6 +145,13 @@ fn count(recordings: &[PathBuf]) -> Result<Counts> {
 /// Scan `scan` of a recording as the image reads it.
 fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<()> {
     let (config, schedule) = setup::config(recording, scan, &Config::default())?;
+    let settings = Settings {
+        config,
+        ..Settings::default()
+    };
+    settings
+        .validate()
+        .map_err(|e| anyhow!("{}.{META_SUFFIX}: {e}", recording.name))?;
     ensure!(
         config.sweep.angle_step < 1 << 16,
         "{}: angles too far apart",

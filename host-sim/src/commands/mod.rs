@@ -3,6 +3,7 @@
 pub mod accuracy;
 pub mod bench;
 pub mod budget;
+pub mod calibrate;
 pub mod convergence;
 pub mod emulate;
 pub mod faults;
@@ -13,6 +14,7 @@ pub mod profile;
 pub mod replay;
 pub mod score;
 pub mod snr;
+pub mod soak;
 pub mod table1;
 pub mod timing;
 pub mod twins;

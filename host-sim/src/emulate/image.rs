@@ -9,6 +9,7 @@ use object::read::{Object, ObjectSection, ObjectSymbol};
 use object::{RelocationTarget, SectionFlags, SectionKind, SymbolKind};
 
 use super::tools::{TARGET, Tool};
+use crate::recording::regular;
 
 /// The workspace that this program was built from.
 pub fn workspace() -> PathBuf {
@@ -88,6 +89,7 @@ const SRAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
 impl Image {
     /// Reads an ELF file.
     pub fn read(elf: &Path) -> Result<Self> {
+        regular(elf)?;
         let bytes = std::fs::read(elf).with_context(|| format!("{}", elf.display()))?;
         let file = object::File::parse(&*bytes)
             .with_context(|| format!("{}: no ELF file", elf.display()))?;

@@ -125,6 +125,10 @@ fn tick_step(span: f64) -> f64 {
 /// Round numbers within `span` and the number of their decimals.
 fn ticks(span: (f64, f64), apart: f64) -> (Vec<f64>, usize) {
     let step = tick_step(span.1 - span.0).max(apart);
+    if !step.is_normal() {
+        // A span of nothing, or without an end.
+        return (Vec::new(), 0);
+    }
     let first = (span.0 / step - 1e-6).ceil() as i64;
     let last = (span.1 / step + 1e-6).floor() as i64;
     let decimals = (-step.log10().floor()).max(0.0) as usize;
@@ -350,6 +354,9 @@ mod tests {
     #[test]
     fn ticks_are_round_and_inside() {
         assert_eq!(ticks((0.0, 1.0), 0.0).0.len(), 11);
+        for nothing in [(0.4, 0.4), (0.0, f64::INFINITY), (0.0, f64::NAN)] {
+            assert_eq!(ticks(nothing, f64::NAN), (Vec::new(), 0));
+        }
         let (marks, decimals) = ticks((-0.31, 1.29), 0.0);
         assert_eq!((marks.len(), decimals), (8, 1));
         assert!((marks[0] + 0.2).abs() < 1e-12 && (marks[7] - 1.2).abs() < 1e-12);

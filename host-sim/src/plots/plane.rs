@@ -12,6 +12,8 @@ use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot};
 
 /// Largest width and height of the data's place, pixels.
 const LARGEST: Spot = (1200.0, 860.0);
+/// The shortest edge, pixels: a plane of kilometres shows the mount height as nothing.
+const LEAST: f64 = 40.0;
 /// The label of every colour bar.
 const BAR_LABEL: &str = "power [dB of full scale]";
 
@@ -50,7 +52,8 @@ impl<'a> SagittalPlane<'a> {
         let (x, y) = sector::view(map, points);
         let scale = (LARGEST.0 / (x.1 - x.0)).min(LARGEST.1 / (y.1 - y.0));
         // Whole pixels, and the same number of them to a metre along both axes.
-        let size = (((x.1 - x.0) * scale).round(), ((y.1 - y.0) * scale).round());
+        let pixels = |span: (f64, f64)| ((span.1 - span.0) * scale).round().max(LEAST);
+        let size = (pixels(x), pixels(y));
         let view = ((x.0, x.0 + size.0 / scale), (y.0, y.0 + size.1 / scale));
         let frame = Frame {
             at: (0.0, 0.0),

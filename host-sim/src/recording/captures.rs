@@ -18,6 +18,8 @@ pub(super) const PITCH: &str = "stairscan:pitch_deg";
 const STEEPEST_DEG: f64 = 45.0;
 /// No approach to a staircase is longer, metres.
 const FARTHEST_M: f64 = 1_000.0;
+/// No approach takes longer, seconds; the scanner's clock of 32 bits turns over after 71 minutes.
+const LONGEST_S: f64 = 3_600.0;
 
 /// What the captures say.
 pub(super) struct Captures {
@@ -90,8 +92,8 @@ pub(super) fn parse(
         }
         if with_time {
             let since = motion.time_s.last().copied().unwrap_or(0.0);
-            let expected = format!("seconds, not before {since}, in every capture");
-            let time = capture.number(TIME, &expected, |v| v >= since)?;
+            let expected = format!("seconds from {since} to {LONGEST_S}, in every capture");
+            let time = capture.number(TIME, &expected, |v| (since..=LONGEST_S).contains(&v))?;
             motion.time_s.push(time);
         }
         if with_pitch {

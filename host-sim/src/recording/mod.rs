@@ -71,16 +71,28 @@ pub fn regular(path: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a path that names no file: `/`, `..`, or one that ends in a separator, whose files would be
-/// hidden ones.
+/// Refuses a path that names no file: `/`, `..`, or one that ends in a separator or a dot, whose files
+/// would be hidden ones.
 fn named(path: &Path) -> Result<()> {
     let text = path.as_os_str().as_encoded_bytes();
-    let ends = text
-        .last()
-        .is_some_and(|&b| std::path::is_separator(b.into()));
+    let last = text
+        .rsplit(|&b| std::path::is_separator(b.into()))
+        .next()
+        .unwrap_or_default();
     ensure!(
-        path.file_name().is_some() && !ends,
-        "{}: expected the name of a recording, not of a directory",
+        !matches!(last, b"" | b"." | b".."),
+        "{}: expected the name of a file, not of a directory",
+        path.display()
+    );
+    Ok(())
+}
+
+/// Refuses to put a file in the place of what is none, were it only a device that root may replace.
+fn replaceable(path: &Path) -> Result<()> {
+    let found = fs::metadata(path);
+    ensure!(
+        found.is_err() || found.is_ok_and(|found| found.is_file()),
+        "{}: expected a regular file, or none yet",
         path.display()
     );
     Ok(())
@@ -115,12 +127,9 @@ impl Recording {
         regular(&meta_file)?;
         let text =
             fs::read_to_string(&meta_file).with_context(|| format!("{}", meta_file.display()))?;
-        let document: Value = serde_json::from_str(&text)
-            .map_err(|e| anyhow!("{}: {}", meta_file.display(), explain_syntax(&text, &e)))?;
-        let meta =
-            Metadata::parse(&document).with_context(|| format!("{}", meta_file.display()))?;
+        let meta = metadata(&text, &meta_file)?;
         let data_file = with_suffix(path, DATA_SUFFIX);
-        let samples = read_samples(&data_file, &meta)?;
+        let samples = samples(&read_data(&data_file, &meta)?);
         let name = meta_file
             .file_stem()
             .unwrap_or_default()
@@ -131,6 +140,31 @@ impl Recording {
             meta,
             samples,
         })
+    }
+
+    /// The recording `name` from what its two files hold.
+    ///
+    /// # Errors
+    /// Names the file, the key and what was expected.
+    pub fn parse(name: &str, text: &str, data: &[u8]) -> Result<Self> {
+        let file = |suffix: &str| PathBuf::from(format!("{name}.{suffix}"));
+        let meta = metadata(text, &file(META_SUFFIX))?;
+        check_length(data.len() as u64, &meta, &file(DATA_SUFFIX))?;
+        Ok(Self {
+            name: name.to_owned(),
+            meta,
+            samples: samples(data),
+        })
+    }
+
+    /// What the metadata file holds: one line of JSON.
+    ///
+    /// # Errors
+    /// None that JSON's numbers and strings can bring about.
+    pub fn metadata_text(&self) -> Result<String> {
+        let mut text = serde_json::to_string(&self.meta.document(self.chirps()))?;
+        text.push('\n');
+        Ok(text)
     }
 
     /// The samples of chirp `k`.
@@ -216,15 +250,19 @@ impl Recording {
                 [a, b, c, d]
             })
             .collect();
-        let mut text = serde_json::to_string(&self.meta.document(self.chirps()))?;
-        text.push('\n');
+        let text = self.metadata_text()?;
         write_whole(&with_suffix(path, DATA_SUFFIX), &bytes)?;
         write_whole(&with_suffix(path, META_SUFFIX), text.as_bytes())
     }
 }
 
 /// Writes a file under a temporary name and renames it, so that it is never seen half-written.
+///
+/// # Errors
+/// Names the path where it is none of a file, or cannot be written.
 pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
+    named(path)?;
+    replaceable(path)?;
     let mut name = path.file_name().unwrap_or_default().to_os_string();
     name.push(".part");
     let part = path.with_file_name(name);
@@ -235,16 +273,21 @@ pub fn write_whole(path: &Path, bytes: &[u8]) -> Result<()> {
     })
 }
 
-fn read_samples(path: &Path, meta: &Metadata) -> Result<Vec<Iq>> {
-    let context = || format!("{}", path.display());
-    regular(path)?;
-    let found = fs::metadata(path).with_context(context)?.len();
+/// The metadata that the text of `file` holds.
+fn metadata(text: &str, file: &Path) -> Result<Metadata> {
+    let document: Value = serde_json::from_str(text)
+        .map_err(|e| anyhow!("{}: {}", file.display(), explain_syntax(text, &e)))?;
+    Metadata::parse(&document).with_context(|| format!("{}", file.display()))
+}
+
+/// Refuses a sample file of `found` bytes that does not hold the chirps that the metadata tell of.
+fn check_length(found: u64, meta: &Metadata, file: &Path) -> Result<()> {
     let chirp = 4 * meta.samples_per_chirp as u64;
     let chirps = meta.angles_deg.len() as u64;
     if chirps > 0 && found != chirps * chirp {
         bail!(
             "{}: {found} bytes, expected {} ({chirps} captures of {} samples of 4 bytes)",
-            path.display(),
+            file.display(),
             chirps * chirp,
             meta.samples_per_chirp
         );
@@ -252,21 +295,31 @@ fn read_samples(path: &Path, meta: &Metadata) -> Result<Vec<Iq>> {
     if found == 0 || !found.is_multiple_of(chirp) {
         bail!(
             "{}: {found} bytes, expected whole chirps of {} samples (stairscan:samples_per_chirp) of 4 bytes",
-            path.display(),
+            file.display(),
             meta.samples_per_chirp
         );
     }
+    Ok(())
+}
+
+/// The bytes of a sample file, whose length is checked before any of them is read.
+fn read_data(path: &Path, meta: &Metadata) -> Result<Vec<u8>> {
+    let context = || format!("{}", path.display());
+    regular(path)?;
+    let found = fs::metadata(path).with_context(context)?.len();
+    check_length(found, meta, path)?;
     let bytes = fs::read(path).with_context(context)?;
     ensure!(
         bytes.len() as u64 == found,
         "{}: changed while it was read",
         path.display()
     );
-    let sample = |b: &[u8]| {
-        Iq::new(
-            i16::from_le_bytes([b[0], b[1]]),
-            i16::from_le_bytes([b[2], b[3]]),
-        )
-    };
-    Ok(bytes.chunks_exact(4).map(sample).collect())
+    Ok(bytes)
+}
+
+fn samples(bytes: &[u8]) -> Vec<Iq> {
+    let (samples, _) = bytes.as_chunks::<4>();
+    let sample =
+        |&[a, b, c, d]: &[u8; 4]| Iq::new(i16::from_le_bytes([a, b]), i16::from_le_bytes([c, d]));
+    samples.iter().map(sample).collect()
 }

@@ -1,0 +1,493 @@
+//! Inputs that mean something: what `corpus/` is made of.
+//!
+//! `cargo run -p stairscan-fuzz --example mutate -- --write-corpus` writes them, which is needed when a target
+//! reads its bytes in another way than before.
+
+use stairscan::answer::{Direction, Maybe, Outcome, Reason, Reasons, Step};
+use stairscan::report::Sentence;
+use stairscan::report::sentence::write_scan;
+use stairscan::scan::Settings;
+
+/// An input: its target, its name, its bytes.
+pub type Seed = (&'static str, String, Vec<u8>);
+
+/// All of them.
+pub fn all() -> Vec<Seed> {
+    let mut seeds = Vec::new();
+    let mut put = |target: &'static str, inputs: Vec<(&str, Vec<u8>)>| {
+        seeds.extend(
+            inputs
+                .into_iter()
+                .map(|(name, bytes)| (target, name.to_owned(), bytes)),
+        );
+    };
+    put("radar_link", radar_link());
+    put("commands", commands());
+    put("sentences", sentences());
+    put("motion", motion());
+    put("recordings", recordings());
+    put("scenes", scenes());
+    put("scanner", scanner());
+    put("pipeline", pipeline());
+    seeds
+}
+
+/// A byte that says how many follow, and these.
+fn counted(bytes: &[u8]) -> Vec<u8> {
+    let count = bytes.len().min(255);
+    [&[count as u8], &bytes[..count]].concat()
+}
+
+fn radar_link() -> Vec<(&'static str, Vec<u8>)> {
+    let ask = |what: u8| vec![what, 50, 0];
+    let frame =
+        |off: i8, kind: u8, payload: &[u8]| [vec![3, off as u8, kind], counted(payload)].concat();
+    let settings = [0x80, 0x53, 0x9A, 0x05, 0x80, 0x96, 0x98, 0, 4, 0, 0, 0];
+    let chirp: Vec<u8> = (0..16).collect();
+    let well = [ask(0), frame(0, 0, &settings), ask(1), frame(0, 1, &chirp)].concat();
+    let late = [
+        ask(1),
+        vec![4, 60, 0],
+        ask(1),
+        frame(-1, 1, &chirp),
+        frame(0, 1, &chirp),
+    ]
+    .concat();
+    let errors = [
+        ask(0),
+        frame(0, 2, &[1]),
+        ask(1),
+        frame(0, 0, &settings),
+        ask(1),
+        frame(0, 1, &chirp[..12]),
+    ];
+    let noise = [
+        vec![2],
+        counted(b"SSR\x01\x82SR\x02SR\x01\x77SR\x01\x82\0\0\xFF\xFF"),
+        ask(1),
+        frame(0, 1, &chirp),
+    ];
+    vec![
+        ("settings-and-chirp", well),
+        ("late", late),
+        ("errors", errors.concat()),
+        ("noise", noise.concat()),
+        (
+            "own-requests",
+            [
+                ask(1),
+                frame(0, 3, &[]),
+                frame(0, 4, &[1, 2, 3, 4]),
+                frame(0, 5, &[0]),
+            ]
+            .concat(),
+        ),
+    ]
+}
+
+fn commands() -> Vec<(&'static str, Vec<u8>)> {
+    let settings = Settings::default();
+    let each = |before: &str| -> Vec<u8> {
+        let line = |key: &&str| {
+            format!(
+                "{before}set,{key},{}\n",
+                settings.get(key).unwrap_or_default()
+            )
+        };
+        Settings::KEYS
+            .iter()
+            .map(line)
+            .collect::<String>()
+            .into_bytes()
+    };
+    let words = "start\nstop\nscan\nstatus\r\nversion\nselftest\nget\nget,seed\nget stack-used\n";
+    let wrong = "set\nset,seed\nset,seed,-1\nset,nothing,1\nget,\nset,plane,sideways\nhello\nset,seed,1,2\n\
+                 $PSTC,stop*00000000\n$PSTC\n$*\n";
+    let extremes = "set,first-angle,-170000\nset,angle-count,8192\nset,angle-step,10000\n\
+                    set,cfar-false-alarm,500000000\nset,mirror-offset,200000\nset,settle,600000000\n";
+    let motion = "!MOTION,7,123.4,-250\n!MOTION,65535,-2147483.6,\n!MOTION,1,x,45001\n";
+    vec![
+        ("words", words.into()),
+        ("settings", each("")),
+        ("framed-settings", each("!")),
+        ("wrong", wrong.into()),
+        ("extremes", extremes.into()),
+        ("motion", motion.into()),
+        (
+            "long",
+            [vec![b'z'; 200], b"\nstatus\n\x01\xFF\0\nstop\n".to_vec()].concat(),
+        ),
+    ]
+}
+
+fn sentences() -> Vec<(&'static str, Vec<u8>)> {
+    let mut outcome = Outcome::clear();
+    outcome.direction = Direction::Up;
+    for k in 1..=3 {
+        let step = Step {
+            distance_m: 0.5 + 0.28 * k as f32,
+            height_m: 0.17 * k as f32,
+            distance_sigma_m: 0.0015,
+            height_sigma_m: 0.004,
+            quality: 100,
+            ..Step::default()
+        };
+        // There is room for sixteen.
+        let _ = outcome.steps.push(step);
+    }
+    outcome.link();
+    (outcome.horizon_m, outcome.confidence) = (Some(1.2), Some(0.993));
+    let mut degraded = outcome.clone();
+    degraded.doubt(Reasons::NONE.with(Reason::Moving).with(Reason::Mount));
+    let maybe = Maybe {
+        distance_m: 1.5,
+        height_m: -0.1,
+        probability: 0.2,
+    };
+    let _ = degraded.maybes.push(maybe);
+    // Without CRC and line end, so that a change of the text does not end at the CRC.
+    let bare = |line: &str| {
+        let body = line
+            .trim_start_matches('$')
+            .split('*')
+            .next()
+            .unwrap_or_default();
+        format!("!{body}\n")
+    };
+    let lines = |outcome: &Outcome, lost: u16| {
+        let mut text = String::new();
+        write_scan(7, lost, outcome, |line| text += &bare(line));
+        text.into_bytes()
+    };
+    let mut whole = Vec::new();
+    write_scan(1, 0, &outcome, |line| whole.extend(line.as_bytes()));
+    let others = [
+        Sentence::Boot {
+            version: "0.1.0",
+            revision: "abcdef",
+            reset: "power-on",
+            clock: "hse-168",
+        },
+        Sentence::State {
+            state: "scanning",
+            clock: "hsi-16",
+            scans: 12,
+            estimator: "likelihood",
+            reasons: Reasons::NONE.with(Reason::LinkSilent),
+            motion: "good",
+            motion_faults: 3,
+        },
+        Sentence::Config {
+            key: "seed",
+            value: "1",
+        },
+        Sentence::Done { command: "start" },
+        Sentence::Fail {
+            command: "set",
+            field: "seed",
+            expected: "a value",
+        },
+        Sentence::Halt {
+            reason: Reason::MotorStall,
+        },
+    ];
+    let others: String = others.iter().map(|s| bare(&s.write())).collect();
+    vec![
+        ("scan", lines(&outcome, 0)),
+        ("degraded", lines(&degraded, 3)),
+        ("fault", lines(&Outcome::fault(Reason::NoEcho), 0)),
+        ("framed", whole),
+        ("others", others.into_bytes()),
+    ]
+}
+
+fn motion() -> Vec<(&'static str, Vec<u8>)> {
+    let reading = |more: u8, travel: i16, pitch: i16| {
+        let ([a, b], [c, d]) = (travel.to_le_bytes(), pitch.to_le_bytes());
+        vec![1, more, a, b, c, d]
+    };
+    let begin = vec![2, 12, 0];
+    let rows = |count| [3, 5, 46, 0].repeat(count);
+    let good: Vec<u8> = (0..6)
+        .flat_map(|k| [reading(1, 30, k), rows(2)].concat())
+        .collect();
+    let drive = |middle: Vec<u8>| {
+        [
+            reading(1, 0, 0),
+            begin.clone(),
+            good.clone(),
+            middle,
+            good.clone(),
+            vec![4],
+        ]
+        .concat()
+    };
+    let text = [
+        vec![0],
+        counted(b"MOTION,7,123.4,-250"),
+        vec![0],
+        counted(b"MOTION,8,125.0,"),
+    ]
+    .concat();
+    vec![
+        ("two-scans", [drive(Vec::new()), drive(Vec::new())].concat()),
+        ("late", drive(vec![5, 0xFF, 0x0F])),
+        ("jump", drive(reading(1, 30_000, 4_000))),
+        ("disordered", drive(reading(0xFF, 0, 0))),
+        ("garbled", drive(vec![7])),
+        ("text", [text, begin.clone(), rows(12), vec![4]].concat()),
+        ("hours", drive(vec![6, 0xFF, 0xFF, 0xFF, 0x7F])),
+    ]
+}
+
+/// A recording of 16 samples a chirp: these captures, and what `global` holds beside the least.
+fn recording(global: &str, captures: &[String]) -> Vec<u8> {
+    let text = format!(
+        "{{\"global\": {{\"core:datatype\": \"ci16_le\", \"core:version\": \"1.2.0\", \"core:sample_rate\": 2e5,\n\
+         \"stairscan:bandwidth_hz\": 1e10, \"stairscan:samples_per_chirp\": 16{global}}},\n\
+         \"captures\": [{}], \"annotations\": []}}",
+        captures.join(",\n")
+    );
+    let samples = (0..captures.len() * 64).map(|k| (k * k) as u8);
+    text.into_bytes()
+        .into_iter()
+        .chain([0])
+        .chain(samples)
+        .collect()
+}
+
+fn recordings() -> Vec<(&'static str, Vec<u8>)> {
+    let mirror = ",\n\"stairscan:mirror_offset_m\": 0.02, \"stairscan:beamwidth_deg\": 5.0, \
+                  \"stairscan:mount_height_m\": 0.4, \"stairscan:scan_plane\": \"depth\"";
+    let truth = ",\n\"stairscan:truth\": {\"direction\": \"up\", \"steps\": [{\"distance_m\": 0.5, \
+                 \"height_m\": 0.17, \"snr_db\": 30.0}], \"uncounted\": []}";
+    let disturbed = ",\n\"stairscan:disturbance\": {\"kind\": \"rain\", \"harmful\": true, \"rate\": 3}, \
+                     \"stairscan:pitch_deg\": 1.5";
+    let capture = |k: usize, angle: f64, more: &str| {
+        format!(
+            "{{\"core:sample_start\": {}, \"core:frequency\": 9.4e10, \
+             \"stairscan:mirror_angle_deg\": {angle}{more}}}",
+            16 * k
+        )
+    };
+    let single: Vec<String> = (0..4)
+        .map(|k| capture(k, -1.0 + 0.5 * k as f64, ""))
+        .collect();
+    let back_and_forth: Vec<String> = (0..6)
+        .map(|k| {
+            let angle = 0.25 * if k < 3 { k as f64 } else { 5.0 - k as f64 };
+            let t = k as f64;
+            let more = format!(
+                ", \"stairscan:travel_m\": {:.4}, \"stairscan:time_s\": {:.3}, \"stairscan:pitch_deg\": {:.2}",
+                0.001 * t,
+                0.005 * t,
+                0.1 * t
+            );
+            capture(k, angle, &more)
+        })
+        .collect();
+    let sequence = format!(
+        "{mirror},\n\"stairscan:scans\": 2, \"stairscan:truth_travel_m\": [0.002, 0.005], \
+         \"stairscan:truth_scans\": [{{\"direction\": \"none\", \"steps\": []}}, \
+         {{\"direction\": \"none\"}}]"
+    );
+    let falling: Vec<String> = (0..5)
+        .map(|k| capture(k, 3.0 - 0.5 * k as f64, ""))
+        .collect();
+    vec![
+        ("single", recording(&format!("{mirror}{truth}"), &single)),
+        ("sequence", recording(&sequence, &back_and_forth)),
+        (
+            "falling",
+            recording(&format!("{mirror}{disturbed}"), &falling),
+        ),
+        (
+            "no-mirror",
+            recording("", &["{\"core:sample_start\": 0}".to_owned()]),
+        ),
+    ]
+}
+
+fn scenes() -> Vec<(&'static str, Vec<u8>)> {
+    let odd = "[radar]\ncarrier_hz = 94e9\nsamples_per_chirp = 128\n[mount]\nheight_m = 0.5\npitch_deg = 1.0\n\
+               [sweep]\nfirst_deg = -10.0\nlast_deg = 40.0\nstep_deg = 0.5\n[mirror]\njitter_deg = 0.01\n\
+               [material.rubber]\nroughness_m = 1e-3\n[[floor]]\nfrom_m = -1.0\nto_m = 1.0\nmaterial = \"rubber\"\n\
+               [[box]]\nfrom_m = 0.6\nto_m = 0.8\ntop_m = 0.3\nmaterial = \"metal\"\n\
+               [[polyline]]\npoints = [[1.0, 0.0], [1.2, 0.3], [1.4, 0.3]]\nmaterial = \"wood\"\n";
+    let file = |text: &str| text.as_bytes().to_vec();
+    vec![
+        ("stair_a", file(include_str!("../../scenes/stair_a.toml"))),
+        ("stair_b", file(include_str!("../../scenes/stair_b.toml"))),
+        ("stair_c", file(include_str!("../../scenes/stair_c.toml"))),
+        (
+            "descending",
+            file(include_str!("../../scenes/descending.toml")),
+        ),
+        ("empty", file(include_str!("../../scenes/empty.toml"))),
+        ("odd", file(odd)),
+    ]
+}
+
+fn scanner() -> Vec<(&'static str, Vec<u8>)> {
+    let wait = |steps: usize| [0, 255].repeat(steps.div_ceil(256));
+    let line = |text: &str| [vec![3], counted(text.as_bytes())].concat();
+    let moods = (0..10_u8).flat_map(|mood| [vec![4, mood], wait(600)].concat());
+    let stalls = [
+        wait(400),
+        vec![5, 1],
+        wait(3000),
+        vec![5, 2],
+        wait(3000),
+        vec![5, 4],
+        wait(3000),
+    ];
+    let told = [
+        wait(300),
+        line("status"),
+        line("set,angle-count,40"),
+        line("get"),
+        wait(256),
+        line("stop"),
+        line("selftest"),
+        wait(300),
+        line("scan"),
+        line("scan"),
+        wait(300),
+        line("MOTION,7,123.4,-250"),
+        vec![2],
+        counted(b"start\r\nversion\n\xFF\xFEhello\n$PSTC,stop*12345678\n"),
+        wait(300),
+    ];
+    let full = [
+        vec![6, 0],
+        wait(2000),
+        line("get"),
+        wait(256),
+        vec![6, 3],
+        line("stop"),
+        wait(256),
+        line("start"),
+    ];
+    let verdicts = [
+        vec![7, 2],
+        wait(512),
+        vec![7, 4],
+        wait(512),
+        vec![7, 1],
+        line("stop"),
+        line("selftest"),
+        wait(256),
+    ];
+    let slow = [
+        line("set,settle,600000000"),
+        line("set,fault-hold,600000000"),
+        line("set,angle-count,8000"),
+        line("set,angle-step,40"),
+        wait(500),
+        vec![4, 1],
+        vec![1, 255, 255],
+        wait(500),
+    ];
+    vec![
+        ("moods", moods.collect()),
+        ("stalls", stalls.concat()),
+        ("told", told.concat()),
+        ("full", full.concat()),
+        ("verdicts", verdicts.concat()),
+        ("slow", slow.concat()),
+    ]
+}
+
+fn pipeline() -> Vec<(&'static str, Vec<u8>)> {
+    // 200 samples, 10 GHz, 281 rows of 0.25 degrees, 22 cm, 40 cm.
+    let setup = |bits: u8, rows: u16| {
+        let [low, high] = rows.to_le_bytes();
+        vec![199, 199, low, high, 25, bits, 22, 40]
+    };
+    let cfar = (3 << 2) | (7 << 5);
+    let points = |points: &[[i16; 3]]| -> Vec<u8> {
+        let point = |&[x, y, level]: &[i16; 3]| [x as u8, y as i8 as u8, level as u8, 37];
+        [
+            vec![points.len() as u8],
+            points.iter().flat_map(point).collect(),
+        ]
+        .concat()
+    };
+    // Edges and inner corners of three steps, and the floor before them.
+    let stairs = points(&[
+        [50, -24, 30],
+        [78, -7, 33],
+        [106, 9, 36],
+        [50, -39, 40],
+        [78, -23, 42],
+        [106, -7, 42],
+        [44, -40, 55],
+        [38, -40, 52],
+        [56, -40, 60],
+    ]);
+    let wall = points(&[
+        [150, -40, 20],
+        [150, -20, 30],
+        [150, 0, 25],
+        [150, 12, 30],
+        [40, -40, 50],
+    ]);
+    let [low, high] = 20_000_i16.to_le_bytes();
+    let tone = [5, 0x33, 0x33, 0, 0x20];
+    let raw = [vec![4], counted(&(0..240).collect::<Vec<u8>>())].concat();
+    vec![
+        ("stairs", [setup(cfar, 281), stairs.clone()].concat()),
+        (
+            "stairs-paper",
+            [setup(cfar | 2, 281), stairs.clone()].concat(),
+        ),
+        (
+            "stairs-height",
+            [setup(cfar | 1, 281), stairs.clone()].concat(),
+        ),
+        ("wall", [setup(cfar, 281), wall].concat()),
+        (
+            "tone",
+            [
+                setup(cfar, 281),
+                stairs.clone(),
+                tone.repeat(60),
+                vec![1, 40],
+                tone.repeat(20),
+            ]
+            .concat(),
+        ),
+        (
+            "shifted",
+            [setup(cfar, 281), stairs.clone(), [7, 6].repeat(281)].concat(),
+        ),
+        (
+            "lost",
+            [setup(cfar, 281), stairs.clone(), [1, 30, 2, 2, 2].repeat(8)].concat(),
+        ),
+        (
+            "repeated",
+            [setup(cfar, 281), stairs, vec![1, 90], vec![6; 120]].concat(),
+        ),
+        ("silent", [setup(cfar, 60), vec![0]].concat()),
+        (
+            "constant",
+            [
+                setup(cfar, 60),
+                vec![0],
+                [3, low, high, high, low].repeat(120),
+            ]
+            .concat(),
+        ),
+        ("raw", [setup(cfar, 24), vec![0], raw.repeat(6)].concat()),
+        (
+            "short-chirps",
+            [
+                vec![15, 255, 40, 0, 100, cfar, 1, 40],
+                vec![0],
+                tone.repeat(40),
+            ]
+            .concat(),
+        ),
+    ]
+}

@@ -1,0 +1,10 @@
+//! The targets. Each says what it reads and what must hold.
+
+pub mod commands;
+pub mod motion;
+pub mod pipeline;
+pub mod radar_link;
+pub mod recordings;
+pub mod scanner;
+pub mod scenes;
+pub mod sentences;

@@ -1,0 +1,178 @@
+//! What the radar module sends: any bytes, whole frames, frames with other numbers, silence.
+//!
+//! An operation is a byte, and what it needs after it:
+//!
+//! | byte | then | what |
+//! |---|---|---|
+//! | 0 | u16 | the scanner asks for the settings, with that time-out, ms |
+//! | 1 | u16 | the scanner triggers a chirp of 4 samples, likewise |
+//! | 2 | count, bytes | these come in as they are |
+//! | 3 | i8, kind, count, payload | a frame with a right CRC and the request's number, so much off |
+//! | 4 | u16 | so many ms pass |
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::task::Poll;
+
+use stairscan::Iq;
+use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::scan::link::FrameLink;
+use stairscan::scan::{BytePort, Micros, RadarLink};
+
+use crate::input::Input;
+
+/// Samples of the chirps that are asked for.
+const SAMPLES: usize = 4;
+/// The kinds of frames, and one that is none.
+pub const KINDS: [u8; 6] = [0x81, 0x82, 0xE0, 0x01, 0x02, 0x77];
+
+/// What has come in and is not read yet.
+#[derive(Clone, Default)]
+struct Wire(Rc<RefCell<VecDeque<u8>>>);
+
+impl BytePort for Wire {
+    fn read(&mut self) -> Option<u8> {
+        self.0.borrow_mut().pop_front()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        // A narrow port: requests go out in pieces.
+        bytes.len().min(5)
+    }
+}
+
+/// What the scanner waits for.
+#[derive(Clone, Copy, PartialEq)]
+enum Waiting {
+    Nothing,
+    Settings,
+    Chirp,
+}
+
+/// The link, and what a module would know of it.
+struct Bench {
+    link: FrameLink<Wire>,
+    wire: Wire,
+    now: Micros,
+    waiting: Waiting,
+    until: Micros,
+    /// Number of the last request.
+    sequence: u16,
+}
+
+/// A frame with a right CRC, of any kind.
+fn encode(kind: u8, sequence: u16, payload: &[u8]) -> Vec<u8> {
+    let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
+    frame::encode(Kind::Settings, sequence, payload, &mut out);
+    let mut bytes = out.to_vec();
+    bytes[3] = kind;
+    let body = bytes.len() - frame::TRAILER;
+    let crc = stairscan::report::crc::CRC32.checksum(&bytes[..body]);
+    bytes[body..].copy_from_slice(&crc.to_le_bytes());
+    bytes
+}
+
+impl Bench {
+    fn ask(&mut self, what: Waiting, timeout_ms: u16) {
+        let timeout = 1000 * u32::from(timeout_ms).max(1);
+        self.sequence = self.sequence.wrapping_add(1);
+        self.until = self.now.plus(timeout);
+        self.waiting = what;
+        match what {
+            Waiting::Chirp => self.link.trigger(self.now, -20_000, timeout),
+            _ => self.link.configure(self.now, timeout),
+        }
+        assert!(self.wire.0.borrow().is_empty(), "an old answer is kept");
+    }
+
+    /// Polls until nothing more has come in; an answer or the time-out ends the waiting.
+    fn poll(&mut self) {
+        let ready = match self.waiting {
+            Waiting::Nothing => return,
+            Waiting::Settings => self
+                .link
+                .poll_settings(self.now)
+                .map(|answer| answer.is_ok()),
+            Waiting::Chirp => {
+                let mut samples = [Iq::default(); SAMPLES];
+                self.link
+                    .poll_chirp(self.now, &mut samples)
+                    .map(|answer| answer.is_ok())
+            }
+        };
+        match ready {
+            Poll::Ready(_) => self.waiting = Waiting::Nothing,
+            Poll::Pending => assert!(!self.now.reached(self.until), "waits for ever"),
+        }
+    }
+
+    /// A frame comes in whole. One that answers the request ends it, with what it says.
+    fn answer(&mut self, off: i8, kind: u8, payload: &[u8]) {
+        let sequence = self.sequence.wrapping_add_signed(off.into());
+        // What came before may be the beginning of a frame, which would swallow this one.
+        let clean = self.wire.0.borrow().is_empty();
+        self.wire
+            .0
+            .borrow_mut()
+            .extend(encode(kind, sequence, payload));
+        let waiting = self.waiting;
+        self.poll();
+        let wanted = match waiting {
+            Waiting::Nothing => return,
+            Waiting::Settings => kind == Kind::Settings as u8 && payload.len() == 12,
+            Waiting::Chirp => kind == Kind::Chirp as u8 && payload.len() == 4 * SAMPLES,
+        };
+        if clean && off != 0 && wanted {
+            let taken = self.waiting == Waiting::Nothing;
+            assert!(
+                !taken || self.now.reached(self.until),
+                "another row's chirp is taken"
+            );
+        }
+    }
+}
+
+/// Every whole frame that a stream brings is, put together again, the bytes that came in last.
+fn decode(bytes: &[u8]) {
+    let mut decoder = Decoder::new();
+    for (k, &byte) in bytes.iter().enumerate() {
+        if decoder.push(byte) == Ok(Progress::Complete) {
+            let frame = decoder.frame().expect("a complete frame");
+            let again = encode(frame.kind as u8, frame.sequence, frame.payload);
+            assert!(bytes[..=k].ends_with(&again));
+        }
+    }
+}
+
+/// Runs the operations.
+pub fn run(data: &[u8]) {
+    decode(data);
+    let wire = Wire::default();
+    let mut bench = Bench {
+        link: FrameLink::new(wire.clone()),
+        wire,
+        now: Micros(u32::MAX - 500_000),
+        waiting: Waiting::Nothing,
+        until: Micros(0),
+        sequence: 0,
+    };
+    let mut input = Input(data);
+    while !input.is_empty() {
+        match input.byte() % 5 {
+            0 => bench.ask(Waiting::Settings, input.short()),
+            1 => bench.ask(Waiting::Chirp, input.short()),
+            2 => {
+                let bytes = input.counted();
+                bench.wire.0.borrow_mut().extend(bytes);
+            }
+            3 => {
+                let (off, kind) = (input.byte() as i8, input.byte());
+                let kind = KINDS[usize::from(kind) % KINDS.len()];
+                bench.answer(off, kind, input.counted());
+            }
+            _ => bench.now = bench.now.plus(1000 * u32::from(input.short())),
+        }
+        bench.poll();
+    }
+}

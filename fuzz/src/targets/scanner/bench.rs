@@ -1,0 +1,180 @@
+//! The scanner on a bench: stepped, typed at, and read.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use stairscan::answer::{Reasons, Status};
+use stairscan::drive::Odometry;
+use stairscan::report::Sentence;
+use stairscan::scan::link::FrameLink;
+use stairscan::scan::mirror::Stepper;
+use stairscan::scan::{Hardware, Identity, Micros, Reports, Scanner, Settings};
+
+use super::world::{Module, RADAR, Rows, Shared, World};
+
+/// Angles of a scan.
+const ANGLES: u16 = 5;
+/// Steps within which a healthy scanner has homed, asked its module and scanned, or gone through a
+/// fault's hold before that.
+const PATIENCE: u32 = 4_000;
+/// The first time, what was set for an odd module may keep the settings from coming back in one go.
+const ROUNDS: u32 = 3;
+
+type Parts<'a> = Scanner<'a, Stepper<Shared>, FrameLink<Module>, Shared, Shared, Rows>;
+
+const IDENTITY: Identity = Identity {
+    version: "0",
+    revision: "fuzz",
+    reset: "none",
+    clock: "host",
+    reasons: Reasons::NONE,
+};
+
+/// Scanner and world, and what the scanner has said so far.
+pub struct Bench<'a> {
+    world: Shared,
+    scanner: Parts<'a>,
+    now: Micros,
+    /// Number of the last scan that was told, and how many sentences of it are still to come.
+    scan: u32,
+    to_come: u8,
+    last: Option<(Status, Reasons)>,
+}
+
+fn settings() -> Settings {
+    let mut settings = Settings::default();
+    settings.config.radar = RADAR;
+    settings.config.sweep.angle_count = ANGLES;
+    assert_eq!(settings.validate(), Ok(()));
+    settings
+}
+
+impl<'a> Bench<'a> {
+    /// A scanner that has just booted.
+    pub fn new(memory: (&'a mut Reports, &'a mut Odometry)) -> Self {
+        let world = Shared(Rc::new(RefCell::new(World::new())));
+        let hardware = Hardware {
+            mirror: Stepper::new(world.clone()),
+            link: FrameLink::new(Module(world.clone())),
+            port: world.clone(),
+            board: world.clone(),
+        };
+        let now = Micros(u32::MAX - 1_000_000);
+        let data = Rows::new(world.clone());
+        Self {
+            scanner: Scanner::new(hardware, data, memory, settings(), IDENTITY, now),
+            world,
+            now,
+            scan: 0,
+            to_come: 0,
+            last: None,
+        }
+    }
+
+    /// Changes the world.
+    pub fn world(&mut self, mut change: impl FnMut(&mut World)) {
+        change(&mut self.world.0.borrow_mut());
+    }
+
+    /// Something is typed.
+    pub fn type_in(&mut self, bytes: &[u8]) {
+        self.world(|w| w.typed.extend(bytes));
+    }
+
+    /// So many ms pass at once.
+    pub fn jump(&mut self, ms: u16) {
+        self.now = self.now.plus(1000 * u32::from(ms));
+        self.step();
+    }
+
+    /// So many ms pass.
+    pub fn steps(&mut self, count: u32) {
+        (0..count).for_each(|_| self.step());
+    }
+
+    fn step(&mut self) {
+        self.world(World::turn);
+        self.scanner.step(self.now);
+        self.now = self.now.plus(1000);
+        if self.scanner.state() == "fault" {
+            assert!(
+                !self.world.0.borrow().enabled,
+                "the driver is on in a fault"
+            );
+        }
+        self.read();
+    }
+
+    /// Reads what has been said.
+    fn read(&mut self) {
+        let mut printed = std::mem::take(&mut self.world.0.borrow_mut().printed);
+        while let Some(end) = printed.iter().position(|&b| b == b'\n') {
+            let line: Vec<u8> = printed.drain(..=end).collect();
+            let line = str::from_utf8(&line).expect("a line of text");
+            self.hear(Sentence::parse(line).unwrap_or_else(|e| panic!("{e:?}: {line}")));
+        }
+        self.world.0.borrow_mut().printed = printed;
+    }
+
+    fn hear(&mut self, sentence: Sentence<'_>) {
+        match sentence {
+            Sentence::Scan(head) => {
+                assert_eq!(self.to_come, 0, "a scan within another one");
+                assert!(
+                    head.scan == 0 || head.scan > self.scan,
+                    "scan {} again",
+                    head.scan
+                );
+                assert!(head.status != Status::Fault || head.steps == 0);
+                self.scan = self.scan.max(head.scan);
+                self.to_come = head.following();
+                self.last = Some((head.status, head.reasons));
+            }
+            Sentence::Step(_) | Sentence::Maybe(_) => {
+                self.to_come = self.to_come.checked_sub(1).expect("a step of no scan");
+            }
+            _ => {}
+        }
+    }
+
+    /// Once all is well, the default settings bring scans that are `ok`.
+    pub fn recovers(&mut self) {
+        self.world(World::heal);
+        for _ in 0..ROUNDS {
+            // The first line end finishes whatever was being typed.
+            self.tell("\n");
+            self.tell("stop");
+            let wanted = settings();
+            for _ in 0..2 {
+                for key in Settings::KEYS
+                    .iter()
+                    .filter(|key| !key.starts_with("radar-"))
+                {
+                    let value = wanted.get(key).expect("a key");
+                    self.tell(&format!("set,{key},{value}"));
+                }
+            }
+            self.last = None;
+            self.tell("start");
+            for _ in 0..PATIENCE {
+                self.step();
+                assert!(self.scanner.healthy(self.now), "{}", self.scanner.state());
+                if self.last.is_some_and(|(status, _)| status == Status::Ok) {
+                    return;
+                }
+            }
+        }
+        panic!(
+            "no scan that is ok; {}, {:?}",
+            self.scanner.state(),
+            self.last
+        );
+    }
+
+    /// Types a command, and lets it be answered.
+    fn tell(&mut self, command: &str) {
+        let framed = super::super::commands::framed(format!("!{command}").as_bytes());
+        self.type_in(&framed.unwrap_or_default());
+        self.steps(3);
+    }
+}

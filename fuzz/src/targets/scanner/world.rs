@@ -1,0 +1,362 @@
+//! Everything outside the scanner, shared by its traits.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+
+use stairscan::Iq;
+use stairscan::answer::{Direction, Outcome, Reason, Step};
+use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
+use stairscan::drive::Drive;
+use stairscan::report::command::Measure;
+use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::scan::mirror::{PulseState, StepPort};
+use stairscan::scan::ramp::Ramp;
+use stairscan::scan::{Board, BytePort, DataPath};
+
+/// What the module is set to: few samples, so that a scan is short.
+pub const RADAR: RadarConfig = RadarConfig {
+    carrier_khz: 94_000_000,
+    bandwidth_khz: 3_200_000,
+    samples: 64,
+};
+/// The way that the shaft turns in a step, microsteps.
+const WAY: i32 = 4_000;
+/// The shaft's own ends, microsteps from the switch: there pulses are lost.
+const ENDS: (i32, i32) = (-600, 49_000);
+
+/// What the module does with a request.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mood {
+    /// It answers.
+    #[default]
+    Well,
+    /// It says nothing.
+    Silent,
+    /// It says that it cannot.
+    Error,
+    /// Its answer is damaged.
+    Damaged,
+    /// It answers an older request.
+    Stale,
+    /// Its answer is too short.
+    Short,
+    /// It answers with another kind of frame.
+    Other,
+    /// It is set to something else that can be scanned with.
+    Changed,
+    /// It is set to something that cannot.
+    Absurd,
+    /// It sends nonsense before its answer.
+    Babbling,
+}
+
+impl Mood {
+    const ALL: [Mood; 10] = [
+        Mood::Well,
+        Mood::Silent,
+        Mood::Error,
+        Mood::Damaged,
+        Mood::Stale,
+        Mood::Short,
+        Mood::Other,
+        Mood::Changed,
+        Mood::Absurd,
+        Mood::Babbling,
+    ];
+
+    /// The mood that a byte stands for.
+    pub fn of(byte: u8) -> Self {
+        Self::ALL[usize::from(byte) % Self::ALL.len()]
+    }
+}
+
+/// Module, motor, report port, arithmetic.
+pub struct World {
+    pub typed: VecDeque<u8>,
+    pub printed: Vec<u8>,
+    pub room: usize,
+    pub stopped: bool,
+    pub mood: Mood,
+    requests: Decoder,
+    answers: VecDeque<u8>,
+    // The shaft; the switch is pressed at and below 0 of its own place.
+    place: i32,
+    position: i32,
+    target: i32,
+    until_home: bool,
+    edge: bool,
+    pub enabled: bool,
+    pub stalled: bool,
+    pub switch: u8,
+    // The data path.
+    pub broken: bool,
+    pub verdict: u8,
+}
+
+impl World {
+    pub fn new() -> Self {
+        Self {
+            typed: VecDeque::new(),
+            printed: Vec::new(),
+            room: usize::MAX,
+            stopped: false,
+            mood: Mood::Well,
+            requests: Decoder::new(),
+            answers: VecDeque::new(),
+            place: 9_000,
+            position: 0,
+            target: 0,
+            until_home: false,
+            edge: false,
+            enabled: false,
+            stalled: false,
+            switch: 0,
+            broken: false,
+            verdict: 0,
+        }
+    }
+
+    /// All is well again.
+    pub fn heal(&mut self) {
+        self.mood = Mood::Well;
+        (self.stalled, self.broken) = (false, false);
+        (self.switch, self.verdict) = (0, 0);
+        self.room = usize::MAX;
+    }
+
+    fn pressed(&self) -> bool {
+        match self.switch % 3 {
+            0 => self.place <= 0,
+            1 => false,
+            _ => true,
+        }
+    }
+
+    /// A step's time of turning.
+    pub fn turn(&mut self) {
+        let way = (self.target - self.position).clamp(-WAY, WAY);
+        if !self.enabled || self.stalled || way == 0 {
+            return;
+        }
+        let before = self.pressed();
+        // The edge ends the move at once, at the switch's own place.
+        let way = match self.until_home && !before && self.switch.is_multiple_of(3) {
+            true => way.max(-self.place),
+            false => way,
+        };
+        self.position += way;
+        self.place = (self.place + way).clamp(ENDS.0, ENDS.1);
+        if self.until_home && !before && self.pressed() {
+            self.edge = true;
+            self.target = self.position;
+        }
+    }
+
+    /// What the module makes of a byte from the scanner.
+    fn request(&mut self, byte: u8) {
+        if self.requests.push(byte) != Ok(Progress::Complete) {
+            return;
+        }
+        let Some(frame) = self.requests.frame() else {
+            return;
+        };
+        let (kind, sequence) = (frame.kind, frame.sequence);
+        if kind == Kind::Trigger {
+            assert!(self.position == self.target, "fired while the mirror turns");
+            assert!(self.enabled, "fired without a driver");
+        }
+        let radar = match self.mood {
+            Mood::Changed => RadarConfig {
+                samples: 128,
+                ..RADAR
+            },
+            Mood::Absurd => RadarConfig {
+                samples: 257,
+                bandwidth_khz: 0,
+                ..RADAR
+            },
+            _ => RADAR,
+        };
+        let settings = frame::settings_payload(&radar);
+        let chirp = vec![1_u8; 4 * usize::from(radar.samples)];
+        let (kind, payload) = match kind {
+            Kind::Configure => (Kind::Settings, &settings[..]),
+            _ => (Kind::Chirp, &chirp[..]),
+        };
+        self.answer(kind, sequence, payload);
+    }
+
+    fn answer(&mut self, kind: Kind, sequence: u16, payload: &[u8]) {
+        let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
+        match self.mood {
+            Mood::Silent => return,
+            Mood::Error => frame::encode(Kind::Error, sequence, &[2], &mut out),
+            Mood::Stale => frame::encode(kind, sequence.wrapping_sub(1), payload, &mut out),
+            Mood::Short => {
+                let half = &payload[..payload.len() / 2];
+                frame::encode(kind, sequence, half, &mut out);
+            }
+            Mood::Other => frame::encode(Kind::Configure, sequence, payload, &mut out),
+            _ => frame::encode(kind, sequence, payload, &mut out),
+        }
+        if self.mood == Mood::Damaged
+            && let Some(byte) = out.get_mut(9)
+        {
+            *byte ^= 4;
+        }
+        if self.mood == Mood::Babbling {
+            self.answers
+                .extend([0x53, 0x52, 9, 0x53, 0, 0x53, 0x52, 1, 1]);
+        }
+        self.answers.extend(out);
+    }
+}
+
+/// One of the scanner's traits over the world.
+#[derive(Clone)]
+pub struct Shared(pub Rc<RefCell<World>>);
+
+impl StepPort for Shared {
+    fn begin(&mut self, target: i32, _: Ramp, until_home: bool) {
+        let mut w = self.0.borrow_mut();
+        (w.target, w.until_home, w.edge) = (target, until_home, false);
+    }
+
+    fn state(&mut self) -> PulseState {
+        let w = self.0.borrow();
+        PulseState {
+            position: w.position,
+            moving: w.position != w.target && !w.stalled,
+            home_edge: w.edge,
+            stalled: w.stalled,
+        }
+    }
+
+    fn home_pressed(&mut self) -> bool {
+        self.0.borrow().pressed()
+    }
+
+    fn set_position(&mut self, position: i32) {
+        let mut w = self.0.borrow_mut();
+        (w.position, w.target) = (position, position);
+    }
+
+    fn set_enabled(&mut self, on: bool) {
+        let mut w = self.0.borrow_mut();
+        w.enabled = on;
+        w.stalled &= !on;
+        // Without current the shaft stays where it is.
+        w.target = w.position;
+    }
+}
+
+/// The scanner's side of the module's serial port.
+pub struct Module(pub Shared);
+
+impl BytePort for Module {
+    fn read(&mut self) -> Option<u8> {
+        self.0.0.borrow_mut().answers.pop_front()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let mut w = self.0.0.borrow_mut();
+        bytes.iter().for_each(|&byte| w.request(byte));
+        bytes.len()
+    }
+}
+
+impl BytePort for Shared {
+    fn read(&mut self) -> Option<u8> {
+        self.0.borrow_mut().typed.pop_front()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let mut w = self.0.borrow_mut();
+        let taken = bytes.len().min(w.room);
+        w.printed.extend(&bytes[..taken]);
+        taken
+    }
+}
+
+impl Board for Shared {
+    fn stopped(&self) -> bool {
+        self.0.borrow().stopped
+    }
+
+    fn set_stopped(&mut self, stopped: bool) {
+        self.0.borrow_mut().stopped = stopped;
+    }
+
+    fn measure(&self, _: Measure) -> u32 {
+        0
+    }
+}
+
+/// A data path that only watches which rows it gets.
+pub struct Rows {
+    world: Shared,
+    samples: [Iq; MAX_SAMPLES],
+    count: usize,
+    /// Which rows have come or will not.
+    seen: Vec<bool>,
+}
+
+impl Rows {
+    pub fn new(world: Shared) -> Self {
+        Self {
+            world,
+            samples: [Iq::default(); MAX_SAMPLES],
+            count: 0,
+            seen: Vec::new(),
+        }
+    }
+
+    fn see(&mut self, row: u16) {
+        let seen = &mut self.seen[usize::from(row)];
+        assert!(!*seen, "row {row} comes twice");
+        *seen = true;
+    }
+}
+
+impl DataPath for Rows {
+    fn begin(&mut self, config: &Config, _: u32) -> Result<(), ConfigError> {
+        config.validate()?;
+        self.count = config.radar.samples.into();
+        self.seen = vec![false; config.sweep.angle_count.into()];
+        Ok(())
+    }
+
+    fn samples(&mut self) -> &mut [Iq] {
+        &mut self.samples[..self.count]
+    }
+
+    fn row(&mut self, row: u16) {
+        self.see(row);
+    }
+
+    fn lost(&mut self, row: u16) {
+        self.see(row);
+    }
+
+    fn conclude(&mut self, _: &Drive<'_>) -> Outcome {
+        assert!(
+            self.seen.iter().all(|&seen| seen),
+            "concluded without all rows"
+        );
+        let mut outcome = Outcome::clear();
+        match self.world.0.borrow().verdict % 3 {
+            0 => {}
+            1 => return Outcome::fault(Reason::NoEcho),
+            _ => {
+                outcome.direction = Direction::Up;
+                while outcome.steps.push(Step::default()).is_ok() {}
+            }
+        }
+        outcome
+    }
+
+    fn self_test(&mut self) -> bool {
+        !self.world.0.borrow().broken
+    }
+}

@@ -1,0 +1,48 @@
+//! Every target over its corpus and over mutations of it, the same ones in every run.
+
+use std::panic::catch_unwind;
+
+use stairscan_fuzz::mutate::Mutator;
+use stairscan_fuzz::{TARGETS, Target, corpus, seeds};
+
+/// Runs an input; what to do about it where something does not hold.
+fn holds(target: &Target, input: &[u8]) {
+    if catch_unwind(|| (target.run)(input)).is_err() {
+        panic!("{}: this input fails: {input:?}", target.name);
+    }
+}
+
+#[test]
+fn every_target_has_a_corpus_and_stands_it() {
+    for target in &TARGETS {
+        let corpus = corpus(target.name).unwrap();
+        assert!(
+            corpus.len() >= 3,
+            "{}: {} inputs",
+            target.name,
+            corpus.len()
+        );
+        corpus.iter().for_each(|input| holds(target, input));
+        holds(target, &[]);
+    }
+}
+
+#[test]
+fn every_target_stands_mutations_of_its_corpus() {
+    for (seed, target) in (1..).zip(&TARGETS) {
+        let corpus = corpus(target.name).unwrap();
+        let mut mutator = Mutator::new(&corpus, seed);
+        (0..target.quick).for_each(|_| holds(target, &mutator.input()));
+    }
+}
+
+#[test]
+fn the_corpus_holds_what_the_seeds_are() {
+    for (target, name, bytes) in seeds::all() {
+        let held = corpus(target).unwrap();
+        assert!(
+            held.contains(&bytes),
+            "{target}/{name}: write the corpus anew (fuzz/README.md)"
+        );
+    }
+}

@@ -1,0 +1,160 @@
+//! `calibrate`: how the scanner is really mounted, from a scan of a floor and a wall at a measured distance.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, ensure};
+use serde_json::json;
+use stairscan::answer::Reason;
+use stairscan::calibration::{Mounting, Refusal, calibrate};
+use stairscan::config::to_fixed;
+use stairscan::drive::Drive;
+use stairscan::echoes::{Collector, Echoes};
+use stairscan::estimate::Estimate;
+use stairscan::params::Params;
+use stairscan::report::sentence::crc32;
+use stairscan::scan::settings::MotorConfig;
+
+use super::{Format, Settings, emit};
+use crate::recording::Recording;
+use crate::replay::{self, Options, Scanned};
+
+/// Arguments of `calibrate`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Recording of one scan, with or without suffix
+    recording: PathBuf,
+    /// Horizontal distance from the mirror's centre to the wall, metres
+    #[arg(long)]
+    wall: f32,
+    /// The scanner's present setting `home-angle`, 0.001°
+    #[arg(long, allow_negative_numbers = true, default_value_t = MotorConfig::default().home_angle)]
+    home_angle: i32,
+    #[command(flatten)]
+    settings: Settings,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Calibrates and prints.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let recording = Recording::read(&args.recording)?;
+    let options = args.settings.options(args.settings.config()?);
+    let mounting = mounting(&recording, args.wall, &options)?;
+    let settings = commands(&mounting, args.home_angle)?;
+    emit(&match args.format {
+        Format::Json => json(&recording.name, &mounting, &settings),
+        Format::Text => text(&recording.name, &mounting, &settings),
+    });
+    Ok(ExitCode::SUCCESS)
+}
+
+/// How the scanner that made `recording` is mounted.
+///
+/// # Errors
+/// Says what is wrong with the instrument, or what of the scene is not as it must be.
+pub fn mounting(recording: &Recording, wall_m: f32, options: &Options) -> Result<Mounting> {
+    let name = &recording.name;
+    ensure!(
+        recording.scans() == 1,
+        "{name}: {} scans: expected one, of a chair that stands",
+        recording.scans()
+    );
+    let mut found = None;
+    let first = Options {
+        scans: Some(1),
+        ..*options
+    };
+    replay::answers(recording, &first, |scanned| {
+        found = Some(of(scanned, wall_m))
+    })?;
+    found
+        .context("the scanner gave no answer")
+        .and_then(|found| found)
+        .with_context(|| name.clone())
+}
+
+fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
+    let (config, map) = (scanned.config, scanned.pipeline.map());
+    // What calibration is there to take out is no doubt about the instrument.
+    let expected = [Reason::Mount, Reason::RangeScale];
+    let health = scanned.pipeline.health();
+    let doubts = health.doubts(config, map, true);
+    let doubts: Vec<&str> = (doubts.iter())
+        .filter(|reason| !expected.contains(reason))
+        .chain(health.verdict(config.mount.mirror_offset > 0))
+        .map(Reason::as_str)
+        .collect();
+    ensure!(
+        doubts.is_empty(),
+        "the instrument is not well: {}",
+        doubts.join(", ")
+    );
+    let mut echoes = Echoes::new();
+    let mut collector = Box::new(Collector::new());
+    collector.begin(map);
+    (0..map.rows()).for_each(|row| collector.row(map, row));
+    collector.finish(map, config, &Params::DEFAULT, &Drive::STANDING, &mut echoes);
+    let mirror_echo_m = health.mirror_echo_m(config);
+    let refused = |refusal: Refusal| anyhow::anyhow!("{refusal}");
+    calibrate(&echoes, config, mirror_echo_m, wall_m).map_err(refused)
+}
+
+/// The settings to make, as commands with their CRC.
+fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
+    let fixed = |value: f32, unit: f64| to_fixed(value.into(), unit).context("out of range");
+    let offset = fixed(mounting.offset_rad.value.to_degrees(), 1e-3)?;
+    let values = [
+        ("mount-height", fixed(mounting.height_m.value, 1e-5)?),
+        ("home-angle", home_angle.saturating_add(offset)),
+        ("mirror-echo", fixed(mounting.mirror_echo_m.value, 1e-5)?),
+    ];
+    let line = |(key, value)| {
+        let body = format!("PSTC,set,{key},{value}");
+        format!("${body}*{:08X}", crc32(&body))
+    };
+    Ok(values.into_iter().map(line).collect())
+}
+
+/// What is printed of an estimate: value and standard error, times `unit`.
+fn pair(estimate: Estimate, unit: f32) -> (f32, f32) {
+    (unit * estimate.value, unit * estimate.sigma())
+}
+
+fn text(name: &str, m: &Mounting, commands: &[String]) -> String {
+    let line = |what: &str, (value, sigma): (f32, f32), decimals: usize, unit: &str| {
+        format!("  {what:<14}{value:9.decimals$} ± {sigma:.decimals$} {unit}\n")
+    };
+    let mut out = format!(
+        "{name}: floor ({} echoes) and wall, standard errors\n",
+        m.floor_echoes
+    );
+    let degree = 1f32.to_degrees();
+    out += &line("mount height", pair(m.height_m, 1e3), 1, "mm");
+    out += &line("angle offset", pair(m.offset_rad, degree), 3, "degrees");
+    out += &line("range scale", pair(m.scale, 1.0), 4, "");
+    out += &line("mirror echo", pair(m.mirror_echo_m, 1e3), 2, "mm");
+    out += "\ncommands\n";
+    commands
+        .iter()
+        .for_each(|command| out += &format!("  {command}\n"));
+    out + "\nNo setting takes the range scale: it is the module's sweep that is off.\n"
+}
+
+fn json(name: &str, m: &Mounting, commands: &[String]) -> String {
+    let entry = |estimate: Estimate| {
+        let (value, sigma) = pair(estimate, 1.0);
+        json!({"value": value, "sigma": sigma})
+    };
+    let object = json!({
+        "recording": name,
+        "mount_height_m": entry(m.height_m),
+        "angle_offset_rad": entry(m.offset_rad),
+        "range_scale": entry(m.scale),
+        "mirror_echo_m": entry(m.mirror_echo_m),
+        "floor_echoes": m.floor_echoes,
+        "commands": commands,
+    });
+    format!("{object}\n")
+}

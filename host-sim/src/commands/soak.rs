@@ -1,0 +1,72 @@
+//! `soak`: one scanner over thousands of scans, each held against a fresh one.
+
+use std::fmt::Write as _;
+use std::process::ExitCode;
+
+use anyhow::Result;
+
+use super::{emit, progress};
+use crate::soak::{Tally, soak};
+
+/// Memory may grow by so much between a tenth of the scans and the end, bytes: what the allocator keeps
+/// of the largest recording that has come by.
+const GROWTH: u64 = 32 << 20;
+/// So many differing scans are named.
+const NAMED: usize = 10;
+
+/// Arguments of `soak`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// How many scans
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=10_000_000))]
+    scans: u64,
+    /// Seed of scenes, faults and commands
+    #[arg(long, default_value_t = 1)]
+    seed: u64,
+}
+
+/// Soaks and prints; fails where an answer differs or memory grows.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let bar = progress(args.scans);
+    let tally = soak(args.scans, args.seed, |scans| bar.set_position(scans))?;
+    bar.finish_and_clear();
+    emit(&text(&tally));
+    let grown = tally
+        .memory
+        .is_some_and(|(early, late)| late > early + GROWTH);
+    if grown {
+        eprintln!("error: memory grows by more than {} MiB", GROWTH >> 20);
+    }
+    for line in tally.differing.iter().take(NAMED) {
+        eprintln!("error: {line}");
+    }
+    Ok(ExitCode::from(u8::from(
+        grown || !tally.differing.is_empty(),
+    )))
+}
+
+fn text(tally: &Tally) -> String {
+    let [ok, degraded, fault] = tally.statuses;
+    let mut out = format!(
+        "{} scans, {} of them of recordings with a fault of the instrument: {ok} ok, {degraded} degraded, \
+         {fault} fault; {} ended by module or motor, {} with lost rows, {} visits ended within a scan; {} lines \
+         typed\n{} scans differ from those of a fresh scanner\n",
+        tally.scans,
+        tally.faulty,
+        tally.ended,
+        tally.lossy,
+        tally.stopped,
+        tally.typed,
+        tally.differing.len()
+    );
+    let _ = match tally.memory {
+        Some((early, late)) => writeln!(
+            out,
+            "resident memory: {:.1} MiB after a tenth of the scans, {:.1} MiB at the end",
+            early as f64 / f64::from(1 << 20),
+            late as f64 / f64::from(1 << 20)
+        ),
+        None => writeln!(out, "resident memory: not told on this system"),
+    };
+    out
+}

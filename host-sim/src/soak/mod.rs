@@ -1,0 +1,360 @@
+//! One scanner over thousands of scans: other scenes, faults of the instrument, lost chirps, stalls, commands
+//! at any time. Every answer must be that of a pipeline that has never scanned before and is given the same
+//! chirps, scan number and settings; and the process's memory must stay what it is.
+//!
+//! A visit is one recording, scanned a few times there and back by a chair that is known to stand. It begins
+//! with `stop`, the recording's settings, `selftest` and `start`, and may end in the middle of a scan.
+
+mod desk;
+mod stage;
+
+use std::rc::Rc;
+
+use anyhow::{Result, ensure};
+use stairscan::answer::{Reason, Status};
+use stairscan::config::{Config, EstimatorKind};
+use stairscan::drive::{Drive, Mode};
+use stairscan::pipeline::Pipeline;
+use stairscan::report::sentence::write_scan;
+use stairscan::scan::{DataPath, Settings};
+
+use crate::faults;
+use crate::recording::Recording;
+use crate::scene::command::random_scan;
+use crate::scene::maths::Random;
+use crate::scene::random::Kind;
+use desk::{Desk, Memory, Told, framed};
+use stage::{Plan, Reel, Stage};
+
+/// Stream of the soak's random numbers, apart from those of scenes and faults.
+const STREAM: u64 = 0x534F_414B;
+/// So many simulated recordings are kept; simulating one takes as long as some twenty scans.
+const KEPT: usize = 12;
+/// After so many visits one of them makes room for another.
+const RENEWED: u64 = 10;
+/// So many lost rows together are a silent link to the sweep, were they the scan's last.
+const STREAK: usize = 8;
+/// Lines that must change nothing, whatever the scanner is at; those after it need no frame.
+const CHATTER: [&str; 9] = [
+    "status",
+    "version",
+    "get",
+    "get,mount-height",
+    "set,seed,-1",
+    "set,angle-count,2",
+    "set,nothing,1",
+    "scan",
+    "hello",
+];
+
+/// What came of it.
+#[derive(Clone, Debug, Default)]
+pub struct Tally {
+    /// Scans that were told.
+    pub scans: u64,
+    /// `ok`, `degraded`, `fault`, as answered by the pipeline.
+    pub statuses: [u64; 3],
+    /// Scans that a lost module or a stall ended.
+    pub ended: u64,
+    /// Scans with lost rows.
+    pub lossy: u64,
+    /// Scans that `stop` ended.
+    pub stopped: u64,
+    /// Scans of recordings with a fault of the instrument.
+    pub faulty: u64,
+    /// Lines typed.
+    pub typed: u64,
+    /// What was not as a fresh scanner has it.
+    pub differing: Vec<String>,
+    /// Resident memory after a tenth of the scans and at the end, bytes, where the system tells.
+    pub memory: Option<(u64, u64)>,
+}
+
+/// Resident memory of this process, bytes.
+fn resident() -> Option<u64> {
+    let text = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = text.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let kib: u64 = line.split_whitespace().next()?.parse().ok()?;
+    Some(1024 * kib)
+}
+
+/// The recordings to visit.
+struct Library {
+    kept: Vec<Recording>,
+    visits: u64,
+    next: u64,
+}
+
+impl Library {
+    /// A random one, at times with a fault of the instrument on it; whether there is one.
+    fn choose(&mut self, random: &mut Random) -> Result<(Recording, bool)> {
+        if self.kept.len() < KEPT && self.visits >= self.kept.len() as u64
+            || self.visits.is_multiple_of(RENEWED)
+        {
+            let kind = Kind::ALL[random.index(Kind::ALL.len())];
+            let recording = random_scan(kind, kind.variety(), self.next)?;
+            self.next += 1;
+            if self.kept.len() == KEPT {
+                self.kept.remove(0);
+            }
+            self.kept.push(recording);
+        }
+        self.visits += 1;
+        let clean = &self.kept[random.index(self.kept.len())];
+        if random.chance(0.6) {
+            return Ok((clean.clone(), false));
+        }
+        let fault = &faults::ALL[random.index(faults::ALL.len())];
+        let strength = fault.strengths[random.index(fault.strengths.len())];
+        Ok((fault.on(clean, strength, self.visits)?, true))
+    }
+}
+
+/// What goes wrong with the next scan of `rows` rows.
+fn plan(random: &mut Random, rows: usize) -> Plan {
+    let mut plan = Plan::default();
+    match random.index(12) {
+        0 => plan.lost.extend((0..3).map(|_| random.index(rows))),
+        1 => plan.lost.extend((0..40).map(|_| random.index(rows))),
+        2 => plan.silent_from = Some(random.index(rows)),
+        3 => plan.stalls_at = Some(1 + random.index(rows - 1)),
+        _ => {}
+    }
+    plan
+}
+
+/// A scanner that goes on and on, and what it must say.
+struct Soak<'a> {
+    desk: Desk<'a>,
+    random: Random,
+    tally: Tally,
+    wanted: u64,
+    /// What the scanner was told so far.
+    config: Config,
+}
+
+/// Makes `scans` scans; `look` is told how many there are after each visit.
+///
+/// # Errors
+/// Names what is no answer at all: a line that is no sentence, a missed deadline, a refused setting.
+pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
+    let mut random = Random::new(seed, STREAM);
+    let mut library = Library {
+        kept: Vec::new(),
+        visits: 0,
+        next: 1_000 * (seed % 100_000),
+    };
+    let (first, _) = library.choose(&mut random)?;
+    let first = Rc::new(Reel::new(&first, &Config::default())?);
+    let mut memory = Memory::new();
+    let settings = Settings {
+        motion: Mode::Standing,
+        ..Settings::default()
+    };
+    let mut soak = Soak {
+        desk: Desk::new(&mut memory, Stage::new(first), settings),
+        random,
+        tally: Tally::default(),
+        wanted: scans,
+        config: Config::default(),
+    };
+    let mut early = None;
+    while soak.tally.scans < scans {
+        let (recording, faulty) = library.choose(&mut soak.random)?;
+        // A fault may leave a bandwidth or a mount of which no scan can be made.
+        if let Ok(reel) = Reel::new(&recording, &Config::default()) {
+            let before = soak.tally.scans;
+            soak.visit(Rc::new(reel))?;
+            soak.tally.faulty += u64::from(faulty) * (soak.tally.scans - before);
+        }
+        if early.is_none() && soak.tally.scans >= scans / 10 {
+            early = resident();
+        }
+        look(soak.tally.scans);
+    }
+    soak.tally.memory = early.zip(resident());
+    Ok(soak.tally)
+}
+
+impl Soak<'_> {
+    /// Scans `reel` a few times.
+    fn visit(&mut self, reel: Rc<Reel>) -> Result<()> {
+        self.begin(&reel)?;
+        ensure!(self.desk.command("start")?, "start: refused");
+        let times = 1 + self.random.index(4) as u64;
+        for _ in 0..times.min(self.wanted - self.tally.scans) {
+            self.scan(&reel)?;
+        }
+        if self.random.chance(0.3) {
+            // The next `stop` comes in the middle of a scan.
+            let before = self.desk.scans();
+            let steps = self.random.index(1200);
+            (0..steps).try_for_each(|_| self.desk.step())?;
+            self.tally.stopped += u64::from(self.desk.scans() > before || steps > 0);
+        }
+        Ok(())
+    }
+
+    /// From one recording to another: the settings it brings, and a seed and an estimator of its own.
+    fn begin(&mut self, reel: &Rc<Reel>) -> Result<()> {
+        ensure!(self.desk.command("stop")?, "stop: refused");
+        // What has been told of the scan before is of no more interest.
+        self.desk.told();
+        {
+            let mut stage = self.desk.stage.borrow_mut();
+            stage.reel = reel.clone();
+            stage.plan = plan(&mut self.random, reel.rows());
+            stage.shown.clear();
+        }
+        self.config = Config {
+            seed: self.random.index(1 << 20) as u32,
+            estimator: self.estimator(),
+            ..reel.config
+        };
+        let wanted = Settings {
+            config: self.config,
+            ..Settings::default()
+        };
+        // While the old module's settings hold, some values may be refused that fit the new one's.
+        for last in [false, true] {
+            for key in own_keys() {
+                let value = wanted.get(key).unwrap_or_default();
+                let set = format!("set,{key},{value}");
+                ensure!(
+                    self.desk.command(&set)? || !last,
+                    "{}: {set}: refused",
+                    reel.name
+                );
+                self.tally.typed += 1;
+            }
+            ensure!(self.desk.command("selftest")?, "selftest: refused");
+        }
+        Ok(())
+    }
+
+    fn estimator(&mut self) -> EstimatorKind {
+        let kinds = EstimatorKind::ALL;
+        match self.random.chance(0.15) {
+            true => kinds[self.random.index(kinds.len())],
+            false => EstimatorKind::default(),
+        }
+    }
+
+    /// One scan, with some chatter and perhaps a setting for the next one in its midst.
+    fn scan(&mut self, reel: &Reel) -> Result<()> {
+        let begun = |desk: &mut Desk<'_>| !desk.stage.borrow().shown.is_empty();
+        self.desk.until(begun)?;
+        let number = self.desk.scans();
+        let (plan, config) = (self.desk.stage.borrow().plan.clone(), self.config);
+        for _ in 0..self.random.index(3) {
+            let line = CHATTER[self.random.index(CHATTER.len())];
+            self.desk.type_in(&framed(line));
+            self.tally.typed += 1;
+        }
+        if self.random.chance(0.1) {
+            self.desk.type_in("\u{1}~~~~\r\n$PSTC,stop*00000000\r\n");
+        }
+        if self.random.chance(0.3) {
+            self.config.seed = self.random.index(1 << 20) as u32;
+            self.desk
+                .type_in(&framed(&format!("set,seed,{}", self.config.seed)));
+            self.tally.typed += 1;
+        }
+        let mut told = None;
+        self.desk.until(|desk| {
+            told = desk.told();
+            told.is_some()
+        })?;
+        let shown = std::mem::take(&mut self.desk.stage.borrow_mut().shown);
+        self.desk.stage.borrow_mut().plan = self::plan(&mut self.random, reel.rows());
+        if let Some(told) = told {
+            self.compare(reel, (number, &config), &plan, (&shown, &told));
+        }
+        Ok(())
+    }
+
+    /// Holds what was told against what must be told.
+    fn compare(
+        &mut self,
+        reel: &Reel,
+        (number, config): (u32, &Config),
+        plan: &Plan,
+        (shown, told): (&[(usize, bool)], &Told),
+    ) {
+        self.tally.scans += 1;
+        let lost = shown.iter().filter(|(_, came)| !came).count();
+        let last = shown.iter().rev().take(STREAK);
+        let silent = last.filter(|(_, came)| !came).count() == STREAK;
+        let whole = shown.len() == reel.rows() && plan.stalls_at.is_none() && !silent;
+        let expected = if whole && lost <= usize::from(Settings::default().timing.max_lost) {
+            self.tally.lossy += u64::from(lost > 0);
+            self.tally.statuses[told.head.status as usize] += 1;
+            fresh(reel, config, number, shown)
+        } else {
+            self.tally.ended += 1;
+            let reasons = told.head.reasons;
+            let hardware = [Reason::MotorStall, Reason::LinkSilent, Reason::TooManyLost];
+            let named = hardware.iter().any(|&reason| reasons.has(reason));
+            let right = told.head.status == Status::Fault && named && told.head.scan == number;
+            if right {
+                told.lines.clone()
+            } else {
+                vec!["a fault of the hardware".into()]
+            }
+        };
+        if expected != told.lines {
+            let line = format!(
+                "scan {number} of {}: told {}, expected {}",
+                reel.name,
+                told.lines.join(" "),
+                expected.join(" ")
+            );
+            self.tally.differing.push(line);
+        }
+    }
+}
+
+/// The settings that a visit brings: those of [`Config`], which stand before the module's own.
+fn own_keys() -> impl Iterator<Item = &'static &'static str> {
+    let of_the_scan = Settings::KEYS
+        .iter()
+        .take_while(|key| **key != "radar-carrier");
+    of_the_scan.filter(|key| **key != "sweep")
+}
+
+/// What a pipeline that has never scanned before tells of the same rows.
+fn fresh(reel: &Reel, config: &Config, number: u32, shown: &[(usize, bool)]) -> Vec<String> {
+    let mut pipeline = Box::new(Pipeline::new());
+    if let Err(error) = pipeline.begin(config, number) {
+        return vec![error.to_string()];
+    }
+    let mut lost = 0;
+    for &(row, came) in shown {
+        let samples = pipeline.samples();
+        match reel
+            .chirp(row)
+            .filter(|chirp| came && chirp.len() == samples.len())
+        {
+            Some(chirp) => {
+                samples.copy_from_slice(chirp);
+                pipeline.row(row as u16);
+            }
+            None => {
+                pipeline.lost(row as u16);
+                lost += 1;
+            }
+        }
+    }
+    let mut outcome = pipeline.conclude(&Drive::STANDING);
+    if lost > 0 {
+        outcome.reasons.add(Reason::LostRows);
+        if outcome.status == Status::Ok {
+            outcome.status = Status::Degraded;
+        }
+    }
+    let mut lines = Vec::new();
+    write_scan(number, lost, &outcome, |line| {
+        lines.push(line.trim_end().to_owned())
+    });
+    lines
+}

@@ -1,0 +1,211 @@
+//! `calibrate` on simulated scans of a floor and a wall by scanners whose errors are known.
+
+mod common;
+
+use common::{Scratch, sim};
+use host_sim::commands::calibrate::mounting;
+use host_sim::recording::Recording;
+use host_sim::replay::Options;
+use host_sim::scene::Scene;
+use stairscan::calibration::Mounting;
+use stairscan::scan::Settings;
+
+/// What is off: height, m, angle by homing and by pitch, degrees, and real over believed bandwidth.
+#[derive(Clone, Copy, Default)]
+struct Off {
+    height_m: f64,
+    bias_deg: f64,
+    pitch_deg: f64,
+    bandwidth: f64,
+}
+
+/// A scan of a floor that ends at a wall, and whatever else stands there.
+fn scan(wall_m: f64, off: Off, else_there: &str) -> Recording {
+    let text = format!(
+        "[mount]\nheight_error_m = {}\npitch_error_deg = {}\n[mirror]\nbias_deg = {}\njitter_deg = 0.02\n\
+         [[floor]]\nto_m = {wall_m}\nmaterial = \"concrete\"\n\
+         [[wall]]\nat_m = {wall_m}\nmaterial = \"plaster\"\n{else_there}",
+        off.height_m, off.pitch_deg, off.bias_deg
+    );
+    let mut recording = Scene::parse(&text).unwrap().simulate("wall", 7);
+    // The recording says what is believed; the samples come from what is real.
+    recording.meta.bandwidth_hz *= 1.0 - off.bandwidth;
+    recording
+}
+
+fn calibrated(recording: &Recording, wall_m: f32) -> Result<Mounting, String> {
+    mounting(recording, wall_m, &Options::default()).map_err(|e| format!("{e:#}"))
+}
+
+#[test]
+fn known_errors_are_found_within_their_standard_errors() {
+    let cases = [
+        (1.5, Off::default()),
+        (
+            1.5,
+            Off {
+                height_m: 0.03,
+                bias_deg: 1.0,
+                ..Off::default()
+            },
+        ),
+        (
+            1.2,
+            Off {
+                height_m: -0.05,
+                pitch_deg: 2.0,
+                ..Off::default()
+            },
+        ),
+        (
+            1.8,
+            Off {
+                bias_deg: -3.0,
+                bandwidth: 0.02,
+                ..Off::default()
+            },
+        ),
+        (
+            0.9,
+            Off {
+                height_m: 0.06,
+                bias_deg: 0.5,
+                pitch_deg: -1.0,
+                bandwidth: -0.01,
+            },
+        ),
+    ];
+    for (wall_m, off) in cases {
+        let found = calibrated(&scan(wall_m, off, ""), wall_m as f32).unwrap();
+        // A homing error lowers the beam; a nose that is higher lifts it.
+        let lower = (off.bias_deg - off.pitch_deg).to_radians();
+        // A narrower sweep than the real one makes bins, and ranges, longer than they are.
+        let scale = 1.0 - off.bandwidth;
+        let values = [
+            ("height", found.height_m, 0.4 + off.height_m, 0.004),
+            ("offset", found.offset_rad, lower, 0.15_f64.to_radians()),
+            ("scale", found.scale, scale, 0.002),
+        ];
+        for (what, estimate, real, within) in values {
+            let error = f64::from(estimate.value) - real;
+            assert!(
+                error.abs() < within,
+                "{what} at {wall_m} m: {estimate:?}, really {real}"
+            );
+            let sigmas = error.abs() / f64::from(estimate.sigma());
+            assert!(
+                sigmas < 4.0,
+                "{what} at {wall_m} m: {sigmas} standard errors off"
+            );
+        }
+        let echo = f64::from(found.mirror_echo_m.value);
+        assert!((echo - 0.22 / scale).abs() < 0.022, "{echo}");
+    }
+}
+
+#[test]
+fn scenes_that_do_not_fit_are_refused_with_a_reason() {
+    let none = Off::default();
+    // What stands before the wall hides it.
+    let near = "[[wall]]\nat_m = 1.1\nbottom_m = 0.25\ntop_m = 0.6\nmaterial = \"plaster\"\n";
+    let cases = [
+        (scan(1.5, none, ""), 1.2, "no wall"),
+        (scan(1.5, none, near), 1.5, "no wall"),
+        (scan(1.5, none, ""), 3.0, "wall: expected at 0.6 to 2.5 m"),
+        (
+            scan(
+                1.5,
+                Off {
+                    height_m: 0.2,
+                    ..none
+                },
+                "",
+            ),
+            1.5,
+            "no floor",
+        ),
+    ];
+    for (recording, wall_m, words) in cases {
+        let refusal = calibrated(&recording, wall_m).unwrap_err();
+        assert!(refusal.contains(words), "{words}: {refusal}");
+    }
+    let alone = |text: &str| Scene::parse(text).unwrap().simulate("alone", 7);
+    let floor = alone("[[floor]]\nto_m = 2.5\nmaterial = \"concrete\"\n");
+    assert!(calibrated(&floor, 1.5).unwrap_err().contains("no wall"));
+    let wall = alone("[[wall]]\nat_m = 1.5\nbottom_m = 0.15\nmaterial = \"plaster\"\n");
+    let refusal = calibrated(&wall, 1.5).unwrap_err();
+    assert!(
+        refusal.contains("no floor") || refusal.contains("too few echoes"),
+        "{refusal}"
+    );
+    let stairs = "../recordings/stair_a";
+    let stairs = Recording::read(stairs.as_ref()).unwrap();
+    assert!(calibrated(&stairs, 1.5).is_err());
+}
+
+#[test]
+fn an_instrument_that_is_not_well_is_not_calibrated() {
+    let mut recording = scan(1.5, Off::default(), "");
+    for sample in &mut recording.samples {
+        sample.q = sample.i;
+    }
+    let refusal = calibrated(&recording, 1.5).unwrap_err();
+    let named = refusal.contains("the instrument is not well") && refusal.contains("channel-dead");
+    assert!(named, "{refusal}");
+}
+
+#[test]
+fn the_command_prints_what_the_scanner_takes() {
+    let scratch = Scratch::new("calibrate");
+    let path = scratch.path().join("wall");
+    let off = Off {
+        height_m: 0.03,
+        bias_deg: 1.0,
+        ..Off::default()
+    };
+    scan(1.5, off, "").write(&path).unwrap();
+    let path = path.to_str().unwrap();
+    let out = sim(&[
+        "calibrate",
+        path,
+        "--wall",
+        "1.5",
+        "--home-angle",
+        "-160000",
+    ]);
+    let text = String::from_utf8(out.stdout).unwrap();
+    assert_eq!(out.status.code(), Some(0), "{text}");
+    let mut settings = Settings::default();
+    for line in text
+        .lines()
+        .map(str::trim)
+        .filter(|line| line.starts_with("$PSTC"))
+    {
+        let Ok(stairscan::report::command::Command::Set(key, value)) =
+            stairscan::report::command::parse(line)
+        else {
+            panic!("{line}: no command that sets");
+        };
+        settings.set(key, value).unwrap();
+    }
+    let (mount, home) = (settings.config.mount, settings.motor.home_angle);
+    assert!(
+        (mount.mount_height - 43_000).abs() < 400,
+        "{}",
+        mount.mount_height
+    );
+    assert!((home + 159_000).abs() < 150, "{home}");
+    assert!(
+        (mount.mirror_echo - 22_000).abs() < 1_000,
+        "{}",
+        mount.mirror_echo
+    );
+    let refused = sim(&["calibrate", path, "--wall", "1.2"]);
+    let message = String::from_utf8(refused.stderr).unwrap();
+    assert_eq!(refused.status.code(), Some(1));
+    assert!(
+        message.contains("wall: no wall: expected a strong echo"),
+        "{message}"
+    );
+    assert!(refused.stdout.is_empty());
+}

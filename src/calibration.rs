@@ -1,0 +1,444 @@
+//! Calibration of the mounting: a flat floor, and a wall at a measured distance.
+//!
+//! The chair stands square before a wall, `wall_m` from the mirror's centre. Three things are then known:
+//! the wall's flash, which comes back from where the beam meets it squarely, lies on the horizontal through
+//! the mirror; the corner of wall and floor lies at `(wall_m, 0)`; and everything else lies on the floor. With
+//! r, t an echo's range from the mirror and its angle as they are believed to be, o the mirror's offset, b what
+//! is missing from all angles, s the scale of ranges from the radar, and h the mirror's height:
+//!
+//! ```text
+//! R = s (r + o) - o      T = t + b
+//! flash:   R = wall_m                    T = 0
+//! corner:  R = √(wall_m² + h²)           T = atan(h / wall_m)
+//! floor:   R sin T = h
+//! ```
+//!
+//! Weighted least squares over all of them, linearised a few times, gives h, b and s; echoes off the floor
+//! lose weight (Cauchy). What does not fit such a scene is refused with a reason.
+
+use core::fmt;
+
+use crate::config::{Config, Plane};
+use crate::echoes::Echo;
+use crate::estimate::Estimate;
+use crate::math::{self, RAD_PER_DEG};
+use crate::params::Params;
+
+/// Nearest and farthest wall, metres: beyond the mirror's own echo with floor before it, and within the
+/// range of 3 m.
+pub const WALL_M: core::ops::RangeInclusive<f32> = 0.6..=2.5;
+
+/// What a mounting may be off by, radians: more is a wrong bracket or a switch in another place.
+const MOST_OFFSET_RAD: f32 = 6.0 * RAD_PER_DEG;
+/// What the scale of ranges may be off by: five times what a sweep's drift amounts to.
+const MOST_SCALE: f32 = 0.05;
+/// What the mount height may be off by, metres.
+const MOST_HEIGHT_M: f32 = 0.15;
+/// A flash is at least so strong, dB: that of a plaster wall at 1.5 m has 50.
+const FLASH_DB: f32 = 25.0;
+/// The corner is at least so strong, dB: that of plaster and concrete has 49.
+const CORNER_DB: f32 = 20.0;
+/// What is weaker than the flash by more than this is its own side lobe or reflection, dB.
+const LESSER_DB: f32 = 30.0;
+/// Echoes of one wall lie within this range of each other, metres: two bins.
+const SAME_M: f32 = 0.03;
+/// The corner is looked for within this distance of its place, metres …
+const CORNER_M: f32 = 0.08;
+/// … and the floor so far above and below its height, as the flash and the nominal height have it: what is
+/// left of the height's own error.
+const FLOOR_M: f32 = MOST_HEIGHT_M;
+/// Floor nearer than this to the wall is the corner's, metres.
+const APART_M: f32 = 0.1;
+/// Fewer echoes are no floor.
+const LEAST_FLOOR: u8 = 5;
+/// Echoes of the floor lie within so many of their standard deviations; more of them do not than this share.
+const ASTRAY_SIGMAS: f32 = 4.0;
+const ASTRAY_SHARE: f32 = 0.34;
+/// The corner may be off by this after the fit, metres and radians: a lobe's shape, and the wall's base.
+const CORNER_OFF_M: f32 = 0.01;
+const CORNER_OFF_RAD: f32 = 0.5 * RAD_PER_DEG;
+/// Ranges of a flash or a corner are off by so much beyond their noise, metres: the sweep's slope.
+const RANGE_MODEL_M: f32 = 0.0005;
+/// A steel tape on the way from the mirror to the wall, metres.
+const TAPE_M: f32 = 0.001;
+/// Half a sixteenth of a bin, in which the mirror's echo is told, over √3.
+const MIRROR_BINS: f32 = 0.018;
+/// Times that the equations are linearised; the third changes nothing any more.
+const ROUNDS: usize = 5;
+
+/// Why there is no calibration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Refusal {
+    /// The scan looks down.
+    Plane,
+    /// The wall is said to be where none can be used.
+    Distance,
+    /// No flash of a wall where it must be.
+    NoWall,
+    /// Walls at several distances, or something else that faces the scanner.
+    SeveralWalls,
+    /// Something stands between scanner and wall.
+    Clutter,
+    /// No corner of wall and floor.
+    NoFloor,
+    /// Too few echoes of the floor before the wall.
+    FewEchoes,
+    /// The echoes do not lie on one level floor with a wall on it.
+    Misfit,
+    /// The mounting is farther off than calibration takes out.
+    TooFar,
+}
+
+impl Refusal {
+    /// What was expected of the scene.
+    pub const fn expected(self) -> &'static str {
+        match self {
+            Self::Plane => "plane: expected depth",
+            Self::Distance => "wall: expected at 0.6 to 2.5 m from the mirror",
+            Self::NoWall => {
+                "no wall: expected a strong echo within 6 degrees of the horizontal and 5 % of the distance"
+            }
+            Self::SeveralWalls => {
+                "several walls: expected one, and nothing else that faces the scanner"
+            }
+            Self::Clutter => {
+                "something stands between scanner and wall: expected nothing but floor"
+            }
+            Self::NoFloor => "no floor: expected the corner of floor and wall",
+            Self::FewEchoes => "too few echoes of the floor: expected at least 5 before the wall",
+            Self::Misfit => {
+                "the echoes do not fit: expected one level floor and a wall that stands on it"
+            }
+            Self::TooFar => {
+                "farther off than a mounting may be: expected 6 degrees, 15 cm and 5 % at most"
+            }
+        }
+    }
+}
+
+impl fmt::Display for Refusal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.expected())
+    }
+}
+
+impl core::error::Error for Refusal {}
+
+/// How the scanner is really mounted, with standard errors.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Mounting {
+    /// Mirror centre above the floor, metres.
+    pub height_m: Estimate,
+    /// To be added to all angles, radians: positive where the beam is lower than believed. Homing and the
+    /// pitch of the chair cannot be told apart.
+    pub offset_rad: Estimate,
+    /// By which ranges from the radar are to be multiplied.
+    pub scale: Estimate,
+    /// Range at which the mirror's own echo is seen, metres from the radar, as `mirror-echo` has it.
+    pub mirror_echo_m: Estimate,
+    /// Echoes of the floor that it rests on.
+    pub floor_echoes: u8,
+}
+
+/// One echo with what it is taken for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Part {
+    Flash,
+    Corner,
+    Floor,
+}
+
+/// Height, angle offset, and what the scale is more than 1.
+#[derive(Clone, Copy, Debug)]
+struct State {
+    height_m: f32,
+    offset_rad: f32,
+    stretch: f32,
+}
+
+/// The scene that must be there.
+#[derive(Clone, Copy, Debug)]
+struct Scene {
+    wall_m: f32,
+    mirror_m: f32,
+}
+
+/// A residual with its derivatives by height, offset and stretch, and its variance.
+struct Equation {
+    residual: f32,
+    by: [f32; 3],
+    variance: f32,
+    /// Whether it loses weight where it does not fit.
+    robust: bool,
+}
+
+impl Scene {
+    /// Real range from the mirror, and angle below the horizontal.
+    fn real(&self, e: &Echo, s: &State) -> (f32, f32) {
+        let from_radar = (1.0 + s.stretch) * (e.range_m + self.mirror_m);
+        (from_radar - self.mirror_m, e.angle_rad + s.offset_rad)
+    }
+
+    /// Distance from the mirror and height above the floor.
+    fn point(&self, e: &Echo, s: &State) -> (f32, f32) {
+        let (range, angle) = self.real(e, s);
+        let (sin, cos) = math::sin_cos(angle);
+        (range * cos, s.height_m - range * sin)
+    }
+
+    /// What an echo says of the state: one or two equations.
+    fn equations(
+        &self,
+        e: &Echo,
+        part: Part,
+        s: &State,
+        p: &Params,
+        mut each: impl FnMut(Equation),
+    ) {
+        let (range, angle) = self.real(e, s);
+        let by_stretch = e.range_m + self.mirror_m;
+        let range_variance = e.range_sigma_m * e.range_sigma_m + RANGE_MODEL_M * RANGE_MODEL_M;
+        let angle_variance = e.angle_sigma_rad * e.angle_sigma_rad;
+        let corner_m = math::hypot(self.wall_m, s.height_m);
+        let (right_m, right_rad, slope, turn) = match part {
+            Part::Floor => {
+                let (sin, cos) = math::sin_cos(angle);
+                let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
+                let (fixed_rad, rough_m) = if clean {
+                    (p.floor_corner_rad, p.floor_corner_m)
+                } else {
+                    (p.floor_speckle_rad, p.floor_speckle_m)
+                };
+                let noise = range * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
+                return each(Equation {
+                    residual: range * sin - s.height_m,
+                    by: [-1.0, range * cos, by_stretch * sin],
+                    variance: rough_m * rough_m + noise * noise,
+                    robust: true,
+                });
+            }
+            Part::Flash => (self.wall_m, 0.0, 0.0, 0.0),
+            Part::Corner => (
+                corner_m,
+                math::atan2(s.height_m, self.wall_m),
+                s.height_m / corner_m,
+                self.wall_m / (corner_m * corner_m),
+            ),
+        };
+        each(Equation {
+            residual: range - right_m,
+            by: [-slope, 0.0, by_stretch],
+            variance: range_variance,
+            robust: false,
+        });
+        each(Equation {
+            residual: angle - right_rad,
+            by: [-turn, 1.0, 0.0],
+            variance: angle_variance,
+            robust: false,
+        });
+    }
+}
+
+/// Inverse of a symmetric matrix of full rank; `None` where it has none.
+fn inverse(a: &[[f32; 3]; 3]) -> Option<[[f32; 3]; 3]> {
+    let minor = |r: usize, c: usize| {
+        let (i, j) = ((r + 1) % 3, (r + 2) % 3);
+        let (k, l) = ((c + 1) % 3, (c + 2) % 3);
+        let at = |r: usize, c: usize| a.get(r).and_then(|row| row.get(c)).copied().unwrap_or(0.0);
+        at(i, k) * at(j, l) - at(i, l) * at(j, k)
+    };
+    let [[first, second, third], ..] = a;
+    let det = first * minor(0, 0) + second * minor(0, 1) + third * minor(0, 2);
+    if !det.is_normal() {
+        return None;
+    }
+    let mut inverse = [[0.0; 3]; 3];
+    for (r, row) in inverse.iter_mut().enumerate() {
+        for (c, cell) in row.iter_mut().enumerate() {
+            *cell = minor(c, r) / det;
+        }
+    }
+    Some(inverse)
+}
+
+/// What the parts say together.
+struct Fit {
+    state: State,
+    /// Standard errors of height, offset and stretch.
+    sigmas: [f32; 3],
+    floor: u8,
+    astray: u8,
+}
+
+/// The echoes that count, found from what the flash alone says.
+struct Found<'e> {
+    flash: &'e Echo,
+    corner: &'e Echo,
+    start: State,
+}
+
+fn strongest<'e>(echoes: impl Iterator<Item = &'e Echo>) -> Option<&'e Echo> {
+    echoes.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
+}
+
+impl Scene {
+    /// The wall's flash and its corner with the floor.
+    fn find<'e>(&self, echoes: &'e [Echo], nominal_m: f32) -> Result<Found<'e>, Refusal> {
+        let level = |e: &&Echo| e.angle_rad.abs() <= MOST_OFFSET_RAD;
+        let scale = |e: &Echo| (self.wall_m + self.mirror_m) / (e.range_m + self.mirror_m);
+        let placed = |e: &&Echo| (scale(e) - 1.0).abs() <= MOST_SCALE && e.snr_db >= FLASH_DB;
+        let flash = strongest(echoes.iter().filter(level).filter(placed)).ok_or(Refusal::NoWall)?;
+        let rival = |e: &&Echo| {
+            let apart = (e.range_m - flash.range_m).abs() > SAME_M;
+            apart && e.snr_db >= math::max(FLASH_DB, flash.snr_db - LESSER_DB)
+        };
+        let start = State {
+            height_m: nominal_m,
+            offset_rad: -flash.angle_rad,
+            stretch: scale(flash) - 1.0,
+        };
+        // What faces the scanner does so at the mirror's height, wherever it stands.
+        let facing = |e: &&Echo| (e.angle_rad - flash.angle_rad).abs() <= 0.5 * MOST_OFFSET_RAD;
+        if echoes.iter().filter(facing).any(|e| rival(&e)) {
+            return Err(Refusal::SeveralWalls);
+        }
+        let above = |e: &&Echo| {
+            let (x, y) = self.point(e, &start);
+            x < self.wall_m - APART_M && y > FLOOR_M
+        };
+        if echoes.iter().filter(above).any(|e| rival(&e)) {
+            return Err(Refusal::Clutter);
+        }
+        let base = |e: &&Echo| {
+            let (x, y) = self.point(e, &start);
+            (x - self.wall_m).abs() <= CORNER_M && y.abs() <= FLOOR_M && e.snr_db >= CORNER_DB
+        };
+        let corner = strongest(echoes.iter().filter(base)).ok_or(Refusal::NoFloor)?;
+        let (_, y) = self.point(corner, &start);
+        let start = State {
+            height_m: start.height_m - y,
+            ..start
+        };
+        Ok(Found {
+            flash,
+            corner,
+            start,
+        })
+    }
+
+    /// Whether an echo is one of the floor before the wall.
+    fn is_floor(&self, e: &Echo, s: &State, p: &Params) -> bool {
+        let (x, y) = self.point(e, s);
+        let ahead = x > p.floor_from_m && x < self.wall_m - APART_M;
+        ahead && y.abs() < p.floor_reach_m && e.snr_db > p.floor_least_db
+    }
+
+    fn fit(&self, echoes: &[Echo], found: &Found<'_>, p: &Params) -> Result<Fit, Refusal> {
+        let mut state = found.start;
+        let (mut floor, mut astray, mut sigmas) = (0_u8, 0_u8, [0.0; 3]);
+        for _ in 0..ROUNDS {
+            let (mut a, mut b) = ([[0.0; 3]; 3], [0.0; 3]);
+            (floor, astray) = (0, 0);
+            let mut add = |eq: Equation| {
+                let tails = p.floor_cauchy_sigmas * p.floor_cauchy_sigmas * eq.variance;
+                let off = eq.residual * eq.residual;
+                let weight = if eq.robust {
+                    1.0 / (1.0 + off / tails)
+                } else {
+                    1.0
+                };
+                floor = floor.saturating_add(u8::from(eq.robust));
+                let far = off > ASTRAY_SIGMAS * ASTRAY_SIGMAS * eq.variance;
+                astray = astray.saturating_add(u8::from(eq.robust && far));
+                for (row, (right, d)) in a.iter_mut().zip(b.iter_mut().zip(eq.by)) {
+                    let k = weight * d / eq.variance;
+                    *right -= k * eq.residual;
+                    for (cell, other) in row.iter_mut().zip(eq.by) {
+                        *cell += k * other;
+                    }
+                }
+            };
+            self.equations(found.flash, Part::Flash, &state, p, &mut add);
+            self.equations(found.corner, Part::Corner, &state, p, &mut add);
+            for e in echoes.iter().filter(|e| self.is_floor(e, &state, p)) {
+                self.equations(e, Part::Floor, &state, p, &mut add);
+            }
+            let covariance = inverse(&a).ok_or(Refusal::Misfit)?;
+            let step = covariance.map(|row| row.iter().zip(&b).map(|(c, b)| c * b).sum::<f32>());
+            let [height, offset, stretch] = step;
+            state.height_m += height;
+            state.offset_rad += offset;
+            state.stretch += stretch;
+            let [[h, ..], [_, o, _], [.., s]] = covariance;
+            sigmas = [h, o, s].map(math::sqrt);
+        }
+        Ok(Fit {
+            state,
+            sigmas,
+            floor,
+            astray,
+        })
+    }
+
+    /// Whether the fit tells of the scene that must be there.
+    fn judge(&self, found: &Found<'_>, fit: &Fit, nominal_m: f32) -> Result<(), Refusal> {
+        let (range, angle) = self.real(found.corner, &fit.state);
+        let off_m = range - math::hypot(self.wall_m, fit.state.height_m);
+        let off_rad = angle - math::atan2(fit.state.height_m, self.wall_m);
+        if fit.floor < LEAST_FLOOR {
+            return Err(Refusal::FewEchoes);
+        }
+        let corner = off_m.abs() <= CORNER_OFF_M && off_rad.abs() <= CORNER_OFF_RAD;
+        if !corner || f32::from(fit.astray) > ASTRAY_SHARE * f32::from(fit.floor) {
+            return Err(Refusal::Misfit);
+        }
+        let height = (fit.state.height_m - nominal_m).abs() <= MOST_HEIGHT_M;
+        let offset = fit.state.offset_rad.abs() <= MOST_OFFSET_RAD;
+        if !height || !offset || fit.state.stretch.abs() > MOST_SCALE {
+            return Err(Refusal::TooFar);
+        }
+        Ok(())
+    }
+}
+
+/// How the scanner is mounted, from the echoes of a scan of a floor and a wall `wall_m` from the mirror's
+/// centre. The echoes are those that were placed with `config`, and with nothing taken out yet;
+/// `mirror_echo_m` is where the mirror's own echo was seen, metres from the radar.
+///
+/// # Errors
+/// Says what of the scene is not as it must be.
+pub fn calibrate(
+    echoes: &[Echo],
+    config: &Config,
+    mirror_echo_m: f32,
+    wall_m: f32,
+) -> Result<Mounting, Refusal> {
+    let p = &Params::DEFAULT;
+    if config.mount.plane != Plane::Depth {
+        return Err(Refusal::Plane);
+    }
+    if !WALL_M.contains(&wall_m) {
+        return Err(Refusal::Distance);
+    }
+    let scene = Scene {
+        wall_m,
+        mirror_m: config.mount.mirror_offset_m(),
+    };
+    let nominal_m = config.mount.mount_height_m();
+    let found = scene.find(echoes, nominal_m)?;
+    let fit = scene.fit(echoes, &found, p)?;
+    scene.judge(&found, &fit, nominal_m)?;
+    let [height, offset, stretch] = fit.sigmas;
+    let tape = TAPE_M / (wall_m + scene.mirror_m);
+    Ok(Mounting {
+        height_m: Estimate::new(fit.state.height_m, height),
+        offset_rad: Estimate::new(fit.state.offset_rad, offset),
+        scale: Estimate::new(1.0 + fit.state.stretch, math::hypot(stretch, tape)),
+        mirror_echo_m: Estimate::new(mirror_echo_m, MIRROR_BINS * config.radar.bin_spacing_m()),
+        floor_echoes: fit.floor,
+    })
+}
+
+#[cfg(test)]
+mod tests;
