@@ -85,6 +85,9 @@ fn radar_link() -> Vec<(&'static str, Vec<u8>)> {
     ]
 }
 
+/// Hash of some settings.
+const HASH: u32 = 0xDD17_E165;
+
 fn commands() -> Vec<(&'static str, Vec<u8>)> {
     let settings = Settings::default();
     let each = |before: &str| -> Vec<u8> {
@@ -100,11 +103,11 @@ fn commands() -> Vec<(&'static str, Vec<u8>)> {
             .collect::<String>()
             .into_bytes()
     };
-    let words = "start\nstop\nscan\nstatus\r\nversion\nselftest\nget\nget,seed\nget stack-used\n";
+    let words = "save\nstart\nstop\nscan\nstatus\r\nversion\nselftest\nget\nget,seed\nget stack-used\n";
     let wrong = "set\nset,seed\nset,seed,-1\nset,nothing,1\nget,\nset,plane,sideways\nhello\nset,seed,1,2\n\
                  $PSTC,stop*00000000\n$PSTC\n$*\n";
-    let extremes = "set,first-angle,-170000\nset,angle-count,8192\nset,angle-step,10000\n\
-                    set,cfar-false-alarm,500000000\nset,mirror-offset,200000\nset,settle,600000000\n";
+    let extremes = "!set,first-angle,-170000\n!set,angle-count,8192\n!set,angle-step,10000\n\
+                    !set,cfar-false-alarm,500000000\n!set,mirror-offset,200000\n!set,settle,600000000\n!save\n";
     let motion = "!MOTION,7,123.4,-250\n!MOTION,65535,-2147483.6,\n!MOTION,1,x,45001\n";
     vec![
         ("words", words.into()),
@@ -156,17 +159,20 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
     };
     let lines = |outcome: &Outcome, lost: u16| {
         let mut text = String::new();
-        write_scan(7, lost, outcome, |line| text += &bare(line));
+        write_scan((7, HASH), lost, outcome, |line| text += &bare(line));
         text.into_bytes()
     };
     let mut whole = Vec::new();
-    write_scan(1, 0, &outcome, |line| whole.extend(line.as_bytes()));
+    write_scan((1, HASH), 0, &outcome, |line| whole.extend(line.as_bytes()));
     let others = [
         Sentence::Boot {
             version: "0.1.0",
             revision: "abcdef",
             reset: "power-on",
             clock: "hse-168",
+            boots: 3,
+            serial: [0x0033_0047, 0x3439_5110, 0x3530_3834],
+            settings: HASH,
         },
         Sentence::State {
             state: "scanning",
@@ -176,6 +182,7 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
             reasons: Reasons::NONE.with(Reason::LinkSilent),
             motion: "good",
             motion_faults: 3,
+            settings: HASH,
         },
         Sentence::Config {
             key: "seed",

@@ -192,7 +192,7 @@ fn check(outcome: &Outcome, config: &Config) {
         outcome.status != Status::Ok || !likelihood || vouches,
         "{outcome:?}"
     );
-    write_scan(1, 0, outcome, |line| {
+    write_scan((1, 0), 0, outcome, |line| {
         Sentence::parse(line).unwrap_or_else(|e| panic!("{e:?}: {line}"));
     });
 }

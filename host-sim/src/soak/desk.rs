@@ -7,7 +7,7 @@ use anyhow::{Context, Result, bail, ensure};
 use stairscan::answer::Reasons;
 use stairscan::drive::Odometry;
 use stairscan::pipeline::Pipeline;
-use stairscan::report::sentence::crc32;
+use stairscan::report::command::framed;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scan::{Hardware, Identity, Micros, Reports, Scanner, Settings};
 
@@ -69,14 +69,10 @@ const IDENTITY: Identity = Identity {
     revision: "soak",
     reset: "none",
     clock: "host",
+    boots: 1,
+    serial: [0; 3],
     reasons: Reasons::NONE,
 };
-
-/// A command's line with its CRC.
-pub fn framed(command: &str) -> String {
-    let body = format!("PSTC,{command}");
-    format!("${body}*{:08X}\r\n", crc32(&body))
-}
 
 impl<'a> Desk<'a> {
     /// A scanner that has just booted, and stands.
@@ -93,7 +89,7 @@ impl<'a> Desk<'a> {
         let lent = (&mut memory.reports, &mut memory.odometry);
         let data = &mut *memory.pipeline;
         Self {
-            scanner: Scanner::new(hardware, data, lent, settings, IDENTITY, now),
+            scanner: Scanner::new(hardware, data, lent, Some(settings), IDENTITY, now),
             stage,
             now,
             telling: None,
@@ -181,7 +177,7 @@ impl<'a> Desk<'a> {
         self.until(|desk| desk.stage.borrow().typed.is_empty())?;
         (0..100).try_for_each(|_| self.step())?;
         self.replies.clear();
-        self.type_in(&framed(command));
+        self.type_in(&framed(&[command]));
         let mut carried_out = false;
         self.until(|desk| {
             let answer = desk.replies.iter().find_map(|line| answer(line));

@@ -15,6 +15,7 @@ use stairscan::answer::{Reason, Status};
 use stairscan::config::{Config, EstimatorKind};
 use stairscan::drive::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
+use stairscan::report::command::framed;
 use stairscan::report::sentence::write_scan;
 use stairscan::scan::{DataPath, Settings};
 
@@ -23,7 +24,7 @@ use crate::recording::Recording;
 use crate::scene::command::random_scan;
 use crate::scene::maths::Random;
 use crate::scene::random::Kind;
-use desk::{Desk, Memory, Told, framed};
+use desk::{Desk, Memory, Told};
 use stage::{Plan, Reel, Stage};
 
 /// Stream of the soak's random numbers, apart from those of scenes and faults.
@@ -248,7 +249,7 @@ impl Soak<'_> {
         let (plan, config) = (self.desk.stage.borrow().plan.clone(), self.config);
         for _ in 0..self.random.index(3) {
             let line = CHATTER[self.random.index(CHATTER.len())];
-            self.desk.type_in(&framed(line));
+            self.desk.type_in(&framed(&[line]));
             self.tally.typed += 1;
         }
         if self.random.chance(0.1) {
@@ -256,8 +257,8 @@ impl Soak<'_> {
         }
         if self.random.chance(0.3) {
             self.config.seed = self.random.index(1 << 20) as u32;
-            self.desk
-                .type_in(&framed(&format!("set,seed,{}", self.config.seed)));
+            let seed = self.config.seed.to_string();
+            self.desk.type_in(&framed(&["set", "seed", &seed]));
             self.tally.typed += 1;
         }
         let mut told = None;
@@ -289,7 +290,7 @@ impl Soak<'_> {
         let expected = if whole && lost <= usize::from(Settings::default().timing.max_lost) {
             self.tally.lossy += u64::from(lost > 0);
             self.tally.statuses[told.head.status as usize] += 1;
-            fresh(reel, config, number, shown)
+            fresh(reel, config, (number, told.head.settings), shown)
         } else {
             self.tally.ended += 1;
             let reasons = told.head.reasons;
@@ -322,10 +323,11 @@ fn own_keys() -> impl Iterator<Item = &'static &'static str> {
     of_the_scan.filter(|key| **key != "sweep")
 }
 
-/// What a pipeline that has never scanned before tells of the same rows.
-fn fresh(reel: &Reel, config: &Config, number: u32, shown: &[(usize, bool)]) -> Vec<String> {
+/// What a pipeline that has never scanned before tells of the same rows; `of` is the scan's number and the
+/// hash of its settings.
+fn fresh(reel: &Reel, config: &Config, of: (u32, u32), shown: &[(usize, bool)]) -> Vec<String> {
     let mut pipeline = Box::new(Pipeline::new());
-    if let Err(error) = pipeline.begin(config, number) {
+    if let Err(error) = pipeline.begin(config, of.0) {
         return vec![error.to_string()];
     }
     let mut lost = 0;
@@ -353,7 +355,7 @@ fn fresh(reel: &Reel, config: &Config, number: u32, shown: &[(usize, bool)]) -> 
         }
     }
     let mut lines = Vec::new();
-    write_scan(number, lost, &outcome, |line| {
+    write_scan(of, lost, &outcome, |line| {
         lines.push(line.trim_end().to_owned())
     });
     lines

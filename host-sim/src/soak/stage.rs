@@ -11,6 +11,7 @@ use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::report::command::Measure;
 use stairscan::scan::settings::MotorConfig;
+use stairscan::scan::store::StoreError;
 use stairscan::scan::{
     Board, BytePort, LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings,
 };
@@ -196,7 +197,7 @@ impl Mirror for Shaft {
         self.shaft.start_move(position, motor);
     }
 
-    fn poll(&mut self) -> Result<Motion, MirrorError> {
+    fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError> {
         let mut stage = self.stage.0.borrow_mut();
         let place = stage.shown.len();
         if !stage.asked && stage.plan.stalls_at.is_some_and(|at| place >= at) {
@@ -204,7 +205,7 @@ impl Mirror for Shaft {
             self.shaft.disable();
             return Err(MirrorError::Stall);
         }
-        self.shaft.poll()
+        self.shaft.poll(now)
     }
 
     fn position(&self) -> i32 {
@@ -239,6 +240,18 @@ impl Board for Shared {
     fn set_stopped(&mut self, stopped: bool) {
         self.0.borrow_mut().stopped = stopped;
     }
+
+    fn settings_before(&self) -> Option<u32> {
+        None
+    }
+
+    fn note_settings(&mut self, _: u32) {}
+
+    fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
+        Err(StoreError::Controller)
+    }
+
+    fn survived(&mut self) {}
 
     fn measure(&self, _: Measure) -> u32 {
         0

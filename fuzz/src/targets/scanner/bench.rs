@@ -27,6 +27,8 @@ const IDENTITY: Identity = Identity {
     revision: "fuzz",
     reset: "none",
     clock: "host",
+    boots: 1,
+    serial: [0; 3],
     reasons: Reasons::NONE,
 };
 
@@ -62,7 +64,7 @@ impl<'a> Bench<'a> {
         let now = Micros(u32::MAX - 1_000_000);
         let data = Rows::new(world.clone());
         Self {
-            scanner: Scanner::new(hardware, data, memory, settings(), IDENTITY, now),
+            scanner: Scanner::new(hardware, data, memory, Some(settings()), IDENTITY, now),
             world,
             now,
             scan: 0,

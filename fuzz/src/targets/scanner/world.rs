@@ -12,7 +12,8 @@ use stairscan::report::command::Measure;
 use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
 use stairscan::scan::mirror::{PulseState, StepPort};
 use stairscan::scan::ramp::Ramp;
-use stairscan::scan::{Board, BytePort, DataPath};
+use stairscan::scan::store::StoreError;
+use stairscan::scan::{Board, BytePort, DataPath, Settings};
 
 /// What the module is set to: few samples, so that a scan is short.
 pub const RADAR: RadarConfig = RadarConfig {
@@ -287,6 +288,21 @@ impl Board for Shared {
     fn set_stopped(&mut self, stopped: bool) {
         self.0.borrow_mut().stopped = stopped;
     }
+
+    fn settings_before(&self) -> Option<u32> {
+        None
+    }
+
+    fn note_settings(&mut self, _: u32) {}
+
+    fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
+        match self.0.borrow().broken {
+            true => Err(StoreError::Write),
+            false => Ok(()),
+        }
+    }
+
+    fn survived(&mut self) {}
 
     fn measure(&self, _: Measure) -> u32 {
         0
