@@ -3,7 +3,7 @@
 use crate::Iq;
 use crate::answer::Outcome;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, Track};
+use crate::drive::{Drive, Memory, Track};
 use crate::finder::StairFinder;
 use crate::grid::PolarMap;
 use crate::health::Health;
@@ -49,7 +49,7 @@ pub struct Pipeline {
 }
 
 /// What the scan state may take of the chip's memory, with either estimator.
-const BUDGET: usize = 102 * 1024;
+const BUDGET: usize = 104 * 1024;
 const _: () = assert!(
     size_of::<Pipeline>() <= BUDGET,
     "scan state above its budget"
@@ -108,6 +108,14 @@ impl Pipeline {
         let drives = |track: &Track| track.moves(p.stood_m, p.stood_rad);
         let stands = !drive.known().is_some_and(drives);
         let doubts = self.health.doubts(&self.config, self.finder.map(), stands);
+        let drive = &Drive {
+            // What an instrument in doubt says is not carried on.
+            memory: match doubts.is_empty() {
+                true => drive.memory,
+                false => Memory::Off,
+            },
+            ..*drive
+        };
         let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);
         outcome.doubt(doubts);
         outcome

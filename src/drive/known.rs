@@ -14,6 +14,18 @@ pub enum Mode {
     Standing,
 }
 
+/// What becomes of what earlier scans of the scene said.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Memory {
+    /// It has a say, as far as the way between is known.
+    #[default]
+    Kept,
+    /// This scan is the first again.
+    Anew,
+    /// Each scan is by itself.
+    Off,
+}
+
 /// What became of the motion input during a scan.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Input {
@@ -65,10 +77,12 @@ pub struct Drive<'a> {
     pub since_s: Option<f32>,
     /// Duration of a chirp, seconds.
     pub chirp_s: f32,
+    /// What becomes of what earlier scans said.
+    pub memory: Memory,
 }
 
 impl<'a> Drive<'a> {
-    /// That of a chair which is known to stand.
+    /// That of a chair which is known to stand: on a bench, where each scan is by itself.
     pub const STANDING: Self = Self {
         mode: Mode::Standing,
         input: Input::Absent,
@@ -76,6 +90,7 @@ impl<'a> Drive<'a> {
         moved_m: None,
         since_s: None,
         chirp_s: 0.0,
+        memory: Memory::Off,
     };
 
     /// The track, if it says where the chair was.

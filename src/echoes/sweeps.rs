@@ -51,6 +51,20 @@ enum Finding {
 }
 
 impl Agreement {
+    /// The way from the sweep before to this one, metres, where it is known and nothing contradicts it.
+    pub fn moved_m(&self, drive: &Drive<'_>) -> Option<f32> {
+        match (self.finding, self.input) {
+            (Finding::Agreed | Finding::Alone, Input::Good) => drive.moved_m,
+            (Finding::Agreed, _) => Some(0.0),
+            _ => None,
+        }
+    }
+
+    /// Whether the echoes are where they are taken to be.
+    pub fn placed(&self) -> bool {
+        matches!(self.finding, Finding::Agreed | Finding::Alone)
+    }
+
     /// Says in an answer what it means for it.
     pub fn tell(&self, outcome: &mut Outcome) {
         let reason = match self.finding {

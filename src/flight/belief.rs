@@ -3,12 +3,14 @@
 use super::ascending::{self, Ascending};
 use super::dimensions::Measured;
 use super::search::Search;
-use super::stairs::{Flight, MAX_FLIGHT, Stairs};
+use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs};
 use crate::answer::{MAX_MAYBES, Maybe};
 use crate::echoes::Echo;
+use crate::fusion::Memory;
 use crate::grid::PolarMap;
 use crate::math;
 use crate::observer::{Event, Observer};
+use crate::params::carried;
 use crate::params::generative::Generative;
 use crate::posterior::{
     Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase,
@@ -133,6 +135,20 @@ pub struct Chosen {
     pub odds: f32,
 }
 
+/// How far a choice has come.
+struct Looking {
+    /// The search's best score, nats.
+    top: f32,
+    /// So many flights were refined.
+    looked: usize,
+    /// The best one, with its score and what the models say of it, nats.
+    best: Option<(f32, Chosen)>,
+    /// The most by this scan alone, of all flights …
+    alone: f32,
+    /// … and of those that earlier scans thought of.
+    expected: f32,
+}
+
 impl Posterior {
     /// Without echoes.
     pub const fn new(g: &'static Generative) -> Self {
@@ -156,56 +172,157 @@ impl Posterior {
         echoes: &[Echo],
         map: &PolarMap,
         search: &Search<'_, Ascending<'_>>,
+        mut past: Option<&mut Memory>,
     ) -> Option<Chosen> {
         self.model.take(echoes, View::of(map), map.geometry());
         self.bases.clear();
         let scores = search.leaders.iter().map(|f| f.score);
         let top = scores.fold(f32::NEG_INFINITY, math::max);
-        let mut best: Option<(f32, Chosen)> = None;
-        let mut looked = 0;
-        let mut look = |flight: Flight<ascending::Shape>, nats: f32| {
-            if flight.score < top - nats || looked == MOST_LOOKED {
-                return;
-            }
-            looked += 1;
-            let base = self.refined(&staircase(&flight), self.longer(&flight));
-            let worth = flight.score + SHARE * base.log_weight;
-            if best.as_ref().is_none_or(|(most, _)| worth > *most) {
-                let odds = base.log_weight;
-                best = Some((worth, Chosen { flight, odds }));
-            }
-            // Room is left for level ground and the answer.
-            if self.bases.len() < MAX_FLIGHT {
-                let _ = self.bases.push(base);
-            }
+        let mut looking = Looking {
+            top,
+            looked: 0,
+            best: None,
+            alone: f32::NEG_INFINITY,
+            expected: f32::NEG_INFINITY,
         };
+        let l = &mut looking;
         // Shorter ones come first: longer ones begin from them.
         for leader in &search.leaders {
             let better = search.leaders.iter().filter(|l| l.score > leader.score);
             if better.count() < LEADERS {
-                look(leader.clone(), RIVAL_NATS);
+                self.look(l, leader.clone(), (RIVAL_NATS, None), past.as_deref_mut());
             }
+        }
+        if let Some(past) = past.as_deref_mut() {
+            self.look_back(l, search, past);
         }
         if let Some(leader) = search.leaders.iter().find(|l| l.score >= top) {
             for unseen in 1..=UNSEEN {
                 if let Some(flight) = fronted(search, leader, unseen) {
-                    look(flight, RIVAL_NATS);
+                    self.look(l, flight, (RIVAL_NATS, None), past.as_deref_mut());
                 }
             }
             let mut other = leader.clone();
             other.shape.open = !leader.shape.open;
             other.score = search.stairs.whole(&other.chain, other.shape);
-            look(other, SURE_NATS);
+            self.look(l, other, (SURE_NATS, None), past.as_deref_mut());
         }
-        let (_, mut chosen) = best?;
-        chosen.odds = SHARE * (chosen.odds - self.rival(&chosen.flight));
-        Some(chosen)
+        let mut chosen = looking.best.take().map(|(_, chosen)| chosen);
+        if let Some(chosen) = &mut chosen {
+            chosen.odds = SHARE * (chosen.odds - self.rival(&chosen.flight.chain));
+        }
+        if let Some(past) = past {
+            self.remember(&looking, chosen.as_mut(), search, past);
+        }
+        chosen
+    }
+
+    /// Refines a flight that the search puts at most so many nats behind its best, from itself or from
+    /// another staircase, and weighs it.
+    #[inline(never)]
+    fn look(
+        &mut self,
+        looking: &mut Looking,
+        flight: Flight<ascending::Shape>,
+        (nats, from): (f32, Option<Staircase>),
+        past: Option<&mut Memory>,
+    ) {
+        if flight.score < looking.top - nats || looking.looked == MOST_LOOKED {
+            return;
+        }
+        looking.looked += 1;
+        let from = from.or_else(|| self.longer(&flight));
+        let base = self.refined(&staircase(&flight), from);
+        let mut worth = flight.score + SHARE * base.log_weight;
+        if let Some(past) = past {
+            let word = past.hypotheses.word(&base.staircase);
+            looking.alone = math::max(looking.alone, worth);
+            if word > -carried::MOST_NATS {
+                looking.expected = math::max(looking.expected, worth);
+            }
+            worth += word;
+            past.hypotheses.keep(&base.staircase, worth);
+        }
+        if looking.best.as_ref().is_none_or(|(most, _)| worth > *most) {
+            let odds = base.log_weight;
+            looking.best = Some((worth, Chosen { flight, odds }));
+        }
+        // Room is left for level ground and the answer.
+        if self.bases.len() < MAX_FLIGHT {
+            let _ = self.bases.push(base);
+        }
+    }
+
+    /// Looks at the staircases that earlier scans found likely and this one's search did not think of.
+    #[inline(never)]
+    fn look_back(
+        &mut self,
+        looking: &mut Looking,
+        search: &Search<'_, Ascending<'_>>,
+        past: &mut Memory,
+    ) {
+        for k in 0..past.hypotheses.len() {
+            let Some(s) = past.hypotheses.staircase(k) else {
+                continue;
+            };
+            let known = self
+                .bases
+                .iter()
+                .any(|b| past.hypotheses.alike(&b.staircase, &s) && b.staircase.steps == s.steps);
+            if known || s.is_empty() {
+                continue;
+            }
+            let mut flight = Flight {
+                shape: ascending::Shape {
+                    rise_m: s.rise(),
+                    open: s.open,
+                },
+                ..Flight::default()
+            };
+            for x_m in s.x_m.iter().take(s.len()) {
+                // A staircase has no more risers than a flight.
+                let _ = flight.chain.push(search.at(*x_m));
+            }
+            flight.score = search.stairs.whole(&flight.chain, flight.shape);
+            self.look(looking, flight, (SURE_NATS, Some(s)), Some(past));
+        }
+    }
+
+    /// Weighs no stairs at all like the flights, by this scan and by earlier ones, and keeps it all for the
+    /// next scan; forgets what was carried on if this scan contradicts it.
+    #[inline(never)]
+    fn remember(
+        &mut self,
+        looking: &Looking,
+        chosen: Option<&mut Chosen>,
+        search: &Search<'_, Ascending<'_>>,
+        past: &mut Memory,
+    ) {
+        let nothing = Staircase::nothing();
+        let chain = chosen.as_ref().map_or(&[][..], |c| &c.flight.chain);
+        let worth = SHARE * self.rival(chain) + search.stairs.scene().params.accept_up_nats;
+        let word = past.hypotheses.word(&nothing);
+        let (mut alone, mut expected) = (looking.alone, looking.expected);
+        alone = math::max(alone, worth);
+        if word > -carried::MOST_NATS {
+            expected = math::max(expected, worth);
+        }
+        past.hypotheses.keep(&nothing, worth + word);
+        past.hypotheses.settle();
+        let changed = !past.is_empty() && alone > expected + carried::CHANGED_NATS;
+        if let Some(chosen) = chosen {
+            let flight = staircase(&chosen.flight);
+            chosen.odds += past.hypotheses.word(&flight) - word;
+        }
+        if changed {
+            past.contradict();
+        }
     }
 
     /// Weight of the likeliest thing that is no stairs: level ground, and where a single riser is the
     /// flight, a box or a threshold in its place, each with and without a wall.
     #[inline(never)]
-    fn rival(&self, flight: &Flight<ascending::Shape>) -> f32 {
+    fn rival(&self, chain: &[Link]) -> f32 {
         let mut most = f32::NEG_INFINITY;
         for &wall_m in &walls(&self.model) {
             let ground = Staircase {
@@ -213,7 +330,7 @@ impl Posterior {
                 ..Staircase::nothing()
             };
             most = math::max(most, weight(&self.model, &ground));
-            if let [link] = flight.chain.as_slice()
+            if let [link] = chain
                 && link.along_m + LANDING_M < wall_m
             {
                 for (top_m, _, kind) in FLOOR.iter().filter(|f| f.2 != Kind::Stairs) {

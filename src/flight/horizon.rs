@@ -13,10 +13,11 @@ use super::trace::Cell;
 use super::verdict::Support;
 use crate::answer::Step;
 use crate::config::Plane;
+use crate::fusion::Outlook;
 use crate::grid::Geometry;
 use crate::math;
-use crate::params::fitted;
-use crate::params::hazard::{FEATURES, Features};
+use crate::params::hazard::{FEATURES, Features, log_survival, probability};
+use crate::params::{counted, fitted};
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
 
 /// By so much a step may be off and still be right: design contract of `ok`, metres.
@@ -127,8 +128,15 @@ impl Ground<'_> {
             Cell {
                 end_m,
                 features: self.features(k, start_m, end_m),
+                past: None,
             }
         })
+    }
+
+    /// Where the step stands whose error would show in the cell that ends there, metres.
+    fn step_at(&self, end_m: f32) -> Option<f32> {
+        let step = self.step_in(end_m - CELL_M, end_m);
+        step.map(|(_, step, _)| step.distance_m)
     }
 
     /// Number and support of the step whose error would show in a cell.
@@ -441,21 +449,38 @@ pub struct Vouch {
 
 impl Vouch {
     /// Goes along the cells until the probability of being right falls below what `ok` promises.
+    /// `outlook` is what earlier scans say; each cell is told to `each`.
     #[inline(never)]
-    pub fn of(ground: &Ground<'_>) -> Self {
+    pub fn of(
+        ground: &Ground<'_>,
+        mut outlook: Option<&mut Outlook>,
+        each: &mut dyn FnMut(&Cell),
+    ) -> Self {
         let weights = match ground.geometry.plane {
             Plane::Depth => &fitted::UP,
             Plane::Height => &fitted::DOWN,
         };
         let mut log_right = 0.0;
         let mut vouch = Self::default();
-        for cell in ground.cells() {
-            log_right += weights.log_survival(&cell.features);
-            let right = weights.probability(log_right, !ground.steps.is_empty());
-            if right >= weights.ok_from {
+        for (k, mut cell) in ground.cells().enumerate() {
+            let odds = weights.log_odds(&cell.features);
+            if let Some(outlook) = &mut outlook {
+                cell.past = outlook.look(k, odds, ground.step_at(cell.end_m));
+            }
+            each(&cell);
+            let (odds, maps, ok_from) = match &cell.past {
+                None => (odds, &weights.maps, weights.ok_from),
+                Some(past) => {
+                    let table = &counted::UP;
+                    (table.log_odds(past), &table.maps, table.ok_from)
+                }
+            };
+            log_right += log_survival(odds);
+            let right = probability(maps, log_right, !ground.steps.is_empty());
+            if right >= ok_from {
                 vouch.horizon_m = math::max(cell.end_m, 0.0);
             }
-            if right >= weights.ok_from || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
+            if right >= ok_from || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
                 vouch.confidence = right;
             }
         }

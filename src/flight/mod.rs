@@ -41,15 +41,17 @@ mod tests;
 
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
-use crate::drive::Drive;
+use crate::drive::{self, Drive};
 use crate::echoes::{Collector, Echo, Echoes, Floor, Sweeps, calibrate};
 use crate::estimator::Estimator;
+use crate::fusion::{Memory, Outlook};
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
+use crate::posterior::View;
 use ascending::Ascending;
 use belief::{Belief, Chosen, Posterior};
 use descending::Descending;
@@ -74,6 +76,8 @@ pub struct Likelihood {
     posterior: Posterior,
     /// Whether the particles have a say.
     particles: bool,
+    /// What earlier scans said.
+    memory: Memory,
 }
 
 #[derive(Debug)]
@@ -108,6 +112,7 @@ impl Likelihood {
             params,
             posterior: Posterior::new(&measured::UP),
             particles: true,
+            memory: Memory::new(),
         }
     }
 
@@ -145,7 +150,7 @@ impl Estimator for Likelihood {
         &mut self,
         map: &PolarMap,
         config: &Config,
-        _scan: u32,
+        scan: u32,
         drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Outcome {
@@ -156,6 +161,11 @@ impl Estimator for Likelihood {
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
+        let memory = &mut self.memory;
+        let instrument = (config.mount, config.radar);
+        let moved_m = agreement.moved_m(drive);
+        let moved_m = moved_m.filter(|_| drive.memory == drive::Memory::Kept);
+        memory.begin(scan, instrument, View::of(map), moved_m);
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
@@ -168,6 +178,7 @@ impl Estimator for Likelihood {
             observer.event(Event::Floor(floor));
             floor.in_place(p)
         };
+        let past = &mut self.memory;
         let mut outcome = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {
@@ -178,7 +189,8 @@ impl Estimator for Likelihood {
                     height_m: 0.0,
                 };
                 let posterior = self.particles.then_some(&mut self.posterior);
-                ascend(echoes, chart, p, (memory, posterior), observer)
+                let past = (drive.memory != drive::Memory::Off).then_some(past);
+                ascend(echoes, chart, p, (memory, posterior, past), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
@@ -187,7 +199,12 @@ impl Estimator for Likelihood {
         if !level {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
-        if echoes.iter().any(|e| e.snr_db >= p.sure_echo_db) {
+        let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
+        let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
+        if !kept || drive.memory == drive::Memory::Off {
+            self.memory.forget();
+        }
+        if heard {
             agreement.tell(&mut outcome);
             outcome
         } else {
@@ -202,7 +219,11 @@ fn ascend(
     echoes: &mut [Echo],
     chart: Chart<'_>,
     p: &Params,
-    (memory, mut posterior): (&mut Beginnings<ascending::Shape>, Option<&mut Posterior>),
+    (memory, mut posterior, mut past): (
+        &mut Beginnings<ascending::Shape>,
+        Option<&mut Posterior>,
+        Option<&mut Memory>,
+    ),
     observer: &mut dyn Observer,
 ) -> Outcome {
     let geometry = chart.map.geometry();
@@ -223,7 +244,7 @@ fn ascend(
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
     let chosen = match &mut posterior {
-        Some(posterior) => posterior.choose(echoes, chart.map, &search),
+        Some(posterior) => posterior.choose(echoes, chart.map, &search, past.as_deref_mut()),
         None => best.map(|flight| Chosen { flight, odds: 0.0 }),
     };
     let odds = chosen.as_ref().map_or(0.0, |c| c.odds);
@@ -236,10 +257,15 @@ fn ascend(
     let accepted = best
         .as_ref()
         .filter(|(f, _)| f.score + odds >= p.accept_up_nats);
-    let measured = accepted.map(|(flight, rise)| {
+    let mut measured = accepted.map(|(flight, rise)| {
         dimensions::ascending(&stairs, flight, (*rise, odds), &chart, found.bias_sigma_rad)
     });
     let best = best.as_ref().map(|b| &b.0);
+    if let Some(past) = &mut past {
+        let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
+        past.combine(steps.unwrap_or(&mut []));
+    }
+    let changed = past.as_ref().is_some_and(|past| past.changed());
     let belief = posterior.map(|posterior| {
         let belief = posterior.judge(measured.as_ref());
         posterior.tell(observer);
@@ -255,7 +281,11 @@ fn ascend(
         belief,
     };
     ended.tell(echoes, observer);
-    ended.conclude(observer)
+    let mut outcome = ended.conclude(past.map(|past| &mut past.outlook), observer);
+    if changed {
+        outcome.reasons.add(Reason::SceneChanged);
+    }
+    outcome
 }
 
 /// The same for stairs going down.
@@ -285,7 +315,7 @@ fn descend(
         belief: Belief::default(),
     };
     ended.tell(echoes, observer);
-    ended.conclude(observer)
+    ended.conclude(None, observer)
 }
 
 /// A search that has come to its end.
@@ -303,7 +333,7 @@ struct Ended<'s, S: Stairs> {
 impl<S: Stairs> Ended<'_, S> {
     /// The outcome and what it is worth: of a flight that was accepted and measured, or of none.
     #[inline(never)]
-    fn conclude(mut self, observer: &mut dyn Observer) -> Outcome {
+    fn conclude(mut self, outlook: Option<&mut Outlook>, observer: &mut dyn Observer) -> Outcome {
         let scene = self.search.stairs.scene();
         let p = scene.params;
         let roles = self.roles();
@@ -340,12 +370,11 @@ impl<S: Stairs> Ended<'_, S> {
             geometry: self.geometry,
             doubts: self.belief.doubts,
         };
-        if observer.listens() {
-            ground
-                .cells()
-                .for_each(|cell| observer.event(Event::Cell(&cell)));
-        }
-        let vouch = Vouch::of(&ground);
+        let vouch = Vouch::of(&ground, outlook, &mut |cell| {
+            if observer.listens() {
+                observer.event(Event::Cell(cell));
+            }
+        });
         promise(&mut outcome, vouch);
         outcome.maybes = self.belief.maybes;
         outcome

@@ -15,6 +15,7 @@
 //! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
 //! | `get,KEY` | | `CONF` |
 //! | `set,KEY,VALUE` | from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
+//! | `reset` | forgets what earlier scans said: the next answer is a first one | `DONE` |
 //! | `MOTION,…` | the chair's own motion, always framed ([`super::motion`]) | none |
 //!
 //! Whatever is wrong gets one `FAIL` that names the field, and changes nothing.
@@ -43,6 +44,8 @@ pub enum Command<'a> {
     Version,
     /// Run the self-test.
     SelfTest,
+    /// Forget what earlier scans said.
+    Reset,
     /// Every setting.
     GetAll,
     /// What is measured rather than set: a diagnostic value by name.
@@ -90,6 +93,7 @@ impl Command<'_> {
             Command::Status => "status",
             Command::Version => "version",
             Command::SelfTest => "selftest",
+            Command::Reset => "reset",
             Command::GetAll | Command::Get(_) | Command::Measure(_) => "get",
             Command::Set(..) => "set",
             Command::Motion(_) => "MOTION",
@@ -131,6 +135,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         Some("status") => Command::Status,
         Some("version") => Command::Version,
         Some("selftest") => Command::SelfTest,
+        Some("reset") => Command::Reset,
         Some("get") => match words.next() {
             None => Command::GetAll,
             Some(key) => match Measure::find(key) {
@@ -145,7 +150,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
         }
         _ => {
-            let expected = "start stop scan status version selftest get or set";
+            let expected = "start stop scan status version selftest reset get or set";
             return Err(bad("-", "command", expected));
         }
     };

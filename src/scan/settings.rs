@@ -27,6 +27,7 @@
 //! | `max-lost` | rows | more make the scan a fault |
 //! | `fault-hold` | µs | from a fault to the next self-test |
 //! | `motion` | `auto`, `required`, `standing` | what holds without motion input ([`crate::drive`]) |
+//! | `fusion` | `on`, `off` | whether earlier scans of the scene have a say ([`crate::fusion`]) |
 //! | `chirp-duration` | µs | of a chirp's sweep, for what motion does to a range |
 //! | `home-angle` | 0.001° | shaft angle of the home switch |
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
@@ -132,6 +133,18 @@ pub struct Settings {
     pub sweeping: Sweeping,
     /// What holds without motion input.
     pub motion: drive::Mode,
+    /// Whether earlier scans have a say.
+    pub fusion: Switch,
+}
+
+/// Something that is on or off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Switch {
+    /// It works.
+    #[default]
+    On,
+    /// It does not.
+    Off,
 }
 
 /// A value that is one of a few words.
@@ -183,6 +196,11 @@ impl Word for drive::Mode {
     const EXPECTED: &'static str = "auto or required or standing";
 }
 
+impl Word for Switch {
+    const WORDS: &'static [(&'static str, Self)] = &[("on", Switch::On), ("off", Switch::Off)];
+    const EXPECTED: &'static str = "on or off";
+}
+
 /// One setting while it is read or written.
 enum Slot<'a> {
     U8(&'a mut u8),
@@ -195,6 +213,7 @@ enum Slot<'a> {
     Spread(&'a mut Spread),
     Sweeping(&'a mut Sweeping),
     Motion(&'a mut drive::Mode),
+    Switch(&'a mut Switch),
     Estimator(&'a mut EstimatorKind),
     /// What the radar module says.
     ReadOnly(u32),
@@ -260,6 +279,7 @@ impl Slot<'_> {
             Slot::Spread(v) => word(v.word()),
             Slot::Sweeping(v) => word(v.word()),
             Slot::Motion(v) => word(v.word()),
+            Slot::Switch(v) => word(v.word()),
             Slot::Estimator(v) => word(v.as_str()),
             Slot::ReadOnly(v) => number(i64::from(*v)),
         }
@@ -281,6 +301,7 @@ impl Slot<'_> {
             Slot::Spread(v) => write_word(v, field, text),
             Slot::Sweeping(v) => write_word(v, field, text),
             Slot::Motion(v) => write_word(v, field, text),
+            Slot::Switch(v) => write_word(v, field, text),
             Slot::Estimator(v) => {
                 let expected = "the name of an estimator";
                 *v = EstimatorKind::from_name(text).ok_or(ConfigError { field, expected })?;
@@ -329,6 +350,7 @@ impl Settings {
         "max-lost",
         "fault-hold",
         "motion",
+        "fusion",
         "chirp-duration",
         "home-angle",
         "speed",
@@ -371,6 +393,7 @@ impl Settings {
             "max-lost" => Slot::U16(&mut timing.max_lost),
             "fault-hold" => Slot::U32(&mut timing.fault_hold),
             "motion" => Slot::Motion(&mut self.motion),
+            "fusion" => Slot::Switch(&mut self.fusion),
             "chirp-duration" => Slot::U32(&mut timing.chirp_duration),
             "home-angle" => Slot::I32(&mut motor.home_angle),
             "speed" => Slot::U32(&mut motor.speed),

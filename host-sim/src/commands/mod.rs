@@ -12,6 +12,7 @@ pub mod params;
 pub mod profile;
 pub mod replay;
 pub mod score;
+pub mod sequences;
 pub mod snr;
 pub mod table1;
 pub mod timing;

@@ -5,14 +5,14 @@ use core::task::Poll;
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::RadarConfig;
-use crate::drive::{Drive, Odometry};
+use crate::drive::{Drive, Memory, Odometry};
 use crate::report::Sentence;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::link::RadarLink;
 use crate::scan::mirror::{Mirror, Motion};
 use crate::scan::schedule::MICROSTEPS_PER_TURN;
-use crate::scan::settings::{Settings, Sweeping};
+use crate::scan::settings::{Settings, Sweeping, Switch};
 use crate::scan::sweep::{Rows, Sweep, link_reason, mirror_reason};
 use crate::scan::time::Micros;
 
@@ -64,6 +64,8 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     connected: bool,
     reasons: Reasons,
     deadline: Micros,
+    /// Whether the next answer shall be a first one.
+    forgets: bool,
 }
 
 /// An idle poll, or any other that nothing else bounds.
@@ -79,6 +81,11 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
     pub fn drive(&self) -> Drive<'_> {
         let chirp_us = self.settings.timing.chirp_duration;
         self.odometry.drive(self.settings.motion, chirp_us)
+    }
+
+    /// What earlier scans said has no say in the next answer.
+    pub fn forget(&mut self) {
+        self.forgets = true;
     }
 
     /// Number of scans begun since boot.
@@ -142,6 +149,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             connected: false,
             reasons: identity.reasons,
             deadline: now.plus(POLL_US),
+            forgets: false,
         }
     }
 
@@ -382,6 +390,13 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         let mut outcome = match rows.fault {
             Some(reason) => Outcome::fault(reason),
             None => {
+                let memory = match self.settings.fusion {
+                    Switch::Off => Memory::Off,
+                    Switch::On if self.forgets => Memory::Anew,
+                    Switch::On => Memory::Kept,
+                };
+                self.odometry.remember(memory);
+                self.forgets = false;
                 let drive = self.odometry.drive(self.settings.motion, chirp_us);
                 self.data.conclude(&drive)
             }
