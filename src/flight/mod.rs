@@ -200,6 +200,7 @@ impl Estimator for Likelihood {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
         let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
+        let agreement = agreement.confirmed(self.memory.confirms());
         let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
         if !kept || drive.memory == drive::Memory::Off {
             self.memory.forget();

@@ -133,8 +133,17 @@ impl Memory {
         self.drop_past();
     }
 
+    /// Whether this scan tells just the steps that were told before, where the way since has brought
+    /// them: then the motion input was right.
+    pub fn confirms(&self) -> bool {
+        self.tracks.confirmed() && self.outlook.agrees()
+    }
+
     /// Whether anything was carried to this scan.
     pub fn is_empty(&self) -> bool {
         self.hypotheses.is_empty()
     }
 }
+
+#[cfg(test)]
+mod tests;

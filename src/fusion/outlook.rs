@@ -154,6 +154,11 @@ impl Outlook {
         self.differs = differs;
     }
 
+    /// Whether this answer has the steps of the one before.
+    pub(super) fn agrees(&self) -> bool {
+        self.moved_m.is_some() && self.differs == 0
+    }
+
     /// What earlier scans say of cell `k`, which holds a step at `step_m` or none.
     fn of(&self, k: usize, step_m: Option<f32>) -> Past {
         let Some(moved_m) = self.moved_m else {

@@ -71,6 +71,14 @@ impl Mean {
             last: u,
         }
     }
+
+    /// No surer than the surer one of what it is made from: what hides a nosing's place, its overhang,
+    /// is the same from everywhere.
+    fn at_least(mut self, past: Self, reading: Estimate) -> Self {
+        let least = math::min(past.variance, reading.variance);
+        self.variance = math::max(self.variance, least);
+        self
+    }
 }
 
 /// A step over several scans.
@@ -85,7 +93,14 @@ struct Track {
 pub struct Tracks {
     past: Vec<Track, MAX_STEPS>,
     moved_m: f32,
+    /// How far the steps told before lie from those of this scan at most, metres; none without any.
+    off_m: Option<f32>,
 }
+
+/// Two sweeps' echoes of one thing lie within this of each other, metres …
+const SAME_PLACE_M: f32 = 0.012;
+/// … and odometry's share of the way.
+const SAME_SHARE: f32 = 0.03;
 
 impl Tracks {
     /// None.
@@ -93,7 +108,14 @@ impl Tracks {
         Self {
             past: Vec::new(),
             moved_m: 0.0,
+            off_m: None,
         }
+    }
+
+    /// Whether there are steps that were told before, and each is where it must be now.
+    pub(super) fn confirmed(&self) -> bool {
+        let most_m = SAME_PLACE_M + SAME_SHARE * self.moved_m.abs();
+        self.off_m.is_some_and(|off| off <= most_m)
     }
 
     /// The chair has gone on by `moved_m` metres.
@@ -106,6 +128,7 @@ impl Tracks {
 
     pub(super) fn drop_past(&mut self) {
         self.past.clear();
+        self.off_m = None;
     }
 
     /// Where the steps that were told before stand now, and how high, metres.
@@ -141,6 +164,9 @@ impl Tracks {
     /// Steps of this scan together with what earlier ones said of them.
     #[inline(never)]
     pub fn combine(&mut self, steps: &mut [Step]) {
+        let off = |s: &Step| Some((self.of(s)?.place.value - s.distance_m).abs());
+        let off_m = steps.iter().filter_map(off).reduce(math::max);
+        self.off_m = off_m;
         let slip = self.slip(steps);
         for track in &mut self.past {
             track.place.value += slip.value;
@@ -158,7 +184,7 @@ impl Tracks {
             };
             if let Some(past) = self.of(step) {
                 track = Track {
-                    place: past.place.with(place, alike.0),
+                    place: past.place.with(place, alike.0).at_least(past.place, place),
                     level: past.level.with(level, alike.1),
                 };
                 step.distance_m = track.place.value;

@@ -213,6 +213,10 @@ pub fn correlations(pairs: &[Pair]) -> [Correlation; 2] {
     ]
 }
 
+/// How far a weight is taken to lie from 0 before anything is counted: features are log-odds of an error
+/// already, or as telling as one or two nats of them.
+const PAST_SIGMA: f64 = 1.0;
+
 /// What was counted, and what there is to say of it.
 pub struct Counted {
     /// The table.
@@ -231,7 +235,7 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
             rows.push((features, lesson.wrong == Some(k)));
         }
     }
-    let hazards = logistic::fit(&rows, PAST_FEATURES, PRIOR_SIGMA);
+    let hazards = logistic::fit(&rows, PAST_FEATURES, PAST_SIGMA);
     let mut table = Carried {
         hazard: [0.0; PAST_FEATURES],
         maps: [Map::IDENTITY; 2],
