@@ -465,7 +465,10 @@ impl Vouch {
         for (k, mut cell) in ground.cells().enumerate() {
             let odds = weights.log_odds(&cell.features);
             if let Some(outlook) = &mut outlook {
-                cell.past = outlook.look(k, odds, ground.step_at(cell.end_m));
+                let step_m = ground.step_at(cell.end_m);
+                let last_m = ground.steps.last().map(|s| s.distance_m - RIGHT_M);
+                let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
+                cell.past = outlook.look(k, odds, step_m, behind);
             }
             each(&cell);
             let (odds, maps, ok_from) = match &cell.past {

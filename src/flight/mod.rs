@@ -165,7 +165,8 @@ impl Estimator for Likelihood {
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
         let moved_m = moved_m.filter(|_| drive.memory == drive::Memory::Kept);
-        memory.begin(scan, instrument, View::of(map), moved_m);
+        let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
+        memory.begin(scan, instrument, View::of(map), moved_m, rode_m);
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();

@@ -2,7 +2,7 @@
 
 use crate::math;
 use crate::params::carried;
-use crate::posterior::{Kind, Staircase, View};
+use crate::posterior::{Edge, Kind, MAX_STEPS, Staircase, View};
 use heapless::Vec;
 
 /// So many are carried on.
@@ -48,6 +48,7 @@ impl Hypotheses {
     }
 
     /// What the scan before was for becomes what is carried to this one, `moved_m` metres on.
+    #[inline(never)]
     pub(super) fn go(&mut self, moved_m: f32) {
         self.past.clear();
         let present = core::mem::take(&mut self.present);
@@ -87,11 +88,12 @@ impl Hypotheses {
     }
 
     /// One of them as far as it can be seen from here; none if it has no steps.
+    #[inline(never)]
     pub fn staircase(&self, k: usize) -> Option<Staircase> {
         let mut s = self.past.get(k)?.staircase;
-        let seen = (1..).zip(s.edges(&self.now)).filter(|(_, e)| e.seen);
-        let last: u8 = seen.map(|(k, _)| k).last().unwrap_or(0);
-        s.steps = last;
+        let seen = edges(&s, &self.now);
+        let last = seen.iter().rposition(|e| e.seen).map_or(0, |k| k + 1);
+        s.steps = last as u8;
         (s.kind == Kind::Stairs && last > 0).then_some(s)
     }
 
@@ -111,6 +113,7 @@ impl Hypotheses {
 
     /// Whether two staircases have the same steps, as far as these could be seen from where the chair
     /// was.
+    #[inline(never)]
     pub fn alike(&self, a: &Staircase, b: &Staircase) -> bool {
         let (a, b) = (shifted(a, self.moved_m), shifted(b, self.moved_m));
         self.holds(&a, &b) && self.holds(&b, &a)
@@ -118,18 +121,17 @@ impl Hypotheses {
 
     /// Whether an edge at a place of this scan could be seen well from where the chair was.
     pub(super) fn could_see(&self, x_m: f32, y_m: f32) -> bool {
-        let mut s = Staircase::nothing().with(0, x_m + self.moved_m, y_m);
-        s.overhang_m = 0.0;
-        s.edges(&self.then).any(|e| e.seen)
+        let s = Staircase::nothing().with(0, x_m + self.moved_m, y_m);
+        edges(&s, &self.then).iter().any(|e| e.seen)
     }
 
     /// Whether `a` has every step of `b` that could be seen well.
+    #[inline(never)]
     fn holds(&self, a: &Staircase, b: &Staircase) -> bool {
-        let mut seen = b.edges(&self.then).filter(|e| e.seen);
-        seen.all(|e| {
-            let mut edges = a.edges(&self.then);
-            edges.any(|other| (other.x_m - e.x_m).abs() <= SAME_M)
-        })
+        let has = edges(a, &self.then);
+        let wanted = edges(b, &self.then);
+        let mut seen = wanted.iter().filter(|e| e.seen);
+        seen.all(|e| has.iter().any(|other| (other.x_m - e.x_m).abs() <= SAME_M))
     }
 
     /// This scan and all before are for a staircase by so many nats.
@@ -168,6 +170,12 @@ impl Hypotheses {
     }
 }
 
+/// The edges of a staircase.
+#[inline(never)]
+fn edges(s: &Staircase, view: &View) -> Vec<Edge, MAX_STEPS> {
+    s.edges(view).collect()
+}
+
 /// Whether the risers stand in the same places.
 fn self_alike(a: &Staircase, b: &Staircase) -> bool {
     let places = a.x_m.iter().zip(&b.x_m).take(a.len());
@@ -175,6 +183,7 @@ fn self_alike(a: &Staircase, b: &Staircase) -> bool {
 }
 
 /// The staircase as it is seen from `by_m` farther back.
+#[inline(never)]
 fn shifted(s: &Staircase, by_m: f32) -> Staircase {
     let mut out = *s;
     out.x_m.iter_mut().for_each(|x| *x += by_m);

@@ -66,7 +66,7 @@ impl Memory {
 
     /// Scan number `scan` is worked off now. What is carried on is moved by the way since the scan
     /// before; where that is not known, the scan before was left out or made with another instrument, it
-    /// is forgotten.
+    /// is forgotten. During this scan the chair went `rode_m` metres.
     #[inline(never)]
     pub fn begin(
         &mut self,
@@ -74,6 +74,7 @@ impl Memory {
         instrument: (MountConfig, RadarConfig),
         view: View,
         moved_m: Option<f32>,
+        rode_m: f32,
     ) {
         self.changed = false;
         let follows = self.scan.is_some_and(|last| last.wrapping_add(1) == scan);
@@ -82,7 +83,7 @@ impl Memory {
             Some(moved_m) => {
                 self.moved_m = moved_m;
                 self.hypotheses.go(moved_m);
-                self.tracks.go(moved_m);
+                self.tracks.go(moved_m, rode_m);
                 self.outlook.go(moved_m);
             }
             None => self.forget(),

@@ -2,13 +2,18 @@
 
 use crate::answer::Step;
 use crate::math;
-use crate::params::carried::{PAST_FEATURES, PastFeatures};
+use crate::params::carried::PastFeatures;
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, RIGHT_M};
 
 /// Two steps are the same within this distance, metres: half the 10 cm within which steps are matched.
 const SAME_M: f32 = 0.05;
 /// Log-odds of an error count up to here either way: e^9 to one is certain.
 const MOST_ODDS: f32 = 9.0;
+/// Farther than this, metres, what stands behind a landing is mostly too faint to be seen: counted in
+/// parts of …
+const FAR_M: f32 = 2.0;
+/// … so much.
+const FAR_CELLS_M: f32 = 0.5;
 /// So many scans count.
 const MOST_SCANS: f32 = 4.0;
 
@@ -160,6 +165,7 @@ impl Outlook {
     }
 
     /// What earlier scans say of cell `k`, which holds a step at `step_m` or none.
+    #[inline(never)]
     fn of(&self, k: usize, step_m: Option<f32>) -> Past {
         let Some(moved_m) = self.moved_m else {
             return Past::NONE;
@@ -187,9 +193,16 @@ impl Outlook {
     }
 
     /// What is known of cell `k` by this scan, whose log-odds of an error there are `odds`, and by
-    /// earlier ones; none where nothing was carried on. This scan's word is kept for the next one.
+    /// earlier ones; none where nothing was carried on. The cell holds a step at `step_m` or none;
+    /// `behind` where none lies farther on either. This scan's word is kept for the next one.
     #[inline(never)]
-    pub fn look(&mut self, k: usize, odds: f32, step_m: Option<f32>) -> Option<PastFeatures> {
+    pub fn look(
+        &mut self,
+        k: usize,
+        odds: f32,
+        step_m: Option<f32>,
+        behind: bool,
+    ) -> Option<PastFeatures> {
         let odds = odds.clamp(-MOST_ODDS, MOST_ODDS);
         let differs = self.differs.checked_shr(k as u32).unwrap_or(0) & 1 == 1;
         let past = if differs {
@@ -201,11 +214,9 @@ impl Outlook {
             *place = past.with(odds).pack();
         }
         self.moved_m?;
-        let so_far =
-            self.differs & 1_u32.checked_shl(k as u32 + 1).unwrap_or(0).wrapping_sub(1) != 0;
         let known = f32::from(past.scans > 0.0);
-        let step = f32::from(step_m.is_some());
-        let features: [f32; PAST_FEATURES] = [
+        let behind = known * f32::from(behind);
+        Some([
             1.0 - known,
             (1.0 - known) * odds,
             known,
@@ -214,11 +225,10 @@ impl Outlook {
             past.mean,
             past.scans,
             f32::from(differs),
-            f32::from(so_far),
-            known * step,
-            known * step * odds,
-            step * past.least,
-        ];
-        Some(features)
+            known * f32::from(step_m.is_some()),
+            behind,
+            behind * odds,
+            behind * math::max(FIRST_END_M + CELL_M * k as f32 - FAR_M, 0.0) / FAR_CELLS_M,
+        ])
     }
 }

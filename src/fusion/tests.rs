@@ -36,7 +36,7 @@ fn steps(x_m: f32, sigma_m: f32) -> [Step; 3] {
 
 /// A scan from which the flight stands at `x_m`.
 fn scan(memory: &mut Memory, number: u32, x_m: f32, moved_m: Option<f32>) -> [Step; 3] {
-    memory.begin(number, instrument(), VIEW, moved_m);
+    memory.begin(number, instrument(), VIEW, moved_m, 0.0);
     memory.hypotheses.keep(&flight(x_m), 5.0);
     memory.hypotheses.keep(&Staircase::nothing(), -20.0);
     memory.hypotheses.settle();
@@ -51,7 +51,7 @@ fn a_first_scan_is_as_it_is() {
     let told = scan(&mut memory, 1, 1.2, None);
     assert_eq!(told, steps(1.2, 0.01));
     assert!(memory.is_empty() && !memory.confirms() && !memory.changed());
-    assert_eq!(memory.outlook.look(12, -3.0, None), None);
+    assert_eq!(memory.outlook.look(12, -3.0, None, true), None);
 }
 
 #[test]
@@ -77,7 +77,7 @@ fn what_was_told_before_has_a_say_where_the_chair_is_now() {
 fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
     let mut memory = Memory::new();
     scan(&mut memory, 1, 2.0, None);
-    memory.begin(2, instrument(), VIEW, Some(0.2));
+    memory.begin(2, instrument(), VIEW, Some(0.2), 0.0);
     // The third one came into view only now, a fourth cannot be seen yet.
     let more = flight(1.8).with(3, 2.64, 0.68);
     assert_eq!(memory.hypotheses.word(&more), 0.0);
@@ -97,7 +97,7 @@ fn everything_is_forgotten_where_the_way_is_not_known() {
     scan(&mut memory, 1, 1.2, None);
     let (mut mount, radar) = instrument();
     mount.mount_height += 100;
-    memory.begin(2, (mount, radar), VIEW, Some(0.1));
+    memory.begin(2, (mount, radar), VIEW, Some(0.1), 0.0);
     assert!(memory.is_empty());
 }
 
@@ -128,7 +128,7 @@ fn five_scans_from_one_place_are_little_surer_than_one() {
 fn readings_that_disagree_make_no_one_surer() {
     let mut memory = Memory::new();
     scan(&mut memory, 1, 1.2, None);
-    memory.begin(2, instrument(), VIEW, Some(0.1));
+    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
     let mut told = steps(1.1, 0.01);
     told[1].height_m += 0.05;
     memory.combine(&mut told);
@@ -140,13 +140,13 @@ fn readings_that_disagree_make_no_one_surer() {
 fn a_contradicted_memory_is_a_first_scan() {
     let mut memory = Memory::new();
     scan(&mut memory, 1, 1.2, None);
-    memory.begin(2, instrument(), VIEW, Some(0.1));
+    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
     memory.contradict();
     assert!(memory.changed() && memory.is_empty());
     let mut told = steps(1.1, 0.01);
     memory.combine(&mut told);
     assert_eq!(told, steps(1.1, 0.01));
-    assert_eq!(memory.outlook.look(12, -3.0, None), None);
+    assert_eq!(memory.outlook.look(12, -3.0, None, true), None);
 }
 
 #[test]
@@ -154,10 +154,10 @@ fn a_cell_knows_how_many_scans_were_sure_of_it() {
     let mut memory = Memory::new();
     scan(&mut memory, 1, 1.2, None);
     for k in 0..crate::posterior::CELLS {
-        memory.outlook.look(k, -4.0, None);
+        memory.outlook.look(k, -4.0, None, true);
     }
     scan(&mut memory, 2, 1.1, Some(0.1));
-    let known = memory.outlook.look(10, -1.0, None).unwrap();
+    let known = memory.outlook.look(10, -1.0, None, true).unwrap();
     let [unseen, _, seen, _, least, mean, scans, differs, ..] = known;
     assert_eq!((unseen, seen, scans, differs), (0.0, 1.0, 1.0, 0.0));
     assert!((least + 4.0).abs() < 0.1 && (mean + 4.0).abs() < 0.1);

@@ -52,6 +52,7 @@ impl Mean {
     }
 
     /// With one more reading whose error has correlation `alike` with the last one's.
+    #[inline(never)]
     fn with(&self, reading: Estimate, alike: f32) -> Self {
         let (v, u) = (
             self.variance,
@@ -72,12 +73,19 @@ impl Mean {
         }
     }
 
-    /// No surer than the surer one of what it is made from: what hides a nosing's place, its overhang,
-    /// is the same from everywhere.
-    fn at_least(mut self, past: Self, reading: Estimate) -> Self {
-        let least = math::min(past.variance, reading.variance);
-        self.variance = math::max(self.variance, least);
-        self
+    /// The same of errors that are one and the same, as far as its variance goes: what hides a nosing's
+    /// place, its overhang, does so from everywhere.
+    fn with_same(&self, reading: Estimate, alike: f32) -> Self {
+        let mut out = self.with(reading, alike);
+        let off = reading.value - self.value;
+        let w = if off == 0.0 {
+            1.0
+        } else {
+            (out.value - self.value) / off
+        };
+        let sigma_m = (1.0 - w) * math::sqrt(self.variance) + w * reading.sigma();
+        out.variance = math::max(out.variance, sigma_m * sigma_m);
+        out
     }
 }
 
@@ -93,6 +101,8 @@ struct Track {
 pub struct Tracks {
     past: Vec<Track, MAX_STEPS>,
     moved_m: f32,
+    /// How far the chair went during this scan, metres.
+    rode_m: f32,
     /// How far the steps told before lie from those of this scan at most, metres; none without any.
     off_m: Option<f32>,
 }
@@ -108,6 +118,7 @@ impl Tracks {
         Self {
             past: Vec::new(),
             moved_m: 0.0,
+            rode_m: 0.0,
             off_m: None,
         }
     }
@@ -119,8 +130,9 @@ impl Tracks {
     }
 
     /// The chair has gone on by `moved_m` metres.
-    pub(super) fn go(&mut self, moved_m: f32) {
+    pub(super) fn go(&mut self, moved_m: f32, rode_m: f32) {
         self.moved_m = moved_m;
+        self.rode_m = rode_m;
         for track in &mut self.past {
             track.place.value -= moved_m;
         }
@@ -137,6 +149,7 @@ impl Tracks {
     }
 
     /// The track of a step, if it was told before.
+    #[inline(never)]
     fn of(&self, step: &Step) -> Option<&Track> {
         let off = |t: &Track| (t.place.value - step.distance_m).abs();
         let near = self.past.iter().filter(|t| off(t) <= SAME_M);
@@ -144,6 +157,7 @@ impl Tracks {
     }
 
     /// By how much the odometer was off, from the steps that were told before: mean and variance.
+    #[inline(never)]
     fn slip(&self, steps: &[Step]) -> Estimate {
         let sigma_m = math::hypot(ODOMETRY_SHARE * self.moved_m, WANDER_M);
         let mut weight = 1.0 / (sigma_m * sigma_m);
@@ -176,7 +190,9 @@ impl Tracks {
         let alike = |c: &Correlation| c.after(self.moved_m);
         let alike = (alike(&counted::PLACES), alike(&counted::LEVELS));
         for step in steps {
-            let place = Estimate::new(step.distance_m, step.distance_sigma_m);
+            let rode_m = ODOMETRY_SHARE * self.rode_m;
+            let place_m = math::hypot(step.distance_sigma_m, rode_m);
+            let place = Estimate::new(step.distance_m, place_m);
             let level = Estimate::new(step.height_m, step.height_sigma_m);
             let mut track = Track {
                 place: Mean::first(place),
@@ -184,7 +200,7 @@ impl Tracks {
             };
             if let Some(past) = self.of(step) {
                 track = Track {
-                    place: past.place.with(place, alike.0).at_least(past.place, place),
+                    place: past.place.with_same(place, alike.0),
                     level: past.level.with(level, alike.1),
                 };
                 step.distance_m = track.place.value;

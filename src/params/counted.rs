@@ -6,40 +6,40 @@ use super::hazard::Map;
 
 /// Of the errors of steps' distances.
 pub const PLACES: Correlation = Correlation {
-    standing: 0.525,
+    standing: 0.575,
     way_m: 1.0,
 };
 
 /// Of the errors of steps' heights.
 pub const LEVELS: Correlation = Correlation {
-    standing: 0.7,
-    way_m: 0.225,
+    standing: 0.65,
+    way_m: 0.3,
 };
 
 /// In the depth plane.
 pub static UP: Carried = Carried {
     hazard: [
-        0.16747679,
-        1.2903198,
-        0.9712992,
-        0.9393549,
-        -0.6815381,
-        1.136423,
-        -0.31773382,
-        0.46291324,
-        -0.032076854,
-        -0.70091414,
-        0.043112915,
-        0.041317508,
+        0.118821815,
+        1.1953932,
+        -0.020796621,
+        0.543349,
+        -0.80314815,
+        1.5610317,
+        -0.28344882,
+        0.4573186,
+        -0.40112278,
+        1.5914754,
+        0.35181144,
+        -0.24098593,
     ],
     maps: [
         Map {
-            slope: 1.1508794,
-            offset: -3.1247313,
+            slope: 1.39796,
+            offset: -1.743915,
         },
         Map {
-            slope: 1.0582926,
-            offset: 0.39168406,
+            slope: 0.6570439,
+            offset: 1.0267359,
         },
     ],
     ok_from: 0.989,
