@@ -133,12 +133,6 @@ impl Ground<'_> {
         })
     }
 
-    /// Where the step stands whose error would show in the cell that ends there, metres.
-    fn step_at(&self, end_m: f32) -> Option<f32> {
-        let step = self.step_in(end_m - CELL_M, end_m);
-        step.map(|(_, step, _)| step.distance_m)
-    }
-
     /// Number and support of the step whose error would show in a cell.
     fn step_in(&self, start_m: f32, end_m: f32) -> Option<(usize, &Step, &Support)> {
         let pairs = self.steps.iter().zip(self.supports).enumerate();
@@ -465,10 +459,11 @@ impl Vouch {
         for (k, mut cell) in ground.cells().enumerate() {
             let odds = weights.log_odds(&cell.features);
             if let Some(outlook) = &mut outlook {
-                let step_m = ground.step_at(cell.end_m);
+                let step = ground.step_in(cell.end_m - CELL_M, cell.end_m);
+                let step = step.map(|(_, step, _)| step);
                 let last_m = ground.steps.last().map(|s| s.distance_m - RIGHT_M);
                 let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
-                cell.past = outlook.look(k, odds, step_m, behind);
+                cell.past = outlook.look(k, odds, step, behind);
             }
             each(&cell);
             let (odds, maps, ok_from) = match &cell.past {

@@ -14,6 +14,8 @@ const MOST_ODDS: f32 = 9.0;
 const FAR_M: f32 = 2.0;
 /// … so much.
 const FAR_CELLS_M: f32 = 0.5;
+/// Errors count up to so many standard deviations within what is right.
+const MOST_SIGMAS: f32 = 4.0;
 /// So many scans count.
 const MOST_SCANS: f32 = 4.0;
 
@@ -193,16 +195,18 @@ impl Outlook {
     }
 
     /// What is known of cell `k` by this scan, whose log-odds of an error there are `odds`, and by
-    /// earlier ones; none where nothing was carried on. The cell holds a step at `step_m` or none;
+    /// earlier ones; none where nothing was carried on. The cell holds a step or none;
     /// `behind` where none lies farther on either. This scan's word is kept for the next one.
     #[inline(never)]
     pub fn look(
         &mut self,
         k: usize,
         odds: f32,
-        step_m: Option<f32>,
+        step: Option<&Step>,
         behind: bool,
     ) -> Option<PastFeatures> {
+        let step_m = step.map(|s| s.distance_m);
+        let step_sure = step.map_or(0.0, |s| math::min(RIGHT_M / s.height_sigma_m, MOST_SIGMAS));
         let odds = odds.clamp(-MOST_ODDS, MOST_ODDS);
         let differs = self.differs.checked_shr(k as u32).unwrap_or(0) & 1 == 1;
         let past = if differs {
@@ -216,6 +220,7 @@ impl Outlook {
         self.moved_m?;
         let known = f32::from(past.scans > 0.0);
         let behind = known * f32::from(behind);
+        let step = known * f32::from(step_m.is_some());
         Some([
             1.0 - known,
             (1.0 - known) * odds,
@@ -225,10 +230,10 @@ impl Outlook {
             past.mean,
             past.scans,
             f32::from(differs),
-            known * f32::from(step_m.is_some()),
+            behind * math::max(FIRST_END_M + CELL_M * k as f32 - FAR_M, 0.0) / FAR_CELLS_M,
             behind,
             behind * odds,
-            behind * math::max(FIRST_END_M + CELL_M * k as f32 - FAR_M, 0.0) / FAR_CELLS_M,
+            step * step_sure,
         ])
     }
 }

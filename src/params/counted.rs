@@ -12,35 +12,35 @@ pub const PLACES: Correlation = Correlation {
 
 /// Of the errors of steps' heights.
 pub const LEVELS: Correlation = Correlation {
-    standing: 0.65,
-    way_m: 0.3,
+    standing: 0.775,
+    way_m: 0.2,
 };
 
 /// In the depth plane.
 pub static UP: Carried = Carried {
     hazard: [
-        0.118821815,
-        1.1953932,
-        -0.020796621,
-        0.543349,
-        -0.80314815,
-        1.5610317,
-        -0.28344882,
-        0.4573186,
-        -0.40112278,
-        1.5914754,
-        0.35181144,
-        -0.24098593,
+        0.23445718,
+        0.9551455,
+        -0.20808621,
+        0.6422676,
+        -0.63800067,
+        1.0786628,
+        -0.27289692,
+        0.20786333,
+        0.19409534,
+        1.3121324,
+        0.29082668,
+        -0.40125817,
     ],
     maps: [
         Map {
-            slope: 1.39796,
-            offset: -1.743915,
+            slope: 1.2603583,
+            offset: -0.7134354,
         },
         Map {
-            slope: 0.6570439,
-            offset: 1.0267359,
+            slope: 0.76715356,
+            offset: 0.91175,
         },
     ],
-    ok_from: 0.989,
+    ok_from: 0.988,
 };

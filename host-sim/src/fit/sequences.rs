@@ -265,6 +265,9 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
             let _ = writeln!(told, "calibration, steps {stairs}: {slope:.3} {offset:.3}");
         }
     }
+    for (p, name) in surest_wrong(calibration, &table) {
+        let _ = writeln!(told, "  wrong with {p:.4}: {name}");
+    }
     let least = threshold(calibration, &mut table);
     let _ = writeln!(
         told,
@@ -287,6 +290,27 @@ fn odds(lesson: &Lesson, table: &Carried) -> Vec<(Vec<f64>, bool)> {
         (vec![log_right - log_wrong, 1.0], right)
     });
     cells.collect()
+}
+
+/// So many of the surest wrong answers are told.
+const TOLD: usize = 12;
+
+/// The answers that are the surest to be right up to where they are wrong, with that probability.
+fn surest_wrong<'a>(lessons: &'a [Lesson], table: &Carried) -> Vec<(f32, &'a str)> {
+    let mut wrong: Vec<(f32, &str)> = lessons
+        .iter()
+        .filter_map(|lesson| {
+            let cells = lesson.cells.get(..=lesson.wrong?)?.iter();
+            let log_right = cells
+                .map(|c| log_survival(table.log_odds(&c.features)))
+                .sum();
+            let p = probability(&table.maps, log_right, lesson.stairs);
+            Some((p, lesson.name.as_str()))
+        })
+        .collect();
+    wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
+    wrong.truncate(TOLD);
+    wrong
 }
 
 /// Sets the least threshold with which so few `ok` answers are wrong, half an error more than seen
