@@ -1,33 +1,28 @@
-//! From the search's flights to particles: what the posterior says of them and of the answer.
+//! From the search's flights to hypotheses: which of them explains the echoes best.
 
 use super::ascending::{self, Ascending};
-use super::dimensions::Measured;
 use super::search::Search;
 use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs};
-use crate::answer::{MAX_MAYBES, Maybe};
 use crate::echoes::Echo;
 use crate::fusion::Memory;
 use crate::grid::PolarMap;
 use crate::math;
-use crate::observer::{Event, Observer};
 use crate::params::carried;
 use crate::params::generative::Generative;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, Sigmas, Staircase,
-    Told, View, refine, weight,
+    Base, Cloud, FLOOR, Kind, MAX_STEPS, Model, RIGHT_M, Sigmas, Staircase, View, refine, weight,
 };
-use crate::sort::shell_sort;
 use heapless::Vec;
 
 /// Hypotheses that begin the posterior: the best flight of each length with its refined dimensions,
 /// level ground, the answer, and either with walls behind.
-type Bases = Vec<Base, { MAX_FLIGHT + 2 * WALLS + 2 }>;
+pub(super) type Bases = Vec<Base, { MAX_FLIGHT + 2 * WALLS + 2 }>;
 
 /// Working memory of the posterior: too large for a small stack, so it comes from outside.
 pub struct Posterior {
-    model: Model<'static>,
-    bases: Bases,
-    cloud: Cloud,
+    pub(super) model: Model<'static>,
+    pub(super) bases: Bases,
+    pub(super) cloud: Cloud,
 }
 
 impl core::fmt::Debug for Posterior {
@@ -43,12 +38,6 @@ const SHARE: f32 = 0.5;
 const STRETCHES: [f32; 2] = [0.95, 1.05];
 /// Overhangs that are tried beside what the echoes say, metres.
 const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
-/// Places where something may stand that are told apart, and what is told of: from this probability on.
-const MAX_PLACES: usize = 16;
-/// See [`MAX_PLACES`].
-const LEAST_MAYBE: f32 = 0.05;
-/// Two steps are the same within this distance, metres: design contract of scoring.
-const SAME_M: f32 = 0.10;
 /// So many risers before those of the search are tried, and the lowest of them, metres.
 const UNSEEN: u8 = 3;
 /// See [`UNSEEN`].
@@ -62,25 +51,16 @@ const LEADERS: usize = 3;
 const SURE_NATS: f32 = 12.0;
 /// So many flights are refined at most: what there is time for.
 const MOST_LOOKED: usize = 6;
-/// So many hypotheses are looked around that are not like each other …
-const LOOKED: usize = 2;
-/// … if they are within so many nats of the likeliest.
-const NEAR_NATS: f32 = 4.0;
 /// Two walls stand so far apart, and the nearest from the mirror, metres.
 const WALLS_APART_M: f32 = 0.05;
 /// See [`WALLS_APART_M`].
 const NEAREST_WALL_M: f32 = 0.3;
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
-const LANDING_M: f32 = 0.28;
+pub(super) const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
-const WALLS: usize = 2;
+pub(super) const WALLS: usize = 2;
 /// See [`WALLS`].
 const WALL_DB: f32 = 8.0;
-/// Where ramps begin, metres, and their slopes.
-const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
-/// See [`RAMPS_FROM_M`].
-const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
-
 /// A flight of the search as a staircase.
 fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
     let mut s = Staircase::nothing();
@@ -413,7 +393,7 @@ impl Posterior {
 }
 
 /// The strongest echoes behind everything near, where a wall may stand.
-fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
+pub(super) fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
     let mut walls = Vec::new();
     let _ = walls.push(f32::INFINITY);
     for _ in 0..WALLS {
@@ -429,173 +409,3 @@ fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
     }
     walls
 }
-
-/// What the particles say of an answer.
-#[derive(Clone, Debug, Default)]
-pub struct Belief {
-    /// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
-    pub doubts: [f32; CELLS],
-    /// What may stand there though the answer does not hold it.
-    pub maybes: Vec<Maybe, MAX_MAYBES>,
-}
-
-impl Posterior {
-    /// What the particles say of the answer, after [`Posterior::choose`].
-    #[inline(never)]
-    pub fn judge(&mut self, measured: Option<&Measured>) -> Belief {
-        let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
-        let mut answer = Staircase::nothing();
-        let mut sigmas = [0.0; MAX_STEPS];
-        if let Some(m) = measured {
-            let steps = &m.outcome.steps;
-            let begins = |b: &&Base| {
-                let first = steps.first().map_or(0.0, |s| s.distance_m);
-                (b.staircase.x(0) - first).abs() < SAME_M
-            };
-            let mut same = self
-                .bases
-                .iter()
-                .filter(|b| b.staircase.len() == steps.len());
-            let same = same.clone().find(begins).or_else(|| same.next());
-            answer = same.map_or(answer, |b| b.staircase);
-            let levels = answer.top_m.iter_mut().zip(&mut sigmas);
-            for (step, (top, sigma)) in steps.iter().zip(levels) {
-                // As many as a staircase has.
-                let _ = edges.push(Edge {
-                    x_m: step.distance_m,
-                    y_m: step.height_m,
-                    seen: true,
-                });
-                (*top, *sigma) = (step.height_m, step.height_sigma_m);
-            }
-        }
-        let told = Told {
-            edges: &edges,
-            view: self.model.view,
-        };
-        self.add_ground(&answer, &sigmas);
-        self.spread(&told);
-        self.cloud.resample();
-        Belief {
-            doubts: self.cloud.doubts(),
-            maybes: maybes(&self.cloud, &told),
-        }
-    }
-
-    /// Tells the observer the particles.
-    pub fn tell(&self, observer: &mut dyn Observer) {
-        observer.event(Event::Posterior {
-            cloud: &self.cloud,
-            view: &self.model.view,
-        });
-    }
-
-    /// Level ground and the answer, either with a wall behind.
-    #[inline(never)]
-    fn add_ground(&mut self, answer: &Staircase, sigmas: &Sigmas) {
-        let behind = answer.last_x() + LANDING_M;
-        for &wall_m in &walls(&self.model) {
-            let fits = !answer.is_empty() && wall_m > behind;
-            let ground = Some(Staircase::nothing());
-            for s in [ground, fits.then_some(*answer)].into_iter().flatten() {
-                let mut s = s;
-                s.wall_m = wall_m;
-                // There is room for each wall and none, twice.
-                let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
-            }
-        }
-    }
-
-    /// Fills the cloud with what may stand there: the hypotheses, what is near the likeliest of them,
-    /// and ramps.
-    #[inline(never)]
-    fn spread(&mut self, told: &Told<'_>) {
-        let Self {
-            model,
-            bases,
-            cloud,
-        } = self;
-        cloud.clear();
-        let sigmas = [0.0; MAX_STEPS];
-        for from in RAMPS_FROM_M {
-            for slope in SLOPES {
-                let mut ramp = Staircase::nothing();
-                (ramp.kind, ramp.slope, ramp.wall_m) = (Kind::Ramp, slope, from);
-                cloud.add(&ramp, weight(model, &ramp), &sigmas, told);
-            }
-        }
-        let weights = bases.iter().map(|b| b.log_weight);
-        let top = weights.fold(f32::NEG_INFINITY, math::max);
-        for base in bases.iter() {
-            cloud.add(&base.staircase, base.log_weight, &base.sigmas, told);
-        }
-        let mut looked: Vec<&Base, LOOKED> = Vec::new();
-        while !looked.is_full() {
-            // Level ground with another wall has the same around it.
-            let fresh = |b: &&Base| {
-                let ground = b.staircase.kind == Kind::Nothing;
-                !looked.iter().any(|l| {
-                    b.staircase.is_like(&l.staircase) || ground && l.staircase.kind == Kind::Nothing
-                })
-            };
-            let near = bases.iter().filter(|b| b.log_weight > top - NEAR_NATS);
-            let next = near.filter(fresh);
-            let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
-            let Some(base) = next else { break };
-            Proposals { model, told, cloud }.around(base);
-            // There is room, or the loop would have ended.
-            let _ = looked.push(base);
-        }
-    }
-}
-
-/// The edges of particles that the answer does not hold, those near each other as one.
-fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
-    let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
-    for (staircase, probability) in cloud.particles() {
-        let seen = staircase.edges(&told.view).filter(|e| e.seen);
-        let drop = (staircase.kind == Kind::Drop).then_some(Edge {
-            x_m: staircase.wall_m,
-            y_m: Maybe::DROP_M,
-            seen: true,
-        });
-        for edge in seen.chain(drop) {
-            let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
-            if told.edges.iter().any(|t| near(t.x_m)) {
-                continue;
-            }
-            let place = sums.iter_mut().find(|m| {
-                near(m.distance_m / m.probability) && (m.height_m < 0.0) == (edge.y_m < 0.0)
-            });
-            let (distance_m, height_m) = (probability * edge.x_m, probability * edge.y_m);
-            match place {
-                Some(m) => {
-                    m.distance_m += distance_m;
-                    m.height_m += height_m;
-                    m.probability += probability;
-                }
-                // Where there is no room any more, many places are more doubtful.
-                None => drop_full(sums.push(Maybe {
-                    distance_m,
-                    height_m,
-                    probability,
-                })),
-            }
-        }
-    }
-    let mut maybes = Vec::new();
-    let likely = |m: &&Maybe| m.probability >= LEAST_MAYBE;
-    for m in sums.iter().filter(likely) {
-        let told = Maybe {
-            distance_m: m.distance_m / m.probability,
-            height_m: m.height_m / m.probability,
-            probability: math::min(m.probability, 1.0),
-        };
-        drop_full(maybes.push(told));
-    }
-    shell_sort(&mut maybes, |a: &Maybe, b| a.distance_m < b.distance_m);
-    maybes
-}
-
-/// What finds no room is left out.
-fn drop_full(_: Result<(), Maybe>) {}

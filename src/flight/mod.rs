@@ -14,6 +14,7 @@
 //! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
+//! | `belief`, `judgement` | hypotheses weighed by the posterior; what its particles say of the answer |
 //! | [`trace`] | what it thought on the way |
 
 // The stages are `inline(never)`: each has its working memory on a stack of 16 KB, and merged into
@@ -26,6 +27,7 @@ mod dimensions;
 mod flank;
 mod heights;
 mod horizon;
+mod judgement;
 mod nosings;
 mod null;
 mod readings;
@@ -53,11 +55,12 @@ use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::posterior::View;
 use ascending::Ascending;
-use belief::{Belief, Chosen, Posterior};
+use belief::{Chosen, Posterior};
 use descending::Descending;
 use dimensions::Measured;
 use flank::Chart;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
+use judgement::Belief;
 use readings::Roles;
 use roles::Role;
 use scene::Scene;

@@ -37,7 +37,7 @@ pub struct Hypotheses {
 
 impl Hypotheses {
     /// None.
-    pub const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self {
             past: Vec::new(),
             present: Vec::new(),

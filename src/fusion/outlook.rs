@@ -111,7 +111,7 @@ fn cell(x_m: f32) -> usize {
 
 impl Outlook {
     /// Nothing.
-    pub const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self {
             past: [Packed::NONE; CELLS],
             present: [Packed::NONE; CELLS],

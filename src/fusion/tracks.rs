@@ -114,7 +114,7 @@ const SAME_SHARE: f32 = 0.03;
 
 impl Tracks {
     /// None.
-    pub const fn new() -> Self {
+    pub(super) const fn new() -> Self {
         Self {
             past: Vec::new(),
             moved_m: 0.0,
