@@ -79,8 +79,9 @@ pub struct Likelihood {
     posterior: Posterior,
     /// Whether the particles have a say.
     particles: bool,
-    /// What earlier scans said.
-    memory: Memory,
+    /// What earlier scans said; none before the first, so that a new estimator, which comes over the
+    /// stack, is no larger than it must be.
+    memory: Option<Memory>,
 }
 
 #[derive(Debug)]
@@ -115,7 +116,7 @@ impl Likelihood {
             params,
             posterior: Posterior::new(&measured::UP),
             particles: true,
-            memory: Memory::new(),
+            memory: None,
         }
     }
 
@@ -164,7 +165,7 @@ impl Estimator for Likelihood {
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
-        let memory = &mut self.memory;
+        let memory = ready(&mut self.memory);
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
         let moved_m = moved_m.filter(|_| drive.memory == drive::Memory::Kept);
@@ -182,7 +183,7 @@ impl Estimator for Likelihood {
             observer.event(Event::Floor(floor));
             floor.in_place(p)
         };
-        let past = &mut self.memory;
+        let past = ready(&mut self.memory);
         let mut outcome = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {
@@ -204,10 +205,14 @@ impl Estimator for Likelihood {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
         let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
-        let agreement = agreement.confirmed(self.memory.confirms());
+        let past = ready(&mut self.memory);
+        if past.changed() {
+            outcome.reasons.add(Reason::SceneChanged);
+        }
+        let agreement = agreement.confirmed(past.confirms());
         let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
         if !kept || drive.memory == drive::Memory::Off {
-            self.memory.forget();
+            past.forget();
         }
         if heard {
             agreement.tell(&mut outcome);
@@ -216,6 +221,12 @@ impl Estimator for Likelihood {
             Outcome::fault(Reason::NoEcho)
         }
     }
+}
+
+/// The memory, empty if there is none yet.
+#[inline(never)]
+fn ready(memory: &mut Option<Memory>) -> &mut Memory {
+    memory.get_or_insert_with(Memory::new)
 }
 
 /// The best stairs going up, if they explain the echoes better than everything else.
@@ -270,7 +281,6 @@ fn ascend(
         let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
         past.combine(steps.unwrap_or(&mut []));
     }
-    let changed = past.as_ref().is_some_and(|past| past.changed());
     let belief = posterior.map(|posterior| {
         let belief = posterior.judge(measured.as_ref());
         posterior.tell(observer);
@@ -286,11 +296,7 @@ fn ascend(
         belief,
     };
     ended.tell(echoes, observer);
-    let mut outcome = ended.conclude(past.map(|past| &mut past.outlook), observer);
-    if changed {
-        outcome.reasons.add(Reason::SceneChanged);
-    }
-    outcome
+    ended.conclude(past.map(|past| &mut past.outlook), observer)
 }
 
 /// The same for stairs going down.
