@@ -5,12 +5,14 @@ use crate::answer::Outcome;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::drive::{Drive, Memory, Track};
 use crate::finder::StairFinder;
+use crate::fusion;
 use crate::grid::PolarMap;
 use crate::health::Health;
 use crate::observer::Observer;
 use crate::params::Params;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
+use core::cell::RefCell;
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -46,6 +48,8 @@ pub struct Pipeline {
     range: RangeProcessor,
     finder: StairFinder,
     health: Health,
+    /// What earlier scans said.
+    past: RefCell<fusion::Memory>,
 }
 
 /// What the scan state may take of the chip's memory, with either estimator.
@@ -66,6 +70,7 @@ impl Pipeline {
             range: RangeProcessor::idle(),
             finder: StairFinder::new(),
             health: Health::new(),
+            past: RefCell::new(fusion::Memory::new()),
         }
     }
 
@@ -114,6 +119,7 @@ impl Pipeline {
                 true => drive.memory,
                 false => Memory::Off,
             },
+            past: Some(&self.past),
             ..*drive
         };
         let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);

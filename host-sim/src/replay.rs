@@ -177,6 +177,7 @@ impl DataPath for Noting {
         self.track = drive.track.cloned();
         self.drive = Drive {
             track: None,
+            past: None,
             ..*drive
         };
         self.pipeline.conclude(drive)

@@ -1,6 +1,8 @@
 //! What is known of the chair's motion when a scan ends, and what holds where nothing is.
 
 use super::track::Track;
+use crate::fusion;
+use core::cell::RefCell;
 
 /// What holds where nothing is known of the chair's motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -79,6 +81,8 @@ pub struct Drive<'a> {
     pub chirp_s: f32,
     /// What becomes of what earlier scans said.
     pub memory: Memory,
+    /// That itself, where there is any.
+    pub past: Option<&'a RefCell<fusion::Memory>>,
 }
 
 impl<'a> Drive<'a> {
@@ -91,6 +95,7 @@ impl<'a> Drive<'a> {
         since_s: None,
         chirp_s: 0.0,
         memory: Memory::Off,
+        past: None,
     };
 
     /// The track, if it says where the chair was.

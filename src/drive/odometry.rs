@@ -310,6 +310,7 @@ impl Odometry {
             since_s: self.since_s,
             chirp_s: chirp_us as f32 * 1e-6,
             memory: self.memory,
+            past: None,
         }
     }
 

@@ -97,6 +97,7 @@ fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive
         since_s,
         chirp_s: CHIRP_S,
         memory: Memory::Kept,
+        past: None,
     }
 }
 

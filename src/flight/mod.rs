@@ -79,9 +79,6 @@ pub struct Likelihood {
     posterior: Posterior,
     /// Whether the particles have a say.
     particles: bool,
-    /// What earlier scans said; none before the first, so that a new estimator, which comes over the
-    /// stack, is no larger than it must be.
-    memory: Option<Memory>,
 }
 
 #[derive(Debug)]
@@ -116,7 +113,6 @@ impl Likelihood {
             params,
             posterior: Posterior::new(&measured::UP),
             particles: true,
-            memory: None,
         }
     }
 
@@ -165,12 +161,14 @@ impl Estimator for Likelihood {
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
-        let memory = ready(&mut self.memory);
+        let mut past = drive.past.and_then(|past| past.try_borrow_mut().ok());
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
         let moved_m = moved_m.filter(|_| drive.memory == drive::Memory::Kept);
         let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
-        memory.begin(scan, instrument, View::of(map), moved_m, rode_m);
+        if let Some(past) = &mut past {
+            past.begin(scan, instrument, View::of(map), moved_m, rode_m);
+        }
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
@@ -183,7 +181,6 @@ impl Estimator for Likelihood {
             observer.event(Event::Floor(floor));
             floor.in_place(p)
         };
-        let past = ready(&mut self.memory);
         let mut outcome = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {
@@ -194,7 +191,8 @@ impl Estimator for Likelihood {
                     height_m: 0.0,
                 };
                 let posterior = self.particles.then_some(&mut self.posterior);
-                let past = (drive.memory != drive::Memory::Off).then_some(past);
+                let off = drive.memory == drive::Memory::Off;
+                let past = past.as_deref_mut().filter(|_| !off);
                 ascend(echoes, chart, p, (memory, posterior, past), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
@@ -205,14 +203,16 @@ impl Estimator for Likelihood {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
         let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
-        let past = ready(&mut self.memory);
-        if past.changed() {
+        let changed = past.as_ref().is_some_and(|past| past.changed());
+        if changed {
             outcome.reasons.add(Reason::SceneChanged);
         }
-        let agreement = agreement.confirmed(past.confirms());
+        let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
         let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
         if !kept || drive.memory == drive::Memory::Off {
-            past.forget();
+            if let Some(past) = &mut past {
+                past.forget();
+            }
         }
         if heard {
             agreement.tell(&mut outcome);
@@ -221,12 +221,6 @@ impl Estimator for Likelihood {
             Outcome::fault(Reason::NoEcho)
         }
     }
-}
-
-/// The memory, empty if there is none yet.
-#[inline(never)]
-fn ready(memory: &mut Option<Memory>) -> &mut Memory {
-    memory.get_or_insert_with(Memory::new)
 }
 
 /// The best stairs going up, if they explain the echoes better than everything else.

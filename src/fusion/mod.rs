@@ -19,7 +19,7 @@ pub use outlook::Outlook;
 pub use tracks::Tracks;
 
 use crate::answer::Step;
-use crate::config::{MountConfig, RadarConfig};
+use crate::config::{Config, MountConfig, RadarConfig};
 use crate::posterior::View;
 
 /// What is carried on.
@@ -28,7 +28,7 @@ pub struct Memory {
     /// Number of the scan that it is of; none without one.
     scan: Option<u32>,
     /// With what instrument.
-    instrument: Option<(MountConfig, RadarConfig)>,
+    instrument: (MountConfig, RadarConfig),
     /// What could be seen then.
     view: View,
     /// How far the chair has gone since, metres.
@@ -54,7 +54,7 @@ impl Memory {
     pub const fn new() -> Self {
         Self {
             scan: None,
-            instrument: None,
+            instrument: (Config::EMPTY.mount, Config::EMPTY.radar),
             view: View::NOTHING,
             moved_m: 0.0,
             changed: false,
@@ -78,7 +78,7 @@ impl Memory {
     ) {
         self.changed = false;
         let follows = self.scan.is_some_and(|last| last.wrapping_add(1) == scan);
-        let same = self.instrument == Some(instrument);
+        let same = self.instrument == instrument;
         match moved_m.filter(|_| follows && same) {
             Some(moved_m) => {
                 self.moved_m = moved_m;
@@ -90,7 +90,7 @@ impl Memory {
         }
         self.hypotheses.seen_from(self.view, view, self.moved_m);
         self.scan = Some(scan);
-        self.instrument = Some(instrument);
+        self.instrument = instrument;
         self.view = view;
     }
 

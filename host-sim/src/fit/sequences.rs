@@ -1,6 +1,7 @@
 //! Counts what one scan's word counts in the next one: how alike the errors of two scans are, and the
 //! hazards of cells that earlier scans have seen.
 
+use std::cell::RefCell;
 use std::fmt::Write as _;
 
 use anyhow::Result;
@@ -9,6 +10,7 @@ use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
+use stairscan::fusion::Memory;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
 use stairscan::params::hazard::{Map, log_survival, probability};
@@ -104,6 +106,7 @@ fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
 pub fn taught(recording: &Recording) -> Result<Taught> {
     let mut taught = Taught::default();
     let mut carrying = Box::new(Likelihood::new());
+    let past = RefCell::new(Memory::new());
     let mut trouble = None;
     let mut before: Vec<Vec<Told>> = Vec::new();
     let mut scans = 0;
@@ -122,7 +125,11 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
             outcome.link();
             (outcome, listener)
         };
-        let (outcome, listener) = run(&mut carrying, &scanned.drive);
+        let drive = Drive {
+            past: Some(&past),
+            ..scanned.drive
+        };
+        let (outcome, listener) = run(&mut carrying, &drive);
         let Some(truth) = recording.meta.sequence.truth.get(scan) else {
             return;
         };
