@@ -94,6 +94,8 @@ reasons! {
     Moving = "moving",
     /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
     MotionInput = "motion-input",
+    /// What was carried on from earlier scans contradicts this one, and was forgotten.
+    SceneChanged = "scene-changed",
     /// Samples at the converter's full scale.
     Saturated = "saturated",
     /// No signal at all.

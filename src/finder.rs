@@ -35,8 +35,14 @@ impl Scratch {
             #[cfg(feature = "paper")]
             (_, EstimatorKind::Paper) => *self = Self::Paper(Paper::new()),
             (Self::Likelihood(_), EstimatorKind::Likelihood) => {}
-            (_, EstimatorKind::Likelihood) => *self = Self::Likelihood(Likelihood::new()),
+            (_, EstimatorKind::Likelihood) => self.renew(),
         }
+    }
+
+    /// The default estimator, without anything. By itself, because it comes over the stack.
+    #[inline(never)]
+    fn renew(&mut self) {
+        *self = Self::Likelihood(Likelihood::new());
     }
 
     fn estimator(&mut self) -> Option<&mut dyn Estimator> {

@@ -48,6 +48,7 @@ pub mod estimate;
 pub mod estimator;
 pub mod finder;
 pub mod flight;
+pub mod fusion;
 pub mod grid;
 pub mod health;
 pub mod math;

@@ -3,14 +3,16 @@
 use crate::Iq;
 use crate::answer::Outcome;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, Track};
+use crate::drive::{Drive, Memory, Track};
 use crate::finder::StairFinder;
+use crate::fusion;
 use crate::grid::PolarMap;
 use crate::health::Health;
 use crate::observer::Observer;
 use crate::params::Params;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
+use core::cell::RefCell;
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -46,10 +48,12 @@ pub struct Pipeline {
     range: RangeProcessor,
     finder: StairFinder,
     health: Health,
+    /// What earlier scans said.
+    past: RefCell<fusion::Memory>,
 }
 
 /// What the scan state may take of the chip's memory, with either estimator.
-const BUDGET: usize = 102 * 1024;
+const BUDGET: usize = 104 * 1024;
 const _: () = assert!(
     size_of::<Pipeline>() <= BUDGET,
     "scan state above its budget"
@@ -66,6 +70,7 @@ impl Pipeline {
             range: RangeProcessor::idle(),
             finder: StairFinder::new(),
             health: Health::new(),
+            past: RefCell::new(fusion::Memory::new()),
         }
     }
 
@@ -108,6 +113,15 @@ impl Pipeline {
         let drives = |track: &Track| track.moves(p.stood_m, p.stood_rad);
         let stands = !drive.known().is_some_and(drives);
         let doubts = self.health.doubts(&self.config, self.finder.map(), stands);
+        let drive = &Drive {
+            // What an instrument in doubt says is not carried on.
+            memory: match doubts.is_empty() {
+                true => drive.memory,
+                false => Memory::Off,
+            },
+            past: Some(&self.past),
+            ..*drive
+        };
         let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);
         outcome.doubt(doubts);
         outcome

@@ -103,7 +103,8 @@ fn commands() -> Vec<(&'static str, Vec<u8>)> {
             .collect::<String>()
             .into_bytes()
     };
-    let words = "save\nstart\nstop\nscan\nstatus\r\nversion\nselftest\nget\nget,seed\nget stack-used\n";
+    let words =
+        "save\nstart\nstop\nscan\nstatus\r\nversion\nselftest\nget\nget,seed\nget stack-used\n";
     let wrong = "set\nset,seed\nset,seed,-1\nset,nothing,1\nget,\nset,plane,sideways\nhello\nset,seed,1,2\n\
                  $PSTC,stop*00000000\n$PSTC\n$*\n";
     let extremes = "!set,first-angle,-170000\n!set,angle-count,8192\n!set,angle-step,10000\n\

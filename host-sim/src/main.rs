@@ -46,6 +46,9 @@ enum Command {
     Params(commands::params::Args),
     /// Count the verdict's hazards from simulated scans and write the firmware's table
     Fit(commands::fit::Args),
+    /// How answers better from scan to scan while the chair moves; --fit counts what one scan's word
+    /// counts in the next one
+    Sequences(commands::sequences::Args),
     /// Count the instructions of every stage in the emulator, beside its peers and budgets
     Bench(commands::bench::Args),
     /// Measure the fixed-point transform's signal-to-error ratio over the input's level
@@ -74,6 +77,7 @@ fn main() -> ExitCode {
         Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
         Command::Fit(args) => commands::fit::run(&args),
+        Command::Sequences(args) => commands::sequences::run(&args),
         Command::Score(args) => commands::score::run(&args),
         Command::Bench(args) => commands::bench::run(&args),
         Command::Snr(args) => commands::snr::run(&args),

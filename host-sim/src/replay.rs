@@ -6,14 +6,17 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use anyhow::{Context, Result, bail, ensure};
-use stairscan::answer::Reasons;
-use stairscan::config::Config;
-use stairscan::drive::{Drive, Mode, Odometry};
+use stairscan::Iq;
+use stairscan::answer::{Outcome, Reasons};
+use stairscan::config::{Config, ConfigError};
+use stairscan::drive::{Drive, Mode, Odometry, Track};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
 use stairscan::report::command::{Measure, framed};
 use stairscan::scan::store::StoreError;
-use stairscan::scan::{Board, BytePort, Hardware, Identity, Micros, Reports, Scanner, Settings};
+use stairscan::scan::{
+    Board, BytePort, DataPath, Hardware, Identity, Micros, Reports, Scanner, Settings,
+};
 
 use crate::answer::Answer;
 use crate::motion::{Fault, Feed, Timetable};
@@ -139,6 +142,55 @@ pub fn answers(
     Ok(answers)
 }
 
+/// The scanner's data path, which remembers with what motion it came to its last answer: by the time
+/// that the answer is told, the scanner is on its next scan.
+struct Noting {
+    pipeline: Box<Pipeline>,
+    drive: Drive<'static>,
+    track: Option<Track>,
+}
+
+impl Noting {
+    fn drive(&self) -> Drive<'_> {
+        Drive {
+            track: self.track.as_ref(),
+            ..self.drive
+        }
+    }
+}
+
+impl DataPath for Noting {
+    fn begin(&mut self, config: &Config, scan: u32) -> std::result::Result<(), ConfigError> {
+        self.pipeline.begin(config, scan)
+    }
+
+    fn samples(&mut self) -> &mut [Iq] {
+        self.pipeline.samples()
+    }
+
+    fn row(&mut self, row: u16) {
+        self.pipeline.row(row);
+    }
+
+    fn lost(&mut self, row: u16) {
+        self.pipeline.lost(row);
+    }
+
+    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
+        self.track = drive.track.cloned();
+        self.drive = Drive {
+            track: None,
+            past: None,
+            ..*drive
+        };
+        self.pipeline.conclude(drive)
+    }
+
+    fn self_test(&mut self) -> bool {
+        self.pipeline.self_test()
+    }
+}
+
 /// One scanner over `scans` scans.
 fn follow(
     recording: &Recording,
@@ -161,7 +213,11 @@ fn follow(
         // The timetable says when the mirror has come to rest.
         settings.timing.settle = SHORTEST_SETTLE_US;
     }
-    let mut pipeline = Box::new(Pipeline::new());
+    let data = Noting {
+        pipeline: Box::new(Pipeline::new()),
+        drive: Drive::STANDING,
+        track: None,
+    };
     let mut reports = Reports::new();
     let mut odometry = Odometry::new();
     let hardware = Hardware {
@@ -174,7 +230,6 @@ fn follow(
         board: Desk,
     };
     let mut now = Micros(0);
-    let data = &mut *pipeline;
     let mut scanner = Scanner::new(
         hardware,
         data,
@@ -215,8 +270,8 @@ fn follow(
             recording,
             scan: scan % recording.scans(),
             config: playback.config_of(scan),
-            pipeline: scanner.data(),
-            drive: scanner.drive(),
+            pipeline: &scanner.data().pipeline,
+            drive: scanner.data().drive(),
             answer: &answer,
         });
         answers.push(answer);

@@ -1,6 +1,8 @@
 //! What is known of the chair's motion when a scan ends, and what holds where nothing is.
 
 use super::track::Track;
+use crate::fusion;
+use core::cell::RefCell;
 
 /// What holds where nothing is known of the chair's motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -12,6 +14,18 @@ pub enum Mode {
     Required,
     /// The chair is known to stand: a bench, a recording of a single scan.
     Standing,
+}
+
+/// What becomes of what earlier scans of the scene said.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Memory {
+    /// It has a say, as far as the way between is known.
+    #[default]
+    Kept,
+    /// This scan is the first again.
+    Anew,
+    /// Each scan is by itself.
+    Off,
 }
 
 /// What became of the motion input during a scan.
@@ -65,10 +79,14 @@ pub struct Drive<'a> {
     pub since_s: Option<f32>,
     /// Duration of a chirp, seconds.
     pub chirp_s: f32,
+    /// What becomes of what earlier scans said.
+    pub memory: Memory,
+    /// That itself, where there is any.
+    pub past: Option<&'a RefCell<fusion::Memory>>,
 }
 
 impl<'a> Drive<'a> {
-    /// That of a chair which is known to stand.
+    /// That of a chair which is known to stand: on a bench, where each scan is by itself.
     pub const STANDING: Self = Self {
         mode: Mode::Standing,
         input: Input::Absent,
@@ -76,6 +94,8 @@ impl<'a> Drive<'a> {
         moved_m: None,
         since_s: None,
         chirp_s: 0.0,
+        memory: Memory::Off,
+        past: None,
     };
 
     /// The track, if it says where the chair was.

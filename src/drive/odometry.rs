@@ -6,7 +6,7 @@
 //! through the last two sentences. Anything suspicious between two sentences makes the rows between
 //! them, and with them the scan, one without motion input.
 
-use super::known::{Drive, Input, Mode};
+use super::known::{Drive, Input, Memory, Mode};
 use super::track::{Place, Track};
 use crate::math::RAD_PER_DEG;
 use crate::scan::time::Micros;
@@ -74,6 +74,7 @@ pub struct Odometry {
     end: Option<End>,
     since_s: Option<f32>,
     moved_m: Option<f32>,
+    memory: Memory,
 }
 
 impl Default for Odometry {
@@ -98,6 +99,7 @@ impl Odometry {
             end: None,
             since_s: None,
             moved_m: None,
+            memory: Memory::Kept,
         }
     }
 
@@ -307,7 +309,14 @@ impl Odometry {
             moved_m: self.moved_m,
             since_s: self.since_s,
             chirp_s: chirp_us as f32 * 1e-6,
+            memory: self.memory,
+            past: None,
         }
+    }
+
+    /// What becomes of what earlier scans said.
+    pub fn remember(&mut self, memory: Memory) {
+        self.memory = memory;
     }
 }
 

@@ -7,7 +7,7 @@ use super::sweeps::Sweeps;
 use super::tests;
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::Config;
-use crate::drive::{Drive, Input, Mode, Place, Track};
+use crate::drive::{Drive, Input, Memory, Mode, Place, Track};
 use crate::grid::PolarMap;
 use crate::params::Params;
 use std::vec::Vec;
@@ -96,6 +96,8 @@ fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive
         moved_m: moved_m.filter(|_| sweep > 0),
         since_s,
         chirp_s: CHIRP_S,
+        memory: Memory::Kept,
+        past: None,
     }
 }
 

@@ -51,6 +51,38 @@ enum Finding {
 }
 
 impl Agreement {
+    /// The way from the sweep before to this one, metres, where it is known: by the motion input, or
+    /// because both agree from the same place.
+    pub fn moved_m(&self, drive: &Drive<'_>) -> Option<f32> {
+        match (self.finding, self.input) {
+            (Finding::Missing, _) => None,
+            (_, Input::Good) => drive.moved_m,
+            (Finding::Agreed, _) => Some(0.0),
+            _ => None,
+        }
+    }
+
+    /// Whether the echoes themselves confirm it.
+    pub fn agreed(&self) -> bool {
+        self.finding == Finding::Agreed
+    }
+
+    /// The same where the steps agree with the motion input, though most of the echoes are of the floor,
+    /// which looks alike everywhere.
+    pub fn confirmed(self, by_steps: bool) -> Self {
+        let open = matches!(self.finding, Finding::Alone | Finding::Moved);
+        let finding = match open && by_steps && self.input == Input::Good {
+            true => Finding::Agreed,
+            false => self.finding,
+        };
+        Self { finding, ..self }
+    }
+
+    /// Whether the echoes are where they are taken to be.
+    pub fn placed(&self) -> bool {
+        matches!(self.finding, Finding::Agreed | Finding::Alone)
+    }
+
     /// Says in an answer what it means for it.
     pub fn tell(&self, outcome: &mut Outcome) {
         let reason = match self.finding {

@@ -1,31 +1,26 @@
-//! From the search's flights to particles: what the posterior says of them and of the answer.
+//! From the search's flights to hypotheses: which of them explains the echoes best.
 
 use super::ascending::{self, Ascending};
-use super::dimensions::Measured;
 use super::search::Search;
-use super::stairs::{Flight, MAX_FLIGHT, Stairs};
-use crate::answer::{MAX_MAYBES, Maybe};
+use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs};
 use crate::echoes::Echo;
+use crate::fusion::Memory;
 use crate::grid::PolarMap;
 use crate::math;
-use crate::observer::{Event, Observer};
+use crate::params::carried;
 use crate::params::generative::Generative;
-use crate::posterior::{
-    Base, CELLS, Cloud, Edge, FLOOR, Kind, MAX_STEPS, Model, Proposals, RIGHT_M, SAME_M, Sigmas,
-    Staircase, Told, View, refine, weight,
-};
-use crate::sort::shell_sort;
+use crate::posterior::{Base, Cloud, FLOOR, Kind, Model, RIGHT_M, Staircase, View, refine, weight};
 use heapless::Vec;
 
 /// Hypotheses that begin the posterior: the best flight of each length with its refined dimensions,
 /// level ground, the answer, and either with walls behind.
-type Bases = Vec<Base, { MAX_FLIGHT + 2 * WALLS + 2 }>;
+pub(super) type Bases = Vec<Base, { MAX_FLIGHT + 2 * WALLS + 2 }>;
 
 /// Working memory of the posterior: too large for a small stack, so it comes from outside.
 pub struct Posterior {
-    model: Model<'static>,
-    bases: Bases,
-    cloud: Cloud,
+    pub(super) model: Model<'static>,
+    pub(super) bases: Bases,
+    pub(super) cloud: Cloud,
 }
 
 impl core::fmt::Debug for Posterior {
@@ -41,10 +36,6 @@ const SHARE: f32 = 0.5;
 const STRETCHES: [f32; 2] = [0.95, 1.05];
 /// Overhangs that are tried beside what the echoes say, metres.
 const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
-/// Places where something may stand that are told apart, and what is told of: from this probability on.
-const MAX_PLACES: usize = 16;
-/// See [`MAX_PLACES`].
-const LEAST_MAYBE: f32 = 0.05;
 /// So many risers before those of the search are tried.
 const UNSEEN: u8 = 3;
 /// Flights that the search puts so far behind its best are not looked at again, nats.
@@ -56,25 +47,16 @@ const LEADERS: usize = 3;
 const SURE_NATS: f32 = 12.0;
 /// So many flights are refined at most: what there is time for.
 const MOST_LOOKED: usize = 6;
-/// So many hypotheses are looked around that are not like each other …
-const LOOKED: usize = 2;
-/// … if they are within so many nats of the likeliest.
-const NEAR_NATS: f32 = 4.0;
 /// Two walls stand so far apart, metres.
 const WALLS_APART_M: f32 = 0.05;
 /// Nothing that the chair has come up to stands nearer to the mirror, metres: its footrests are there.
 const NEAREST_M: f32 = 0.3;
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
-const LANDING_M: f32 = 0.28;
+pub(super) const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
-const WALLS: usize = 2;
+pub(super) const WALLS: usize = 2;
 /// See [`WALLS`].
 const WALL_DB: f32 = 8.0;
-/// Where ramps begin, metres, and their slopes.
-const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
-/// See [`RAMPS_FROM_M`].
-const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
-
 /// A flight of the search as a staircase.
 fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
     let mut s = Staircase::nothing();
@@ -130,6 +112,20 @@ pub struct Chosen {
     pub odds: f32,
 }
 
+/// How far a choice has come.
+struct Looking {
+    /// The search's best score, nats.
+    top: f32,
+    /// So many flights were refined.
+    looked: usize,
+    /// The best one, with its score and what the models say of it, nats.
+    best: Option<(f32, Chosen)>,
+    /// The most by this scan alone, of all flights …
+    alone: f32,
+    /// … and of those that earlier scans thought of.
+    expected: f32,
+}
+
 impl Posterior {
     /// Without echoes.
     pub const fn new(g: &'static Generative) -> Self {
@@ -153,56 +149,157 @@ impl Posterior {
         echoes: &[Echo],
         map: &PolarMap,
         search: &Search<'_, Ascending<'_>>,
+        mut past: Option<&mut Memory>,
     ) -> Option<Chosen> {
         self.model.take(echoes, View::of(map), map.geometry());
         self.bases.clear();
         let scores = search.leaders.iter().map(|f| f.score);
         let top = scores.fold(f32::NEG_INFINITY, math::max);
-        let mut best: Option<(f32, Chosen)> = None;
-        let mut looked = 0;
-        let mut look = |flight: Flight<ascending::Shape>, nats: f32| {
-            if flight.score < top - nats || looked == MOST_LOOKED {
-                return;
-            }
-            looked += 1;
-            let base = self.refined(&staircase(&flight), self.longer(&flight));
-            let worth = flight.score + SHARE * base.log_weight;
-            if best.as_ref().is_none_or(|(most, _)| worth > *most) {
-                let odds = base.log_weight;
-                best = Some((worth, Chosen { flight, odds }));
-            }
-            // Room is left for level ground and the answer.
-            if self.bases.len() < MAX_FLIGHT {
-                let _ = self.bases.push(base);
-            }
+        let mut looking = Looking {
+            top,
+            looked: 0,
+            best: None,
+            alone: f32::NEG_INFINITY,
+            expected: f32::NEG_INFINITY,
         };
+        let l = &mut looking;
         // Shorter ones come first: longer ones begin from them.
         for leader in &search.leaders {
             let better = search.leaders.iter().filter(|l| l.score > leader.score);
             if better.count() < LEADERS {
-                look(leader.clone(), RIVAL_NATS);
+                self.look(l, leader.clone(), (RIVAL_NATS, None), past.as_deref_mut());
             }
+        }
+        if let Some(past) = past.as_deref_mut() {
+            self.look_back(l, search, past);
         }
         if let Some(leader) = search.leaders.iter().find(|l| l.score >= top) {
             for unseen in 1..=UNSEEN {
                 if let Some(flight) = fronted(search, leader, unseen) {
-                    look(flight, RIVAL_NATS);
+                    self.look(l, flight, (RIVAL_NATS, None), past.as_deref_mut());
                 }
             }
             let mut other = leader.clone();
             other.shape.open = !leader.shape.open;
             other.score = search.stairs.whole(&other.chain, other.shape);
-            look(other, SURE_NATS);
+            self.look(l, other, (SURE_NATS, None), past.as_deref_mut());
         }
-        let (_, mut chosen) = best?;
-        chosen.odds = SHARE * (chosen.odds - self.rival(&chosen.flight));
-        Some(chosen)
+        let mut chosen = looking.best.take().map(|(_, chosen)| chosen);
+        if let Some(chosen) = &mut chosen {
+            chosen.odds = SHARE * (chosen.odds - self.rival(&chosen.flight.chain));
+        }
+        if let Some(past) = past {
+            self.remember(&looking, chosen.as_mut(), search, past);
+        }
+        chosen
+    }
+
+    /// Refines a flight that the search puts at most so many nats behind its best, from itself or from
+    /// another staircase, and weighs it.
+    #[inline(never)]
+    fn look(
+        &mut self,
+        looking: &mut Looking,
+        flight: Flight<ascending::Shape>,
+        (nats, from): (f32, Option<Staircase>),
+        past: Option<&mut Memory>,
+    ) {
+        if flight.score < looking.top - nats || looking.looked == MOST_LOOKED {
+            return;
+        }
+        looking.looked += 1;
+        let from = from.or_else(|| self.longer(&flight));
+        let base = self.refined(&staircase(&flight), from);
+        let mut worth = flight.score + SHARE * base.log_weight;
+        if let Some(past) = past {
+            let word = past.hypotheses.word(&base.staircase);
+            looking.alone = math::max(looking.alone, worth);
+            if word > -carried::MOST_NATS {
+                looking.expected = math::max(looking.expected, worth);
+            }
+            worth += word;
+            past.hypotheses.keep(&base.staircase, worth);
+        }
+        if looking.best.as_ref().is_none_or(|(most, _)| worth > *most) {
+            let odds = base.log_weight;
+            looking.best = Some((worth, Chosen { flight, odds }));
+        }
+        // Room is left for level ground and the answer.
+        if self.bases.len() < MAX_FLIGHT {
+            let _ = self.bases.push(base);
+        }
+    }
+
+    /// Looks at the staircases that earlier scans found likely and this one's search did not think of.
+    #[inline(never)]
+    fn look_back(
+        &mut self,
+        looking: &mut Looking,
+        search: &Search<'_, Ascending<'_>>,
+        past: &mut Memory,
+    ) {
+        for k in 0..past.hypotheses.len() {
+            let Some(s) = past.hypotheses.staircase(k) else {
+                continue;
+            };
+            let known = self
+                .bases
+                .iter()
+                .any(|b| past.hypotheses.alike(&b.staircase, &s) && b.staircase.steps == s.steps);
+            if known || s.is_empty() {
+                continue;
+            }
+            let mut flight = Flight {
+                shape: ascending::Shape {
+                    rise_m: s.rise(),
+                    open: s.open,
+                },
+                ..Flight::default()
+            };
+            for x_m in s.x_m.iter().take(s.len()) {
+                // A staircase has no more risers than a flight.
+                let _ = flight.chain.push(search.at(*x_m));
+            }
+            flight.score = search.stairs.whole(&flight.chain, flight.shape);
+            self.look(looking, flight, (SURE_NATS, Some(s)), Some(past));
+        }
+    }
+
+    /// Weighs no stairs at all like the flights, by this scan and by earlier ones, and keeps it all for the
+    /// next scan; forgets what was carried on if this scan contradicts it.
+    #[inline(never)]
+    fn remember(
+        &mut self,
+        looking: &Looking,
+        chosen: Option<&mut Chosen>,
+        search: &Search<'_, Ascending<'_>>,
+        past: &mut Memory,
+    ) {
+        let nothing = Staircase::nothing();
+        let chain = chosen.as_ref().map_or(&[][..], |c| &c.flight.chain);
+        let worth = SHARE * self.rival(chain) + search.stairs.scene().params.accept_up_nats;
+        let word = past.hypotheses.word(&nothing);
+        let (mut alone, mut expected) = (looking.alone, looking.expected);
+        alone = math::max(alone, worth);
+        if word > -carried::MOST_NATS {
+            expected = math::max(expected, worth);
+        }
+        past.hypotheses.keep(&nothing, worth + word);
+        past.hypotheses.settle();
+        let changed = !past.is_empty() && alone > expected + carried::CHANGED_NATS;
+        if let Some(chosen) = chosen {
+            let flight = staircase(&chosen.flight);
+            chosen.odds += past.hypotheses.word(&flight) - word;
+        }
+        if changed {
+            past.contradict();
+        }
     }
 
     /// Weight of the likeliest thing that is no stairs: level ground, and where a single riser is the
     /// flight, a box or a threshold in its place, each with and without a wall.
     #[inline(never)]
-    fn rival(&self, flight: &Flight<ascending::Shape>) -> f32 {
+    fn rival(&self, chain: &[Link]) -> f32 {
         let mut most = f32::NEG_INFINITY;
         for &wall_m in &walls(&self.model) {
             let ground = Staircase {
@@ -210,7 +307,7 @@ impl Posterior {
                 ..Staircase::nothing()
             };
             most = math::max(most, weight(&self.model, &ground));
-            if let [link] = flight.chain.as_slice()
+            if let [link] = chain
                 && link.along_m + LANDING_M < wall_m
             {
                 for (top_m, _, kind) in FLOOR.iter().filter(|f| f.2 != Kind::Stairs) {
@@ -290,7 +387,7 @@ fn likelier(a: Base, b: Base) -> Base {
 }
 
 /// The strongest echoes behind everything near, where a wall may stand.
-fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
+pub(super) fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
     let mut walls = Vec::new();
     let _ = walls.push(f32::INFINITY);
     for _ in 0..WALLS {
@@ -306,173 +403,3 @@ fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
     }
     walls
 }
-
-/// What the particles say of an answer.
-#[derive(Clone, Debug, Default)]
-pub struct Belief {
-    /// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
-    pub doubts: [f32; CELLS],
-    /// What may stand there though the answer does not hold it.
-    pub maybes: Vec<Maybe, MAX_MAYBES>,
-}
-
-impl Posterior {
-    /// What the particles say of the answer, after [`Posterior::choose`].
-    #[inline(never)]
-    pub fn judge(&mut self, measured: Option<&Measured>) -> Belief {
-        let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
-        let mut answer = Staircase::nothing();
-        let mut sigmas = [0.0; MAX_STEPS];
-        if let Some(m) = measured {
-            let steps = &m.outcome.steps;
-            let begins = |b: &&Base| {
-                let first = steps.first().map_or(0.0, |s| s.distance_m);
-                (b.staircase.x(0) - first).abs() < SAME_M
-            };
-            let mut same = self
-                .bases
-                .iter()
-                .filter(|b| b.staircase.len() == steps.len());
-            let same = same.clone().find(begins).or_else(|| same.next());
-            answer = same.map_or(answer, |b| b.staircase);
-            let levels = answer.top_m.iter_mut().zip(&mut sigmas);
-            for (step, (top, sigma)) in steps.iter().zip(levels) {
-                // As many as a staircase has.
-                let _ = edges.push(Edge {
-                    x_m: step.distance_m,
-                    y_m: step.height_m,
-                    seen: true,
-                });
-                (*top, *sigma) = (step.height_m, step.height_sigma_m);
-            }
-        }
-        let told = Told {
-            edges: &edges,
-            view: self.model.view,
-        };
-        self.add_ground(&answer, &sigmas);
-        self.spread(&told);
-        self.cloud.resample();
-        Belief {
-            doubts: self.cloud.doubts(),
-            maybes: maybes(&self.cloud, &told),
-        }
-    }
-
-    /// Tells the observer the particles.
-    pub fn tell(&self, observer: &mut dyn Observer) {
-        observer.event(Event::Posterior {
-            cloud: &self.cloud,
-            view: &self.model.view,
-        });
-    }
-
-    /// Level ground and the answer, either with a wall behind.
-    #[inline(never)]
-    fn add_ground(&mut self, answer: &Staircase, sigmas: &Sigmas) {
-        let behind = answer.last_x() + LANDING_M;
-        for &wall_m in &walls(&self.model) {
-            let fits = !answer.is_empty() && wall_m > behind;
-            let ground = Some(Staircase::nothing());
-            for s in [ground, fits.then_some(*answer)].into_iter().flatten() {
-                let mut s = s;
-                s.wall_m = wall_m;
-                // There is room for each wall and none, twice.
-                let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
-            }
-        }
-    }
-
-    /// Fills the cloud with what may stand there: the hypotheses, what is near the likeliest of them,
-    /// and ramps.
-    #[inline(never)]
-    fn spread(&mut self, told: &Told<'_>) {
-        let Self {
-            model,
-            bases,
-            cloud,
-        } = self;
-        cloud.clear();
-        let sigmas = [0.0; MAX_STEPS];
-        for from in RAMPS_FROM_M {
-            for slope in SLOPES {
-                let mut ramp = Staircase::nothing();
-                (ramp.kind, ramp.slope, ramp.wall_m) = (Kind::Ramp, slope, from);
-                cloud.add(&ramp, weight(model, &ramp), &sigmas, told);
-            }
-        }
-        let weights = bases.iter().map(|b| b.log_weight);
-        let top = weights.fold(f32::NEG_INFINITY, math::max);
-        for base in bases.iter() {
-            cloud.add(&base.staircase, base.log_weight, &base.sigmas, told);
-        }
-        let mut looked: Vec<&Base, LOOKED> = Vec::new();
-        while !looked.is_full() {
-            // Level ground with another wall has the same around it.
-            let fresh = |b: &&Base| {
-                let ground = b.staircase.kind == Kind::Nothing;
-                !looked.iter().any(|l| {
-                    b.staircase.is_like(&l.staircase) || ground && l.staircase.kind == Kind::Nothing
-                })
-            };
-            let near = bases.iter().filter(|b| b.log_weight > top - NEAR_NATS);
-            let next = near.filter(fresh);
-            let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
-            let Some(base) = next else { break };
-            Proposals { model, told, cloud }.around(base);
-            // There is room, or the loop would have ended.
-            let _ = looked.push(base);
-        }
-    }
-}
-
-/// The edges of particles that the answer does not hold, those near each other as one.
-fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
-    let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
-    for (staircase, probability) in cloud.particles() {
-        let seen = staircase.edges(&told.view).filter(|e| e.seen);
-        let drop = (staircase.kind == Kind::Drop).then_some(Edge {
-            x_m: staircase.wall_m,
-            y_m: Maybe::DROP_M,
-            seen: true,
-        });
-        for edge in seen.chain(drop) {
-            let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
-            if told.edges.iter().any(|t| near(t.x_m)) {
-                continue;
-            }
-            let place = sums.iter_mut().find(|m| {
-                near(m.distance_m / m.probability) && (m.height_m < 0.0) == (edge.y_m < 0.0)
-            });
-            let (distance_m, height_m) = (probability * edge.x_m, probability * edge.y_m);
-            match place {
-                Some(m) => {
-                    m.distance_m += distance_m;
-                    m.height_m += height_m;
-                    m.probability += probability;
-                }
-                // Where there is no room any more, many places are more doubtful.
-                None => drop_full(sums.push(Maybe {
-                    distance_m,
-                    height_m,
-                    probability,
-                })),
-            }
-        }
-    }
-    let mut maybes = Vec::new();
-    let likely = |m: &&Maybe| m.probability >= LEAST_MAYBE;
-    for m in sums.iter().filter(likely) {
-        let told = Maybe {
-            distance_m: m.distance_m / m.probability,
-            height_m: m.height_m / m.probability,
-            probability: math::min(m.probability, 1.0),
-        };
-        drop_full(maybes.push(told));
-    }
-    shell_sort(&mut maybes, |a: &Maybe, b| a.distance_m < b.distance_m);
-    maybes
-}
-
-/// What finds no room is left out.
-fn drop_full(_: Result<(), Maybe>) {}

@@ -13,10 +13,11 @@ use super::trace::Cell;
 use super::verdict::Support;
 use crate::answer::Step;
 use crate::config::Plane;
+use crate::fusion::Outlook;
 use crate::grid::Geometry;
 use crate::math;
-use crate::params::fitted;
-use crate::params::hazard::{FEATURES, Features};
+use crate::params::hazard::{FEATURES, Features, log_survival, probability};
+use crate::params::{counted, fitted};
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT, RIGHT_M};
 
 /// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
@@ -125,6 +126,7 @@ impl Ground<'_> {
             Cell {
                 end_m,
                 features: self.features(k, start_m, end_m),
+                past: None,
             }
         })
     }
@@ -439,21 +441,42 @@ pub struct Vouch {
 
 impl Vouch {
     /// Goes along the cells until the probability of being right falls below what `ok` promises.
+    /// `outlook` is what earlier scans say; each cell is told to `each`.
     #[inline(never)]
-    pub fn of(ground: &Ground<'_>) -> Self {
+    pub fn of(
+        ground: &Ground<'_>,
+        mut outlook: Option<&mut Outlook>,
+        each: &mut dyn FnMut(&Cell),
+    ) -> Self {
         let weights = match ground.geometry.plane {
             Plane::Depth => &fitted::UP,
             Plane::Height => &fitted::DOWN,
         };
         let mut log_right = 0.0;
         let mut vouch = Self::default();
-        for cell in ground.cells() {
-            log_right += weights.log_survival(&cell.features);
-            let right = weights.probability(log_right, !ground.steps.is_empty());
-            if right >= weights.ok_from {
+        for (k, mut cell) in ground.cells().enumerate() {
+            let odds = weights.log_odds(&cell.features);
+            if let Some(outlook) = &mut outlook {
+                let step = ground.step_in(cell.end_m - CELL_M, cell.end_m);
+                let step = step.map(|(_, step, _)| step);
+                let last_m = ground.steps.last().map(|s| s.distance_m - RIGHT_M);
+                let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
+                cell.past = outlook.look(k, odds, step, behind);
+            }
+            each(&cell);
+            let (odds, maps, ok_from) = match &cell.past {
+                None => (odds, &weights.maps, weights.ok_from),
+                Some(past) => {
+                    let table = &counted::UP;
+                    (table.log_odds(past), &table.maps, table.ok_from)
+                }
+            };
+            log_right += log_survival(odds);
+            let right = probability(maps, log_right, !ground.steps.is_empty());
+            if right >= ok_from {
                 vouch.horizon_m = math::max(cell.end_m, 0.0);
             }
-            if right >= weights.ok_from || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
+            if right >= ok_from || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
                 vouch.confidence = right;
             }
         }

@@ -14,6 +14,7 @@
 //! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
+//! | `belief`, `judgement` | hypotheses weighed by the posterior; what its particles say of the answer |
 //! | [`trace`] | what it thought on the way |
 
 // The stages are `inline(never)`: each has its working memory on a stack of 16 KB, and merged into
@@ -26,6 +27,7 @@ mod dimensions;
 mod flank;
 mod heights;
 mod horizon;
+mod judgement;
 mod nosings;
 mod null;
 mod readings;
@@ -41,21 +43,24 @@ mod tests;
 
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
-use crate::drive::Drive;
+use crate::drive::{self, Drive};
 use crate::echoes::{Collector, Echo, Echoes, Floor, Sweeps, calibrate};
 use crate::estimator::Estimator;
+use crate::fusion::{Memory, Outlook};
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
+use crate::posterior::View;
 use ascending::Ascending;
-use belief::{Belief, Chosen, Posterior};
+use belief::{Chosen, Posterior};
 use descending::Descending;
 use dimensions::Measured;
 use flank::Chart;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
+use judgement::Belief;
 use readings::Roles;
 use roles::Role;
 use scene::Scene;
@@ -145,7 +150,7 @@ impl Estimator for Likelihood {
         &mut self,
         map: &PolarMap,
         config: &Config,
-        _scan: u32,
+        scan: u32,
         drive: &Drive<'_>,
         observer: &mut dyn Observer,
     ) -> Outcome {
@@ -156,6 +161,14 @@ impl Estimator for Likelihood {
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
+        let mut past = drive.past.and_then(|past| past.try_borrow_mut().ok());
+        let instrument = (config.mount, config.radar);
+        let moved_m = agreement.moved_m(drive);
+        let moved_m = moved_m.filter(|_| drive.memory == drive::Memory::Kept);
+        let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
+        if let Some(past) = &mut past {
+            past.begin(scan, instrument, View::of(map), moved_m, rode_m);
+        }
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
@@ -178,7 +191,9 @@ impl Estimator for Likelihood {
                     height_m: 0.0,
                 };
                 let posterior = self.particles.then_some(&mut self.posterior);
-                ascend(echoes, chart, p, (memory, posterior), observer)
+                let off = drive.memory == drive::Memory::Off;
+                let past = past.as_deref_mut().filter(|_| !off);
+                ascend(echoes, chart, p, (memory, posterior, past), observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
@@ -187,7 +202,19 @@ impl Estimator for Likelihood {
         if !level {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
-        if echoes.iter().any(|e| e.snr_db >= p.sure_echo_db) {
+        let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
+        let changed = past.as_ref().is_some_and(|past| past.changed());
+        if changed {
+            outcome.reasons.add(Reason::SceneChanged);
+        }
+        let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
+        let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
+        if !kept || drive.memory == drive::Memory::Off {
+            if let Some(past) = &mut past {
+                past.forget();
+            }
+        }
+        if heard {
             agreement.tell(&mut outcome);
             outcome
         } else {
@@ -202,7 +229,11 @@ fn ascend(
     echoes: &mut [Echo],
     chart: Chart<'_>,
     p: &Params,
-    (memory, mut posterior): (&mut Beginnings<ascending::Shape>, Option<&mut Posterior>),
+    (memory, mut posterior, mut past): (
+        &mut Beginnings<ascending::Shape>,
+        Option<&mut Posterior>,
+        Option<&mut Memory>,
+    ),
     observer: &mut dyn Observer,
 ) -> Outcome {
     let geometry = chart.map.geometry();
@@ -223,7 +254,7 @@ fn ascend(
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
     let chosen = match &mut posterior {
-        Some(posterior) => posterior.choose(echoes, chart.map, &search),
+        Some(posterior) => posterior.choose(echoes, chart.map, &search, past.as_deref_mut()),
         None => best.map(|flight| Chosen { flight, odds: 0.0 }),
     };
     let odds = chosen.as_ref().map_or(0.0, |c| c.odds);
@@ -236,10 +267,14 @@ fn ascend(
     let accepted = best
         .as_ref()
         .filter(|(f, _)| f.score + odds >= p.accept_up_nats);
-    let measured = accepted.map(|(flight, rise)| {
+    let mut measured = accepted.map(|(flight, rise)| {
         dimensions::ascending(&stairs, flight, (*rise, odds), &chart, found.bias_sigma_rad)
     });
     let best = best.as_ref().map(|b| &b.0);
+    if let Some(past) = &mut past {
+        let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
+        past.combine(steps.unwrap_or(&mut []));
+    }
     let belief = posterior.map(|posterior| {
         let belief = posterior.judge(measured.as_ref());
         posterior.tell(observer);
@@ -255,7 +290,7 @@ fn ascend(
         belief,
     };
     ended.tell(echoes, observer);
-    ended.conclude(observer)
+    ended.conclude(past.map(|past| &mut past.outlook), observer)
 }
 
 /// The same for stairs going down.
@@ -285,7 +320,7 @@ fn descend(
         belief: Belief::default(),
     };
     ended.tell(echoes, observer);
-    ended.conclude(observer)
+    ended.conclude(None, observer)
 }
 
 /// A search that has come to its end.
@@ -303,7 +338,7 @@ struct Ended<'s, S: Stairs> {
 impl<S: Stairs> Ended<'_, S> {
     /// The outcome and what it is worth: of a flight that was accepted and measured, or of none.
     #[inline(never)]
-    fn conclude(mut self, observer: &mut dyn Observer) -> Outcome {
+    fn conclude(mut self, outlook: Option<&mut Outlook>, observer: &mut dyn Observer) -> Outcome {
         let scene = self.search.stairs.scene();
         let p = scene.params;
         let roles = self.roles();
@@ -340,12 +375,11 @@ impl<S: Stairs> Ended<'_, S> {
             geometry: self.geometry,
             doubts: self.belief.doubts,
         };
-        if observer.listens() {
-            ground
-                .cells()
-                .for_each(|cell| observer.event(Event::Cell(&cell)));
-        }
-        let vouch = Vouch::of(&ground);
+        let vouch = Vouch::of(&ground, outlook, &mut |cell| {
+            if observer.listens() {
+                observer.event(Event::Cell(cell));
+            }
+        });
         promise(&mut outcome, vouch);
         outcome.maybes = self.belief.maybes;
         outcome

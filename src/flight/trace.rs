@@ -4,6 +4,7 @@
 pub use super::roles::Role;
 pub use super::stairs::{Explanation, Link};
 use crate::echoes::Echo;
+use crate::params::carried::PastFeatures;
 use crate::params::hazard::Features;
 
 /// One scatterer.
@@ -36,6 +37,8 @@ pub struct Cell {
     pub end_m: f32,
     /// What is known of it.
     pub features: Features,
+    /// Where earlier scans have a say: what they know of it.
+    pub past: Option<PastFeatures>,
 }
 
 /// What is done one after the other after the last row.

@@ -42,20 +42,35 @@ impl Weights {
     /// Logarithm of the probability that nothing goes wrong in a cell: -ln(1 + e^x) of the weighted
     /// features.
     pub fn log_survival(&self, features: &Features) -> f32 {
+        log_survival(self.log_odds(features))
+    }
+
+    /// Log-odds of an error in a cell.
+    pub fn log_odds(&self, features: &Features) -> f32 {
         let pairs = features.iter().zip(&self.hazard);
-        let x: f32 = pairs.map(|(feature, weight)| feature * weight).sum();
-        let rest = math::log2(1.0 + math::exp(-x.abs()));
-        -(math::max(x, 0.0) + core::f32::consts::LN_2 * rest)
+        pairs.map(|(feature, weight)| feature * weight).sum()
     }
 
     /// Probability of being right where the cells' log survivals add up to `log_right`.
     pub fn probability(&self, log_right: f32, stairs: bool) -> f32 {
-        let [clear, steps] = &self.maps;
-        let map = if stairs { steps } else { clear };
-        let wrong = 1.0 - math::exp(log_right);
-        // ln p/(1 - p); no cell is without any hazard.
-        let log_wrong = core::f32::consts::LN_2 * math::log2(wrong.max(f32::EPSILON));
-        let log_odds = map.slope * (log_right - log_wrong) + map.offset;
-        1.0 / (1.0 + math::exp(-log_odds))
+        probability(&self.maps, log_right, stairs)
     }
+}
+
+/// Logarithm of the probability of no error whose log-odds are `x`.
+pub fn log_survival(x: f32) -> f32 {
+    let rest = math::log2(1.0 + math::exp(-x.abs()));
+    -(math::max(x, 0.0) + core::f32::consts::LN_2 * rest)
+}
+
+/// Probability of being right where log survivals add up to `log_right`, by the map of answers without
+/// steps or by that of answers with steps.
+#[inline(never)]
+pub fn probability([clear, steps]: &[Map; 2], log_right: f32, stairs: bool) -> f32 {
+    let map = if stairs { steps } else { clear };
+    let wrong = 1.0 - math::exp(log_right);
+    // ln p/(1 - p); no cell is without any hazard.
+    let log_wrong = core::f32::consts::LN_2 * math::log2(wrong.max(f32::EPSILON));
+    let log_odds = map.slope * (log_right - log_wrong) + map.offset;
+    1.0 / (1.0 + math::exp(-log_odds))
 }

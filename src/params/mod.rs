@@ -5,6 +5,8 @@
 //! the accuracy on tuning seeds ([docs/parameters.md](../../docs/parameters.md)). What is not in it
 //! is derived, and stands beside its derivation.
 
+pub mod carried;
+pub mod counted;
 mod entry;
 pub mod fitted;
 pub mod generative;

@@ -18,6 +18,7 @@
 //! | `get,KEY` | | `CONF` |
 //! | `set,KEY,VALUE` | framed; from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
 //! | `save` | framed, when stopped: the settings outlive the power ([`crate::scan::store`]) | `DONE` |
+//! | `reset` | forgets what earlier scans said: the next answer is a first one | `DONE` |
 //! | `MOTION,…` | the chair's own motion, always framed ([`super::motion`]) | none |
 //!
 //! Whatever is wrong gets one `FAIL` that names the field, and changes nothing.
@@ -46,6 +47,8 @@ pub enum Command<'a> {
     Version,
     /// Run the self-test.
     SelfTest,
+    /// Forget what earlier scans said.
+    Reset,
     /// Every setting.
     GetAll,
     /// What is measured rather than set: a diagnostic value by name.
@@ -95,6 +98,7 @@ impl Command<'_> {
             Command::Status => "status",
             Command::Version => "version",
             Command::SelfTest => "selftest",
+            Command::Reset => "reset",
             Command::GetAll | Command::Get(_) | Command::Measure(_) => "get",
             Command::Set(..) => "set",
             Command::Save => "save",
@@ -138,6 +142,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         Some("version") => Command::Version,
         Some("selftest") => Command::SelfTest,
         Some("save") => Command::Save,
+        Some("reset") => Command::Reset,
         Some("get") => match words.next() {
             None => Command::GetAll,
             Some(key) => match Measure::find(key) {
@@ -152,7 +157,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
         }
         _ => {
-            let expected = "start stop scan status version selftest get set or save";
+            let expected = "start stop scan status version selftest reset get set or save";
             return Err(bad("-", "command", expected));
         }
     };

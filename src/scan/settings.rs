@@ -27,6 +27,7 @@
 //! | `max-lost` | rows | more make the scan a fault |
 //! | `fault-hold` | µs | from a fault to the next self-test |
 //! | `motion` | `auto`, `required`, `standing` | what holds without motion input ([`crate::drive`]) |
+//! | `fusion` | `on`, `off` | whether earlier scans of the scene have a say ([`crate::fusion`]) |
 //! | `chirp-duration` | µs | of a chirp's sweep, for what motion does to a range |
 //! | `home-angle` | 0.001° | shaft angle of the home switch |
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
@@ -43,7 +44,7 @@ use crate::grid::BinWindow;
 use crate::grid::MAX_CELLS;
 use slot::Slot;
 pub(crate) use slot::number;
-pub use slot::{Sweeping, ValueText};
+pub use slot::{Sweeping, Switch, ValueText};
 
 /// Longest time that can be set, microseconds: differences of [`super::Micros`] stay meaningful
 /// with room for the retries on top.
@@ -127,6 +128,8 @@ pub struct Settings {
     pub sweeping: Sweeping,
     /// What holds without motion input.
     pub motion: drive::Mode,
+    /// Whether earlier scans have a say.
+    pub fusion: Switch,
 }
 
 impl Settings {
@@ -164,6 +167,7 @@ impl Settings {
         "max-lost",
         "fault-hold",
         "motion",
+        "fusion",
         "chirp-duration",
         "home-angle",
         "speed",
@@ -206,6 +210,7 @@ impl Settings {
             "max-lost" => Slot::U16(&mut timing.max_lost),
             "fault-hold" => Slot::U32(&mut timing.fault_hold),
             "motion" => Slot::Motion(&mut self.motion),
+            "fusion" => Slot::Switch(&mut self.fusion),
             "chirp-duration" => Slot::U32(&mut timing.chirp_duration),
             "home-angle" => Slot::I32(&mut motor.home_angle),
             "speed" => Slot::U32(&mut motor.speed),

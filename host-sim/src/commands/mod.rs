@@ -13,6 +13,7 @@ pub mod params;
 pub mod profile;
 pub mod replay;
 pub mod score;
+pub mod sequences;
 pub mod snr;
 pub mod soak;
 pub mod table1;

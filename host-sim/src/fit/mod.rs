@@ -6,6 +6,7 @@
 
 pub mod logistic;
 pub mod measurement;
+pub mod sequences;
 mod table;
 
 use anyhow::Result;

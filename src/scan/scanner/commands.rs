@@ -106,6 +106,10 @@ impl Console {
                 let status = machine.status(now);
                 machine.reports.status(&status);
             }
+            Command::Reset => {
+                machine.forget();
+                machine.reports.done("reset");
+            }
             Command::Version => machine.reports.version(&machine.identity),
             Command::GetAll => self.listing = Some(0),
             Command::Get(key) => tell_setting(machine, key),

@@ -3,7 +3,7 @@
 use crate::config::{ConfigError, RadarConfig};
 use crate::drive::Mode;
 use crate::scan::record::MOUNTING;
-use crate::scan::settings::Settings;
+use crate::scan::settings::{Settings, Switch};
 
 /// The settings in force. They change by [`Keeper::change`] and [`Keeper::adopt`] only.
 #[derive(Debug)]
@@ -117,6 +117,8 @@ pub(super) struct ScanSettings {
     pub configured: bool,
     /// What holds without motion input.
     pub motion: Mode,
+    /// Whether earlier scans have a say.
+    pub fusion: Switch,
     /// Duration of a chirp.
     pub chirp_us: u32,
 }
@@ -128,6 +130,7 @@ impl ScanSettings {
             hash: keeper.hash(),
             configured: keeper.configured(),
             motion: keeper.get().motion,
+            fusion: keeper.get().fusion,
             chirp_us: keeper.get().timing.chirp_duration,
         }
     }

@@ -6,14 +6,14 @@ use super::keeper::{Keeper, ScanSettings};
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::ConfigError;
-use crate::drive::{Drive, Odometry};
+use crate::drive::{Drive, Memory, Odometry};
 use crate::report::Sentence;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::link::RadarLink;
 use crate::scan::mirror::{Mirror, Motion};
 use crate::scan::schedule::MICROSTEPS_PER_TURN;
-use crate::scan::settings::{Settings, Sweeping};
+use crate::scan::settings::{Settings, Sweeping, Switch};
 use crate::scan::sweep::{Rows, Sweep, link_reason, mirror_reason};
 use crate::scan::time::Micros;
 
@@ -78,6 +78,8 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     deadline: Micros,
     /// When the scanner booted, until it has run for [`SURVIVED_US`].
     booted: Option<Micros>,
+    /// Whether the next answer shall be a first one.
+    forgets: bool,
 }
 
 /// After so long, and a scan, crashes before this boot are forgotten: 60 s.
@@ -94,6 +96,11 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
     /// What is known of the chair's motion in the last scan.
     pub fn drive(&self) -> Drive<'_> {
         self.odometry.drive(self.scan.motion, self.scan.chirp_us)
+    }
+
+    /// What earlier scans said has no say in the next answer.
+    pub fn forget(&mut self) {
+        self.forgets = true;
     }
 
     /// Number of scans begun since boot.
@@ -166,6 +173,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             connected: false,
             reasons: identity.reasons,
             deadline: now.plus(POLL_US),
+            forgets: false,
         };
         machine.note();
         machine
@@ -428,11 +436,24 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     fn conclude(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish(now);
         let ScanSettings {
-            motion, chirp_us, ..
+            motion,
+            fusion,
+            chirp_us,
+            ..
         } = self.scan;
         let mut outcome = match rows.fault {
             Some(reason) => Outcome::fault(reason),
-            None => self.data.conclude(&self.odometry.drive(motion, chirp_us)),
+            None => {
+                let memory = match fusion {
+                    Switch::Off => Memory::Off,
+                    Switch::On if self.forgets => Memory::Anew,
+                    Switch::On => Memory::Kept,
+                };
+                self.odometry.remember(memory);
+                self.forgets = false;
+                let drive = self.odometry.drive(motion, chirp_us);
+                self.data.conclude(&drive)
+            }
         };
         if !self.scan.configured {
             outcome.doubt(Reasons::NONE.with(Reason::Unconfigured));

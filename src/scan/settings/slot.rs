@@ -3,6 +3,16 @@
 use crate::config::{ConfigError, EstimatorKind, Plane, Spread};
 use crate::drive;
 
+/// Something that is on or off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Switch {
+    /// It works.
+    #[default]
+    On,
+    /// It does not.
+    Off,
+}
+
 /// Which way the mirror sweeps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Sweeping {
@@ -64,6 +74,11 @@ impl Word for drive::Mode {
     const EXPECTED: &'static str = "auto or required or standing";
 }
 
+impl Word for Switch {
+    const WORDS: &'static [(&'static str, Self)] = &[("on", Switch::On), ("off", Switch::Off)];
+    const EXPECTED: &'static str = "on or off";
+}
+
 /// One setting while it is read or written.
 pub(super) enum Slot<'a> {
     U8(&'a mut u8),
@@ -76,6 +91,7 @@ pub(super) enum Slot<'a> {
     Spread(&'a mut Spread),
     Sweeping(&'a mut Sweeping),
     Motion(&'a mut drive::Mode),
+    Switch(&'a mut Switch),
     Estimator(&'a mut EstimatorKind),
     /// What the radar module says.
     Module16(&'a mut u16),
@@ -143,6 +159,7 @@ impl Slot<'_> {
             Slot::Spread(v) => word(v.word()),
             Slot::Sweeping(v) => word(v.word()),
             Slot::Motion(v) => word(v.word()),
+            Slot::Switch(v) => word(v.word()),
             Slot::Estimator(v) => word(v.as_str()),
             Slot::Module16(v) => number(i64::from(**v)),
             Slot::Module32(v) => number(i64::from(**v)),
@@ -165,6 +182,7 @@ impl Slot<'_> {
             Slot::Spread(v) => write_word(v, field, text),
             Slot::Sweeping(v) => write_word(v, field, text),
             Slot::Motion(v) => write_word(v, field, text),
+            Slot::Switch(v) => write_word(v, field, text),
             Slot::Estimator(v) => {
                 let expected = "the name of an estimator";
                 *v = EstimatorKind::from_name(text).ok_or(ConfigError { field, expected })?;
@@ -189,6 +207,7 @@ impl Slot<'_> {
             Slot::Spread(v) => place(**v),
             Slot::Sweeping(v) => place(**v),
             Slot::Motion(v) => place(**v),
+            Slot::Switch(v) => place(**v),
             Slot::Estimator(v) => {
                 EstimatorKind::ALL.iter().position(|k| k == *v).unwrap_or(0) as u32
             }
@@ -207,6 +226,7 @@ impl Slot<'_> {
             Slot::Spread(v) => *v = at_place(word)?,
             Slot::Sweeping(v) => *v = at_place(word)?,
             Slot::Motion(v) => *v = at_place(word)?,
+            Slot::Switch(v) => *v = at_place(word)?,
             Slot::Estimator(v) => *v = *EstimatorKind::ALL.get(word as usize)?,
         }
         Some(())

@@ -1,0 +1,259 @@
+//! `sequences`: how the answers better from scan to scan while the chair moves, over simulated
+//! sequences; and with `--fit` what one scan's word counts in the next one.
+
+use std::fmt::Write as _;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result};
+use indicatif::ParallelProgressIterator;
+use rayon::prelude::*;
+
+use super::{emit, progress};
+use crate::answer::Answer;
+use crate::emulate::image::workspace;
+use crate::fit::sequences::{self, Taught};
+use crate::recording::{self, Recording};
+use crate::replay::{self, Options};
+use crate::scene::command::{random_approach, random_drive};
+use crate::scene::random::Kind;
+use crate::scene::sequence::Approach;
+use crate::score::{self, SceneScore, SetScore};
+use crate::seeds::Draw;
+
+/// Arguments of `sequences`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Which seeds the scenes are drawn from
+    #[arg(long, value_enum, default_value_t)]
+    draw: Draw,
+    /// So many approaches and so many drives
+    #[arg(long, default_value_t = 100)]
+    count: u64,
+    /// In place of simulated sequences the recordings of these directories
+    #[arg(long, value_name = "DIR", num_args = 1..)]
+    on: Vec<PathBuf>,
+    /// Count hazards and correlations from sequences of tuning seeds, calibrate them on validation
+    /// seeds, and write the firmware's table
+    #[arg(long, conflicts_with = "draw")]
+    fit: bool,
+    /// With --fit and --on: the recordings for calibration
+    #[arg(long, value_name = "DIR", num_args = 1.., requires = "on", requires = "fit")]
+    calibrate_on: Vec<PathBuf>,
+    /// Where --fit writes; the firmware's source if not given
+    #[arg(short, long, value_name = "FILE", requires = "fit")]
+    output: Option<PathBuf>,
+}
+
+/// What the chair does.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Way {
+    /// Stands during each of so many scans, so many metres apart.
+    Stops(usize, f64),
+    /// Drives at so many metres a second, each of so many scans taking so many seconds.
+    Drives(usize, f64, f64),
+}
+
+/// Scans of an approach and of a drive.
+const SCANS: [usize; 2] = [5, 4];
+/// From stop to stop, metres: those of every third approach stand still.
+const STEP_M: f64 = 0.1;
+/// Speeds of drives, m/s, and scan times, s: a scan of 5.7 s at the fastest would leave the stairs
+/// out of sight at the beginning.
+const DRIVES: [(f64, f64); 8] = [
+    (0.05, 1.3),
+    (0.05, 5.7),
+    (0.1, 1.3),
+    (0.1, 5.7),
+    (0.2, 1.3),
+    (0.15, 5.7),
+    (0.3, 1.3),
+    (0.5, 1.3),
+];
+/// Kinds of scenes, in the shares in which they are drawn: stairs as they are common, and what is none.
+const KINDS: [Kind; 10] = [
+    Kind::Ascending,
+    Kind::Ascending,
+    Kind::Ascending,
+    Kind::Uneven,
+    Kind::Uneven,
+    Kind::None,
+    Kind::Soft,
+    Kind::Landing,
+    Kind::Beside,
+    Kind::Clutter,
+];
+
+/// A sequence, and the row of the table that it belongs to.
+struct Job {
+    set: String,
+    source: Source,
+}
+
+enum Source {
+    Drawn(Kind, u64, Way),
+    Read(PathBuf),
+}
+
+impl Job {
+    fn recording(&self) -> Result<Recording> {
+        match &self.source {
+            Source::Drawn(kind, seed, Way::Stops(scans, step)) => {
+                let approach = Approach::new(*seed, *scans, *step);
+                random_approach(*kind, kind.variety(), *seed, &approach)
+            }
+            Source::Drawn(kind, seed, Way::Drives(scans, speed, scan_s)) => {
+                let way = (*scans, *speed, Some(*scan_s));
+                random_drive(*kind, kind.variety(), *seed, way)
+            }
+            Source::Read(path) => Recording::read(path),
+        }
+    }
+}
+
+/// `count` approaches, as many standing ones if they are wanted, and as many drives.
+fn jobs(draw: Draw, count: u64) -> Vec<Job> {
+    let mut jobs = Vec::new();
+    let seeds = draw.seeds().start..draw.seeds().start + count;
+    for (k, seed) in seeds.enumerate() {
+        let kind = KINDS[k % KINDS.len()];
+        let mut add = |set: String, way| {
+            let source = Source::Drawn(kind, seed, way);
+            jobs.push(Job { set, source });
+        };
+        add("approach".into(), Way::Stops(SCANS[0], STEP_M));
+        if k % 3 == 0 {
+            add("standing".into(), Way::Stops(SCANS[0], 0.0));
+        }
+        let (speed, scan_s) = DRIVES[(k / KINDS.len() + k) % DRIVES.len()];
+        add(format!("{speed} m/s"), Way::Drives(SCANS[1], speed, scan_s));
+    }
+    jobs
+}
+
+fn read(directories: &[PathBuf]) -> Result<Vec<Job>> {
+    let mut jobs = Vec::new();
+    for directory in directories {
+        let set = directory.file_name().unwrap_or_default().to_string_lossy();
+        for path in recording::list(directory)? {
+            jobs.push(Job {
+                set: set.clone().into_owned(),
+                source: Source::Read(path),
+            });
+        }
+    }
+    Ok(jobs)
+}
+
+/// What `make` makes of each sequence, in their order.
+fn in_parallel<R: Send>(
+    jobs: &[Job],
+    make: impl Fn(&Job, &Recording) -> Result<R> + Send + Sync,
+) -> Result<Vec<R>> {
+    let bar = progress(jobs.len() as u64);
+    let made = jobs
+        .par_iter()
+        .progress_with(bar.clone())
+        .map(|job| make(job, &job.recording()?))
+        .collect();
+    bar.finish_and_clear();
+    made
+}
+
+/// Counts or measures, and prints.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    if args.fit {
+        return fit(args);
+    }
+    let jobs = match args.on.is_empty() {
+        true => jobs(args.draw, args.count),
+        false => read(&args.on)?,
+    };
+    let scored = in_parallel(&jobs, |_, recording| scores(recording))?;
+    let mut out = String::new();
+    for single in [false, true] {
+        let _ = writeln!(
+            out,
+            "{}\n",
+            match single {
+                false => "each scan with what those before it said",
+                true => "each scan by itself",
+            }
+        );
+        let mut sets: Vec<(String, Vec<SceneScore>)> = Vec::new();
+        for (job, [fused, alone]) in jobs.iter().zip(&scored) {
+            let scores = if single { alone } else { fused };
+            for (k, score) in scores.iter().enumerate() {
+                let name = format!("{}, scan {}", job.set, k + 1);
+                match sets.iter_mut().find(|(set, _)| *set == name) {
+                    Some((_, scores)) => scores.push(score.clone()),
+                    None => sets.push((name, vec![score.clone()])),
+                }
+            }
+        }
+        sets.sort_by(|a, b| a.0.cmp(&b.0));
+        let mut sets: Vec<SetScore> = sets
+            .iter()
+            .map(|(name, scores)| SetScore::new(name, scores.iter()))
+            .collect();
+        let all = scored.iter().flat_map(|s| s[usize::from(single)].iter());
+        sets.push(SetScore::new("all", all));
+        out.push_str(&score::table(&sets));
+        out.push('\n');
+    }
+    emit(&out);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The scans of a recording judged one by one: with what those before said, and by themselves.
+fn scores(recording: &Recording) -> Result<[Vec<SceneScore>; 2]> {
+    let judge = |single: bool| -> Result<Vec<SceneScore>> {
+        let options = Options {
+            single,
+            ..Options::default()
+        };
+        let answers: Vec<Answer> = replay::answers(recording, &options, |_| ())?;
+        let pairs = answers.iter().zip(&recording.meta.sequence.truth);
+        Ok(pairs.map(|(a, t)| score::scene(a, t)).collect())
+    };
+    Ok([judge(false)?, judge(true)?])
+}
+
+/// Counts, prints, writes.
+fn fit(args: &Args) -> Result<ExitCode> {
+    let parts = match args.on.is_empty() {
+        true => [
+            jobs(Draw::Tuning, args.count),
+            jobs(Draw::Validation, args.count),
+        ],
+        false => [read(&args.on)?, read(&args.calibrate_on)?],
+    };
+    let mut taught = Vec::new();
+    for jobs in &parts {
+        let each = in_parallel(jobs, |_, recording| sequences::taught(recording))?;
+        let mut all = Taught::default();
+        for one in each {
+            all.lessons.extend(one.lessons);
+            all.pairs.extend(one.pairs);
+        }
+        taught.push(all);
+    }
+    let [training, calibration] = &taught[..] else {
+        return Ok(ExitCode::FAILURE);
+    };
+    let correlations = sequences::correlations(&training.pairs);
+    let counted = sequences::count(&training.lessons, &calibration.lessons);
+    emit(&format!(
+        "places, levels: {correlations:?} of {} pairs\n{}",
+        training.pairs.len(),
+        counted.told
+    ));
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None => workspace().join("src/params/counted.rs"),
+    };
+    let text = sequences::write(&counted.table, &correlations);
+    std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+    emit(&format!("written\n  {}\n", path.display()));
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,383 @@
+//! Counts what one scan's word counts in the next one: how alike the errors of two scans are, and the
+//! hazards of cells that earlier scans have seen.
+
+use std::cell::RefCell;
+use std::fmt::Write as _;
+
+use anyhow::Result;
+use stairscan::answer::{Outcome, Step};
+use stairscan::drive::Drive;
+use stairscan::estimator::Estimator;
+use stairscan::flight::Likelihood;
+use stairscan::flight::trace::Cell;
+use stairscan::fusion::Memory;
+use stairscan::observer::{Event, Observer};
+use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
+use stairscan::params::hazard::{Map, log_survival, probability};
+
+use super::{OK_IN, OK_REACH_M, PRIOR_SIGMA, answer_of, first_wrong};
+use crate::fit::logistic;
+use crate::recording::{Recording, Truth};
+use crate::replay::{self, Options};
+
+/// A cell as this scan and earlier ones know it.
+#[derive(Clone, Copy, Debug)]
+struct PastCell {
+    end_m: f32,
+    features: PastFeatures,
+}
+
+/// What one scan of a sequence teaches.
+#[derive(Clone, Debug)]
+pub struct Lesson {
+    /// Recording and scan.
+    pub name: String,
+    cells: Vec<PastCell>,
+    stairs: bool,
+    wrong: Option<usize>,
+}
+
+/// Errors of one step in two scans by themselves, as multiples of their standard deviations.
+#[derive(Clone, Copy, Debug)]
+pub struct Pair {
+    moved_m: f64,
+    place: [f64; 2],
+    level: [f64; 2],
+}
+
+/// What a sequence teaches.
+#[derive(Clone, Debug, Default)]
+pub struct Taught {
+    /// Of each scan to which something was carried.
+    pub lessons: Vec<Lesson>,
+    /// Of steps that two scans told.
+    pub pairs: Vec<Pair>,
+}
+
+#[derive(Default)]
+struct Listener {
+    cells: Vec<Cell>,
+}
+
+impl Observer for Listener {
+    fn event(&mut self, event: Event<'_>) {
+        if let Event::Cell(cell) = event {
+            self.cells.push(*cell);
+        }
+    }
+}
+
+/// A step that a scan told: which of the truth's it is, counted from the foot of the stairs, where the
+/// chair was, and both errors in standard deviations.
+struct Told {
+    height_mm: i64,
+    travel_m: f64,
+    place: f64,
+    level: f64,
+}
+
+/// Errors count up to so many standard deviations: what is farther off is another step.
+const MOST_SIGMAS: f64 = 3.0;
+
+fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
+    let off = |d: f64| (d - f64::from(step.distance_m)).abs();
+    let near = truth
+        .steps
+        .iter()
+        .min_by(|a, b| off(a.distance_m).total_cmp(&off(b.distance_m)))?;
+    if off(near.distance_m) > 0.1 {
+        return None;
+    }
+    let z = |told: f32, sigma: f32, true_m: f64| {
+        ((f64::from(told) - true_m) / f64::from(sigma)).clamp(-MOST_SIGMAS, MOST_SIGMAS)
+    };
+    Some(Told {
+        height_mm: (1e3 * near.height_m).round() as i64,
+        travel_m,
+        place: z(step.distance_m, step.distance_sigma_m, near.distance_m),
+        level: z(step.height_m, step.height_sigma_m, near.height_m),
+    })
+}
+
+/// What a recording of several scans teaches; nothing if it has no truth.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn taught(recording: &Recording) -> Result<Taught> {
+    let mut taught = Taught::default();
+    let mut carrying = Box::new(Likelihood::new());
+    let past = RefCell::new(Memory::new());
+    let mut trouble = None;
+    let mut before: Vec<Vec<Told>> = Vec::new();
+    let mut scans = 0;
+    replay::answers(recording, &Options::default(), |scanned| {
+        let scan = scans;
+        scans += 1;
+        let (map, config) = (scanned.pipeline.map(), scanned.config);
+        let number = scanned.answer.scan.scan;
+        let run = |estimator: &mut Likelihood, drive: &Drive<'_>| -> (Outcome, Listener) {
+            let mut listener = Listener::default();
+            estimator.begin(map);
+            for k in 0..map.rows() {
+                estimator.row(map, k);
+            }
+            let mut outcome = estimator.conclude(map, config, number, drive, &mut listener);
+            outcome.link();
+            (outcome, listener)
+        };
+        let drive = Drive {
+            past: Some(&past),
+            ..scanned.drive
+        };
+        let (outcome, listener) = run(&mut carrying, &drive);
+        let Some(truth) = recording.meta.sequence.truth.get(scan) else {
+            return;
+        };
+        let travel_m = recording.meta.sequence.truth_travel_m.get(scan);
+        if let Some(&travel_m) = travel_m {
+            let (alone, _) = run(&mut Likelihood::new(), &scanned.drive);
+            let now: Vec<Told> = (alone.steps.iter())
+                .filter_map(|s| told(s, truth, travel_m))
+                .collect();
+            for a in before.iter().flatten() {
+                for b in now.iter().filter(|b| b.height_mm == a.height_mm) {
+                    taught.pairs.push(Pair {
+                        moved_m: (b.travel_m - a.travel_m).abs(),
+                        place: [a.place, b.place],
+                        level: [a.level, b.level],
+                    });
+                }
+            }
+            before.push(now);
+        }
+        if scanned.answer.is_fault() {
+            return;
+        }
+        let cells: Vec<PastCell> = listener
+            .cells
+            .iter()
+            .filter_map(|c| {
+                let end_m = c.end_m;
+                c.past.map(|features| PastCell { end_m, features })
+            })
+            .collect();
+        if cells.is_empty() {
+            return;
+        }
+        match answer_of(&recording.name, &outcome) {
+            Ok(answer) => taught.lessons.push(Lesson {
+                name: format!("{} scan {}", recording.name, scan + 1),
+                wrong: first_wrong(&answer, truth, &listener.cells),
+                stairs: !answer.steps.is_empty(),
+                cells,
+            }),
+            Err(error) => trouble = Some(error),
+        }
+    })?;
+    trouble.map_or(Ok(taught), Err)
+}
+
+/// How far the correlations are looked at, and how finely.
+const GRID: u32 = 40;
+/// The longest way by which a correlation falls to 1/e, metres.
+const LONGEST_M: f64 = 1.0;
+
+/// The correlation that leaves least of the products of two scans' errors.
+fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
+    let power = pairs
+        .iter()
+        .map(|p| of(p).map(|z| z * z).iter().sum::<f64>() / 2.0);
+    let power = power.sum::<f64>() / pairs.len().max(1) as f64;
+    let left = |standing: f64, way_m: f64| -> f64 {
+        let off = pairs.iter().map(|p| {
+            let [a, b] = of(p);
+            a * b - power * standing * (-p.moved_m / way_m).exp()
+        });
+        off.map(|x| x * x).sum()
+    };
+    let mut best = (f64::INFINITY, 0.0, LONGEST_M);
+    for i in 0..=GRID {
+        for j in 1..=GRID {
+            let standing = f64::from(i) / f64::from(GRID);
+            let way_m = LONGEST_M * f64::from(j) / f64::from(GRID);
+            let left = left(standing, way_m);
+            if left < best.0 {
+                best = (left, standing, way_m);
+            }
+        }
+    }
+    Correlation {
+        standing: best.1 as f32,
+        way_m: best.2 as f32,
+    }
+}
+
+/// Correlations of the errors of places and of levels.
+pub fn correlations(pairs: &[Pair]) -> [Correlation; 2] {
+    [
+        correlation(pairs, |p| p.place),
+        correlation(pairs, |p| p.level),
+    ]
+}
+
+/// How far a weight is taken to lie from 0 before anything is counted: features are log-odds of an error
+/// already, or as telling as one or two nats of them.
+const PAST_SIGMA: f64 = 1.0;
+
+/// What was counted, and what there is to say of it.
+pub struct Counted {
+    /// The table.
+    pub table: Carried,
+    /// For people.
+    pub told: String,
+}
+
+/// Hazards from some sequences, what they add up to and the threshold of `ok` from others.
+pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
+    let mut rows = Vec::new();
+    for lesson in training {
+        let until = lesson.wrong.map_or(lesson.cells.len(), |k| k + 1);
+        for (k, cell) in lesson.cells.iter().take(until).enumerate() {
+            let features = cell.features.iter().map(|&f| f64::from(f)).collect();
+            rows.push((features, lesson.wrong == Some(k)));
+        }
+    }
+    let hazards = logistic::fit(&rows, PAST_FEATURES, PAST_SIGMA);
+    let mut table = Carried {
+        hazard: [0.0; PAST_FEATURES],
+        maps: [Map::IDENTITY; 2],
+        ok_from: 2.0,
+    };
+    for (weight, &fitted) in table.hazard.iter_mut().zip(&hazards.weights) {
+        *weight = fitted as f32;
+    }
+    let mut told = format!(
+        "hazard: {} scans, {} cells, {} of them wrong\n",
+        training.len(),
+        hazards.samples,
+        hazards.happened
+    );
+    for (k, (weight, error)) in hazards.weights.iter().zip(&hazards.errors).enumerate() {
+        let _ = writeln!(told, "  {k:>3} {weight:>9.3} ± {error:.3}");
+    }
+    for (stairs, k) in [(false, 0), (true, 1)] {
+        let lessons = calibration.iter().filter(|l| l.stairs == stairs);
+        let rows: Vec<_> = lessons.flat_map(|l| odds(l, &table)).collect();
+        let fit = logistic::fit(&rows, 2, PRIOR_SIGMA);
+        if let [slope, offset] = fit.weights[..] {
+            table.maps[k] = Map {
+                slope: slope as f32,
+                offset: offset as f32,
+            };
+            let _ = writeln!(told, "calibration, steps {stairs}: {slope:.3} {offset:.3}");
+        }
+    }
+    for (p, name) in surest_wrong(calibration, &table) {
+        let _ = writeln!(told, "  wrong with {p:.4}: {name}");
+    }
+    let least = threshold(calibration, &mut table);
+    let _ = writeln!(
+        told,
+        "ok from {:.3} on: {} of {} scans, {} of them wrong",
+        table.ok_from,
+        least.0,
+        calibration.len(),
+        least.1
+    );
+    Counted { table, told }
+}
+
+/// Log-odds of being right up to each cell, and whether it is.
+fn odds(lesson: &Lesson, table: &Carried) -> Vec<(Vec<f64>, bool)> {
+    let mut log_right = 0.0;
+    let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
+        log_right += f64::from(log_survival(table.log_odds(&cell.features)));
+        let log_wrong = (-log_right.exp_m1()).max(f64::from(f32::EPSILON)).ln();
+        let right = lesson.wrong.is_none_or(|w| w > k);
+        (vec![log_right - log_wrong, 1.0], right)
+    });
+    cells.collect()
+}
+
+/// So many of the surest wrong answers are told.
+const TOLD: usize = 12;
+
+/// The answers that are the surest to be right up to where they are wrong, with that probability.
+fn surest_wrong<'a>(lessons: &'a [Lesson], table: &Carried) -> Vec<(f32, &'a str)> {
+    let mut wrong: Vec<(f32, &str)> = lessons
+        .iter()
+        .filter_map(|lesson| {
+            let cells = lesson.cells.get(..=lesson.wrong?)?.iter();
+            let log_right = cells
+                .map(|c| log_survival(table.log_odds(&c.features)))
+                .sum();
+            let p = probability(&table.maps, log_right, lesson.stairs);
+            Some((p, lesson.name.as_str()))
+        })
+        .collect();
+    wrong.sort_by(|a, b| b.0.total_cmp(&a.0));
+    wrong.truncate(TOLD);
+    wrong
+}
+
+/// Sets the least threshold with which so few `ok` answers are wrong, half an error more than seen
+/// (Jeffreys); returns how many it makes `ok`, and how many of these are wrong.
+fn threshold(lessons: &[Lesson], table: &mut Carried) -> (usize, usize) {
+    let course = |lesson: &Lesson| -> Vec<(f32, f32, bool)> {
+        let mut log_right = 0.0;
+        let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
+            log_right += log_survival(table.log_odds(&cell.features));
+            let p = probability(&table.maps, log_right, lesson.stairs);
+            (cell.end_m, p, lesson.wrong.is_none_or(|w| w > k))
+        });
+        cells.collect()
+    };
+    let courses: Vec<_> = lessons.iter().map(course).collect();
+    for thousandths in 900..1000_u16 {
+        let from = f32::from(thousandths) / 1000.0;
+        let ends = courses
+            .iter()
+            .filter_map(|c| c.iter().rfind(|cell| cell.1 >= from));
+        let ok: Vec<_> = ends.filter(|(end, ..)| *end >= OK_REACH_M).collect();
+        let wrong = ok.iter().filter(|(.., right)| !right).count();
+        if (wrong as f64 + 0.5) * OK_IN <= ok.len() as f64 + 1.0 {
+            table.ok_from = from;
+            return (ok.len(), wrong);
+        }
+    }
+    (0, 0)
+}
+
+/// The source file of the table.
+pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
+    let mut out = String::from(
+        "//! What one scan's word counts in the next one, counted from simulated sequences: written by\n\
+         //! `cargo sim sequences --fit`.\n\n\
+         use super::carried::{Carried, Correlation};\nuse super::hazard::Map;\n",
+    );
+    for (name, of, c) in [
+        ("PLACES", "distances", places),
+        ("LEVELS", "heights", levels),
+    ] {
+        let _ = write!(
+            out,
+            "\n/// Of the errors of steps' {of}.\npub const {name}: Correlation = Correlation {{\n    \
+             standing: {:?},\n    way_m: {:?},\n}};\n",
+            c.standing, c.way_m
+        );
+    }
+    out.push_str("\n/// In the depth plane.\npub static UP: Carried = Carried {\n    hazard: [\n");
+    for weight in table.hazard {
+        let _ = writeln!(out, "        {weight:?},");
+    }
+    out.push_str("    ],\n    maps: [\n");
+    for map in table.maps {
+        let _ = write!(
+            out,
+            "        Map {{\n            slope: {:?},\n            offset: {:?},\n        }},\n",
+            map.slope, map.offset
+        );
+    }
+    let _ = write!(out, "    ],\n    ok_from: {:?},\n}};\n", table.ok_from);
+    out
+}

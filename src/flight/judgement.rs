@@ -1,0 +1,195 @@
+//! What the particles say of the answer: doubts, and what may stand there besides.
+
+use super::belief::{LANDING_M, Posterior, walls};
+use super::dimensions::Measured;
+use crate::answer::{MAX_MAYBES, Maybe};
+use crate::math;
+use crate::observer::{Event, Observer};
+use crate::posterior::{
+    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Proposals, SAME_M, Sigmas, Staircase, Told, weight,
+};
+use crate::sort::shell_sort;
+use heapless::Vec;
+
+/// Places where something may stand that are told apart, and what is told of: from this probability on.
+const MAX_PLACES: usize = 16;
+/// See [`MAX_PLACES`].
+const LEAST_MAYBE: f32 = 0.05;
+/// So many hypotheses are looked around that are not like each other …
+const LOOKED: usize = 2;
+/// … if they are within so many nats of the likeliest.
+const NEAR_NATS: f32 = 4.0;
+/// Where ramps begin, metres, and their slopes.
+const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
+/// See [`RAMPS_FROM_M`].
+const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
+
+/// What the particles say of an answer.
+#[derive(Clone, Debug, Default)]
+pub struct Belief {
+    /// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
+    pub doubts: [f32; CELLS],
+    /// What may stand there though the answer does not hold it.
+    pub maybes: Vec<Maybe, MAX_MAYBES>,
+}
+
+impl Posterior {
+    /// What the particles say of the answer, after [`Posterior::choose`].
+    #[inline(never)]
+    pub fn judge(&mut self, measured: Option<&Measured>) -> Belief {
+        let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
+        let mut answer = Staircase::nothing();
+        let mut sigmas = [0.0; MAX_STEPS];
+        if let Some(m) = measured {
+            let steps = &m.outcome.steps;
+            let begins = |b: &&Base| {
+                let first = steps.first().map_or(0.0, |s| s.distance_m);
+                (b.staircase.x(0) - first).abs() < SAME_M
+            };
+            let mut same = self
+                .bases
+                .iter()
+                .filter(|b| b.staircase.len() == steps.len());
+            let same = same.clone().find(begins).or_else(|| same.next());
+            answer = same.map_or(answer, |b| b.staircase);
+            let levels = answer.top_m.iter_mut().zip(&mut sigmas);
+            for (step, (top, sigma)) in steps.iter().zip(levels) {
+                // As many as a staircase has.
+                let _ = edges.push(Edge {
+                    x_m: step.distance_m,
+                    y_m: step.height_m,
+                    seen: true,
+                });
+                (*top, *sigma) = (step.height_m, step.height_sigma_m);
+            }
+        }
+        let told = Told {
+            edges: &edges,
+            view: self.model.view,
+        };
+        self.add_ground(&answer, &sigmas);
+        self.spread(&told);
+        self.cloud.resample();
+        Belief {
+            doubts: self.cloud.doubts(),
+            maybes: maybes(&self.cloud, &told),
+        }
+    }
+
+    /// Tells the observer the particles.
+    pub fn tell(&self, observer: &mut dyn Observer) {
+        observer.event(Event::Posterior {
+            cloud: &self.cloud,
+            view: &self.model.view,
+        });
+    }
+
+    /// Level ground and the answer, either with a wall behind.
+    #[inline(never)]
+    fn add_ground(&mut self, answer: &Staircase, sigmas: &Sigmas) {
+        let behind = answer.last_x() + LANDING_M;
+        for &wall_m in &walls(&self.model) {
+            let fits = !answer.is_empty() && wall_m > behind;
+            let ground = Some(Staircase::nothing());
+            for s in [ground, fits.then_some(*answer)].into_iter().flatten() {
+                let mut s = s;
+                s.wall_m = wall_m;
+                // There is room for each wall and none, twice.
+                let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
+            }
+        }
+    }
+
+    /// Fills the cloud with what may stand there: the hypotheses, what is near the likeliest of them,
+    /// and ramps.
+    #[inline(never)]
+    fn spread(&mut self, told: &Told<'_>) {
+        let Self {
+            model,
+            bases,
+            cloud,
+        } = self;
+        cloud.clear();
+        let sigmas = [0.0; MAX_STEPS];
+        for from in RAMPS_FROM_M {
+            for slope in SLOPES {
+                let mut ramp = Staircase::nothing();
+                (ramp.kind, ramp.slope, ramp.wall_m) = (Kind::Ramp, slope, from);
+                cloud.add(&ramp, weight(model, &ramp), &sigmas, told);
+            }
+        }
+        let weights = bases.iter().map(|b| b.log_weight);
+        let top = weights.fold(f32::NEG_INFINITY, math::max);
+        for base in bases.iter() {
+            cloud.add(&base.staircase, base.log_weight, &base.sigmas, told);
+        }
+        let mut looked: Vec<&Base, LOOKED> = Vec::new();
+        while !looked.is_full() {
+            // Level ground with another wall has the same around it.
+            let fresh = |b: &&Base| {
+                let ground = b.staircase.kind == Kind::Nothing;
+                !looked.iter().any(|l| {
+                    b.staircase.is_like(&l.staircase) || ground && l.staircase.kind == Kind::Nothing
+                })
+            };
+            let near = bases.iter().filter(|b| b.log_weight > top - NEAR_NATS);
+            let next = near.filter(fresh);
+            let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
+            let Some(base) = next else { break };
+            Proposals { model, told, cloud }.around(base);
+            // There is room, or the loop would have ended.
+            let _ = looked.push(base);
+        }
+    }
+}
+
+/// The edges of particles that the answer does not hold, those near each other as one.
+fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
+    let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
+    for (staircase, probability) in cloud.particles() {
+        let seen = staircase.edges(&told.view).filter(|e| e.seen);
+        let drop = (staircase.kind == Kind::Drop).then_some(Edge {
+            x_m: staircase.wall_m,
+            y_m: Maybe::DROP_M,
+            seen: true,
+        });
+        for edge in seen.chain(drop) {
+            let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
+            if told.edges.iter().any(|t| near(t.x_m)) {
+                continue;
+            }
+            let place = sums.iter_mut().find(|m| {
+                near(m.distance_m / m.probability) && (m.height_m < 0.0) == (edge.y_m < 0.0)
+            });
+            let (distance_m, height_m) = (probability * edge.x_m, probability * edge.y_m);
+            match place {
+                Some(m) => {
+                    m.distance_m += distance_m;
+                    m.height_m += height_m;
+                    m.probability += probability;
+                }
+                // Where there is no room any more, many places are more doubtful.
+                None => drop_full(sums.push(Maybe {
+                    distance_m,
+                    height_m,
+                    probability,
+                })),
+            }
+        }
+    }
+    let mut maybes = Vec::new();
+    let likely = |m: &&Maybe| m.probability >= LEAST_MAYBE;
+    for m in sums.iter().filter(likely) {
+        let told = Maybe {
+            distance_m: m.distance_m / m.probability,
+            height_m: m.height_m / m.probability,
+            probability: math::min(m.probability, 1.0),
+        };
+        drop_full(maybes.push(told));
+    }
+    shell_sort(&mut maybes, |a: &Maybe, b| a.distance_m < b.distance_m);
+    maybes
+}
+
+/// What finds no room is left out.
+fn drop_full(_: Result<(), Maybe>) {}

@@ -1,0 +1,56 @@
+//! What one scan's word counts in the next one. `cargo sim sequences --fit` counts the hazards and the
+//! correlations (`counted.rs`); the rest says where it comes from.
+
+use super::hazard::Map;
+use crate::math;
+
+/// How much the logarithm of a weight carried on counts in the next scan: a riser that shows nothing, or
+/// something else, does so again.
+pub const TEMPER: f32 = 0.7;
+/// What is carried on counts so much at most, nats of the search's score: evidence of one scan beats any
+/// number of scans before.
+pub const MOST_NATS: f32 = 4.0;
+/// A staircase that was not thought of before explains a scan better by so much: the scene has changed,
+/// nats.
+pub const CHANGED_NATS: f32 = 8.0;
+
+/// How alike two readings' errors are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Correlation {
+    /// From one and the same place …
+    pub standing: f32,
+    /// … and by what way it falls to 1/e of that, metres.
+    pub way_m: f32,
+}
+
+impl Correlation {
+    /// From places so many metres apart.
+    pub fn after(&self, moved_m: f32) -> f32 {
+        self.standing * math::exp(-moved_m.abs() / self.way_m)
+    }
+}
+
+/// Number of features of a cell that earlier scans have seen; `src/fusion/outlook.rs` says what each is.
+pub const PAST_FEATURES: usize = 12;
+
+/// What this scan and earlier ones know of a cell.
+pub type PastFeatures = [f32; PAST_FEATURES];
+
+/// The verdict's numbers where something was carried on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Carried {
+    /// Log-odds of an error in a cell per unit of each feature.
+    pub hazard: PastFeatures,
+    /// From what the hazards add up to, of answers without steps and with steps.
+    pub maps: [Map; 2],
+    /// An answer is `ok` from this probability on.
+    pub ok_from: f32,
+}
+
+impl Carried {
+    /// Log-odds of an error in a cell.
+    pub fn log_odds(&self, features: &PastFeatures) -> f32 {
+        let pairs = features.iter().zip(&self.hazard);
+        pairs.map(|(feature, weight)| feature * weight).sum()
+    }
+}

@@ -1,0 +1,46 @@
+//! What one scan's word counts in the next one, counted from simulated sequences: written by
+//! `cargo sim sequences --fit`.
+
+use super::carried::{Carried, Correlation};
+use super::hazard::Map;
+
+/// Of the errors of steps' distances.
+pub const PLACES: Correlation = Correlation {
+    standing: 0.575,
+    way_m: 1.0,
+};
+
+/// Of the errors of steps' heights.
+pub const LEVELS: Correlation = Correlation {
+    standing: 0.775,
+    way_m: 0.2,
+};
+
+/// In the depth plane.
+pub static UP: Carried = Carried {
+    hazard: [
+        0.23445718,
+        0.9551455,
+        -0.20808621,
+        0.6422676,
+        -0.63800067,
+        1.0786628,
+        -0.27289692,
+        0.20786333,
+        0.19409534,
+        1.3121324,
+        0.29082668,
+        -0.40125817,
+    ],
+    maps: [
+        Map {
+            slope: 1.2603583,
+            offset: -0.7134354,
+        },
+        Map {
+            slope: 0.76715356,
+            offset: 0.91175,
+        },
+    ],
+    ok_from: 0.988,
+};
