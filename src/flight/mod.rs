@@ -209,10 +209,9 @@ impl Estimator for Likelihood {
         }
         let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
         let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
-        if !kept || drive.memory == drive::Memory::Off {
-            if let Some(past) = &mut past {
-                past.forget();
-            }
+        let forget = !kept || drive.memory == drive::Memory::Off;
+        if let Some(past) = past.as_mut().filter(|_| forget) {
+            past.forget();
         }
         if heard {
             agreement.tell(&mut outcome);
