@@ -219,6 +219,7 @@ impl PolarMap {
     }
 
     /// The cells of row `k` that CA-CFAR let through: bin and logarithmic power.
+    #[inline(always)]
     pub fn hits(&self, k: usize) -> impl Iterator<Item = (usize, u8)> {
         let cells = self.row(k);
         (0..cells.len()).step_by(32).flat_map(move |first| {
@@ -228,6 +229,7 @@ impl PolarMap {
     }
 
     /// The cells that CA-CFAR let through in row `a` or in row `b`: bin, power in `a` and in `b`.
+    #[inline(always)]
     pub fn hits_of(&self, a: usize, b: usize) -> impl Iterator<Item = (usize, u8, u8)> {
         let (cells_a, cells_b) = (self.row(a), self.row(b));
         let words = self.words_of(a).zip(self.words_of(b));
