@@ -2,14 +2,16 @@
 
 use super::ascending::{self, Ascending};
 use super::search::Search;
-use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs};
+use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs, regular};
 use crate::echoes::Echo;
 use crate::fusion::Memory;
 use crate::grid::PolarMap;
 use crate::math;
 use crate::params::carried;
 use crate::params::generative::Generative;
-use crate::posterior::{Base, Cloud, FLOOR, Kind, Model, RIGHT_M, Staircase, View, refine, weight};
+use crate::posterior::{
+    Base, Cloud, FLOOR, Kind, LONGEST_GOING_M, Model, RIGHT_M, Staircase, View, refine, weight,
+};
 use heapless::Vec;
 
 /// Hypotheses that begin the posterior: the best flight of each length with its refined dimensions,
@@ -51,6 +53,8 @@ const MOST_LOOKED: usize = 6;
 const WALLS_APART_M: f32 = 0.05;
 /// Nothing that the chair has come up to stands nearer to the mirror, metres: its footrests are there.
 const NEAREST_M: f32 = 0.3;
+/// Ramps that a chair drives are no steeper: three times what is allowed indoors.
+const STEEPEST_RAMP: f32 = 0.2;
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
 pub(super) const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
@@ -186,7 +190,8 @@ impl Posterior {
         }
         let mut chosen = looking.best.take().map(|(_, chosen)| chosen);
         if let Some(chosen) = &mut chosen {
-            chosen.odds = SHARE * (chosen.odds - self.rival(&chosen.flight.chain));
+            chosen.odds = SHARE
+                * (chosen.odds - self.rival(&chosen.flight.chain, chosen.flight.shape.rise_m));
         }
         if let Some(past) = past {
             self.remember(&looking, chosen.as_mut(), search, past);
@@ -276,8 +281,10 @@ impl Posterior {
         past: &mut Memory,
     ) {
         let nothing = Staircase::nothing();
-        let chain = chosen.as_ref().map_or(&[][..], |c| &c.flight.chain);
-        let worth = SHARE * self.rival(chain) + search.stairs.scene().params.accept_up_nats;
+        let flight = chosen.as_ref().map(|c| &c.flight);
+        let chain = flight.map_or(&[][..], |f| &f.chain);
+        let rise_m = flight.map_or(0.0, |f| f.shape.rise_m);
+        let worth = SHARE * self.rival(chain, rise_m) + search.stairs.scene().params.accept_up_nats;
         let word = past.hypotheses.word(&nothing);
         let (mut alone, mut expected) = (looking.alone, looking.expected);
         alone = math::max(alone, worth);
@@ -297,9 +304,10 @@ impl Posterior {
     }
 
     /// Weight of the likeliest thing that is no stairs: level ground, and where a single riser is the
-    /// flight, a box or a threshold in its place, each with and without a wall.
+    /// flight, a box or a threshold in its place, each with and without a wall; where the flight is as flat
+    /// as a ramp, that ramp.
     #[inline(never)]
-    fn rival(&self, chain: &[Link]) -> f32 {
+    fn rival(&self, chain: &[Link], rise_m: f32) -> f32 {
         let mut most = f32::NEG_INFINITY;
         for &wall_m in &walls(&self.model) {
             let ground = Staircase {
@@ -315,6 +323,21 @@ impl Posterior {
                     s.kind = *kind;
                     most = math::max(most, weight(&self.model, &s));
                 }
+            }
+        }
+        let (going_m, _) = regular(chain, LONGEST_GOING_M);
+        if let [first, ..] = chain
+            && rise_m < STEEPEST_RAMP * going_m
+        {
+            // Its surface may run through the nosings, through the feet of the risers, or between.
+            for share in [0.0, 0.5, 1.0] {
+                let ramp = Staircase {
+                    kind: Kind::Ramp,
+                    wall_m: first.along_m - share * going_m,
+                    slope: rise_m / going_m,
+                    ..Staircase::nothing()
+                };
+                most = math::max(most, weight(&self.model, &ramp));
             }
         }
         most
