@@ -396,7 +396,7 @@ const CAPTURES: &[Case] = &[
     ),
     (
         |m| m["captures"][3]["stairscan:time_s"] = json!(0.1),
-        &["captures[3]", "time_s", "found 0.1", "not before 0.2"],
+        &["captures[3]", "time_s", "found 0.1", "from 0.2"],
     ),
     (
         |m| {
