@@ -4,6 +4,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
+use stairscan::answer::Reason;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
 use stairscan::scan::Settings;
@@ -320,9 +321,17 @@ impl<'a> Session<'a> {
     }
 
     /// The next scan's sentences, `SCAN` first. Faults of self-tests before the module was
-    /// connected are not among them.
+    /// connected are not among them, nor a search for home that failed though the switch works: this end
+    /// gives the switch's edge as late as the host is busy, and the scanner searches again by itself.
     pub fn scan(&mut self) -> Result<Vec<String>> {
-        let is_scan = |sentence: &Sentence<'_>| matches!(sentence, Sentence::Scan(_));
+        let works = self.switch_works;
+        let is_scan = |sentence: &Sentence<'_>| match sentence {
+            Sentence::Scan(head) => {
+                let late = works && head.scan == 0 && head.reasons.has(Reason::HomeNotFound);
+                !late
+            }
+            _ => false,
+        };
         let mut sentences = vec![self.wait_for("a scan", is_scan)?];
         let Ok(Sentence::Scan(head)) = Sentence::parse(&sentences[0]) else {
             bail!("{}: no SCAN", sentences[0]);
