@@ -1,5 +1,6 @@
 //! One boot of the image with everything around it: configure, scan, ask.
 
+use std::cell::Cell;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -15,6 +16,8 @@ use super::qemu::{Input, Qemu, read_some, write_all};
 use super::shaft::Shaft;
 use crate::playback::Playback;
 
+/// So many searches for home in a row may fail because the edge comes late.
+const MOST_SEARCHES: u8 = 8;
 /// Nothing that the scanner does in the emulator takes longer, on a slow and busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 /// Between two looks at sockets and log when nothing came.
@@ -324,11 +327,13 @@ impl<'a> Session<'a> {
     /// connected are not among them, nor a search for home that failed though the switch works: this end
     /// gives the switch's edge as late as the host is busy, and the scanner searches again by itself.
     pub fn scan(&mut self) -> Result<Vec<String>> {
-        let works = self.switch_works;
+        let searches = Cell::new(if self.switch_works { MOST_SEARCHES } else { 0 });
         let is_scan = |sentence: &Sentence<'_>| match sentence {
             Sentence::Scan(head) => {
-                let late = works && head.scan == 0 && head.reasons.has(Reason::HomeNotFound);
-                !late
+                let late = head.scan == 0 && head.reasons.has(Reason::HomeNotFound);
+                let left = searches.get();
+                searches.set(left.saturating_sub(u8::from(late)));
+                !late || left == 0
             }
             _ => false,
         };
