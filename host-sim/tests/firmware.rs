@@ -309,8 +309,7 @@ fn faults_are_told_and_pass() {
     session.connect().unwrap();
     let clean = head(&session.scan().unwrap());
     assert!(is_sound(&clean), "{clean:?}");
-    // Not before: with short holds the scanner without a module would search for home all the time, and
-    // `stop` above would catch the shaft on its switch, whose level the emulator does not show.
+    // Not before: with short holds the scanner without a module would search for home all the time.
     session.set("fault-hold", "100000").unwrap();
     for (faults, status, reason, rows) in [
         // What a retry or a sequence number mends is no loss.

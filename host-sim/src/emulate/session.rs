@@ -1,11 +1,9 @@
 //! One boot of the image with everything around it: configure, scan, ask.
 
-use std::cell::Cell;
 use std::path::Path;
 use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
-use stairscan::answer::Reason;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
 use stairscan::scan::Settings;
@@ -16,8 +14,6 @@ use super::qemu::{Input, Qemu, read_some, write_all};
 use super::shaft::Shaft;
 use crate::playback::Playback;
 
-/// So many searches for home in a row may fail because the edge comes late.
-const MOST_SEARCHES: u8 = 8;
 /// Nothing that the scanner does in the emulator takes longer, on a slow and busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 /// Between two looks at sockets and log when nothing came.
@@ -28,7 +24,7 @@ const WATCHDOG: &str = "I2S2ext: unimplemented device write";
 const POWER_UP: i64 = 300;
 
 /// Waits in the emulator's hurried microseconds, some six to a real one: long enough that a busy
-/// host is no fault.
+/// host is no fault; and a speed that is low enough.
 #[derive(Clone, Copy, Debug)]
 pub struct Waits {
     /// For a chirp.
@@ -37,6 +33,9 @@ pub struct Waits {
     pub configure: u32,
     /// For the module's first answer.
     pub connect: u32,
+    /// Of the search for home, microsteps/s: the switch's edge comes as late as the host is busy, and
+    /// two approaches must end within a degree of each other.
+    pub search_speed: u32,
 }
 
 impl Default for Waits {
@@ -45,6 +44,7 @@ impl Default for Waits {
             chirp: 60_000_000,
             configure: 20_000_000,
             connect: 600_000_000,
+            search_speed: 800,
         }
     }
 }
@@ -159,6 +159,13 @@ impl<'a> Session<'a> {
         }
         if !self.shaft.enabled() {
             self.homed = false;
+            // The emulator's inputs have edges but no level: left on its switch, the shaft could never be
+            // homed again.
+            if self.pressed {
+                self.shaft.turn_by_hand(POWER_UP);
+                self.pressed = false;
+                self.qemu.set(Input::Home, false)?;
+            }
         }
         Ok(!lines.is_empty())
     }
@@ -271,12 +278,13 @@ impl<'a> Session<'a> {
 
     /// Brings the image to `settings` and the waits that the emulator needs.
     pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
-        for (key, wait) in [
+        for (key, value) in [
             ("connect-timeout", waits.connect),
             ("configure-timeout", waits.configure),
             ("chirp-timeout", waits.chirp),
+            ("search-speed", waits.search_speed),
         ] {
-            self.set(key, &wait.to_string())?;
+            self.set(key, &value.to_string())?;
         }
         let default = Settings::default();
         // A scan of three angles around the middle is valid in every plane, so that no order of
@@ -285,6 +293,7 @@ impl<'a> Session<'a> {
         let changed: Vec<_> = Settings::KEYS
             .iter()
             .filter(|key| !key.starts_with("radar-") && !key.ends_with("-timeout"))
+            .filter(|key| **key != "search-speed")
             .filter(|key| settings.get(key) != default.get(key) || MOUNTING.contains(key))
             .collect();
         let sweep = ["angle-count", "first-angle", "angle-step"];
@@ -324,19 +333,9 @@ impl<'a> Session<'a> {
     }
 
     /// The next scan's sentences, `SCAN` first. Faults of self-tests before the module was
-    /// connected are not among them, nor a search for home that failed though the switch works: this end
-    /// gives the switch's edge as late as the host is busy, and the scanner searches again by itself.
+    /// connected are not among them.
     pub fn scan(&mut self) -> Result<Vec<String>> {
-        let searches = Cell::new(if self.switch_works { MOST_SEARCHES } else { 0 });
-        let is_scan = |sentence: &Sentence<'_>| match sentence {
-            Sentence::Scan(head) => {
-                let late = head.scan == 0 && head.reasons.has(Reason::HomeNotFound);
-                let left = searches.get();
-                searches.set(left.saturating_sub(u8::from(late)));
-                !late || left == 0
-            }
-            _ => false,
-        };
+        let is_scan = |sentence: &Sentence<'_>| matches!(sentence, Sentence::Scan(_));
         let mut sentences = vec![self.wait_for("a scan", is_scan)?];
         let Ok(Sentence::Scan(head)) = Sentence::parse(&sentences[0]) else {
             bail!("{}: no SCAN", sentences[0]);
