@@ -44,7 +44,7 @@ impl Default for Waits {
             chirp: 60_000_000,
             configure: 20_000_000,
             connect: 600_000_000,
-            search_speed: 800,
+            search_speed: 2_400,
         }
     }
 }
