@@ -176,7 +176,7 @@ impl Answer {
     }
 
     /// One line in words.
-    fn summary(&self) -> String {
+    pub fn summary(&self) -> String {
         let reasons: Vec<_> = self.scan.reasons.iter().map(|r| r.as_str()).collect();
         let because = if reasons.is_empty() {
             String::new()

@@ -6,6 +6,7 @@ pub mod commands;
 pub mod emulate;
 pub mod faults;
 pub mod fit;
+pub mod html;
 pub mod images;
 pub mod inspect;
 pub mod motion;

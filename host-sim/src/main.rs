@@ -32,6 +32,8 @@ enum Command {
     Emulate(commands::emulate::Args),
     /// Show why a scan came out as it did: scatterers with their roles, the winner and its rivals
     Inspect(commands::inspect::Args),
+    /// Write scans as one page for any browser: verdict, side view, range profiles, rivals
+    Report(commands::report::Args),
     /// Measure the estimators on random scenes of the simulator: the README's table
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
@@ -70,6 +72,7 @@ fn main() -> ExitCode {
         Command::Timing(args) => commands::timing::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
+        Command::Report(args) => commands::report::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),

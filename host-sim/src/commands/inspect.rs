@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
 
-use super::{Format, Settings, emit};
+use super::{Format, Settings, emit, recordings};
 use crate::inspect::Inspection;
 use crate::plots::{self, PaperView, ScanView};
 use crate::recording::Recording;
@@ -15,7 +15,7 @@ use crate::replay::{self, Scanned};
 /// Arguments of `inspect`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings, with or without suffix
+    /// Recordings, with or without suffix, or directories of them
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     #[command(flatten)]
@@ -34,7 +34,7 @@ pub struct Args {
 /// Shows every recording; a bad one makes the exit status 1 and the rest goes on.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut code = ExitCode::SUCCESS;
-    for path in &args.recordings {
+    for path in &recordings(&args.recordings)? {
         if let Err(error) = inspect(path, args) {
             eprintln!("error: {error:#}");
             code = ExitCode::FAILURE;

@@ -12,6 +12,7 @@ pub mod inspect;
 pub mod params;
 pub mod profile;
 pub mod replay;
+pub mod report;
 pub mod score;
 pub mod sequences;
 pub mod snr;
@@ -20,13 +21,16 @@ pub mod table1;
 pub mod timing;
 pub mod twins;
 
+use std::collections::HashSet;
 use std::io::Write as _;
+use std::path::PathBuf;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use stairscan::config::{Config, EstimatorKind};
 
+use crate::recording;
 use crate::replay::Options;
 
 /// How results are printed.
@@ -56,6 +60,31 @@ pub fn progress(length: u64) -> ProgressBar {
     let style = "{bar:40} {pos}/{len}, {elapsed} gone, {eta} to go";
     let style = ProgressStyle::with_template(style);
     ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// The recordings that `paths` name: each once, those of a directory in order, and what is none, as `*` of a
+/// shell names it, skipped with a line on stderr.
+///
+/// # Errors
+/// A directory that cannot be read or holds none, or paths none of which may be a recording.
+pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let mut found: Vec<PathBuf> = Vec::new();
+    for path in paths {
+        if path.is_dir() {
+            found.extend(recording::list(path)?);
+        } else if recording::may_be(path) {
+            found.push(recording::meta_path(path));
+        } else {
+            eprintln!("skipped: {}: no recording", path.display());
+        }
+    }
+    let mut seen = HashSet::new();
+    found.retain(|path| seen.insert(path.clone()));
+    ensure!(
+        !found.is_empty(),
+        "none of the paths is a recording (a pair NAME.sigmf-meta, NAME.sigmf-data)"
+    );
+    Ok(found)
 }
 
 /// What can be chosen for every scan.

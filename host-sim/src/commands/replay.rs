@@ -7,7 +7,7 @@ use anyhow::Result;
 use stairscan::config::EstimatorKind;
 use stairscan::drive::Mode;
 
-use super::{Format, Settings, emit};
+use super::{Format, Settings, emit, recordings};
 use crate::answer::Answer;
 use crate::inspect::Inspection;
 use crate::motion::Fault;
@@ -18,7 +18,7 @@ use crate::replay::{self, Scanned};
 /// Arguments of `replay`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings, with or without suffix
+    /// Recordings, with or without suffix, or directories of them
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     #[command(flatten)]
@@ -66,7 +66,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ..args.settings.options(args.settings.config()?)
     };
     let mut code = ExitCode::SUCCESS;
-    for path in &args.recordings {
+    for path in &recordings(&args.recordings)? {
         let mut pictures = Vec::new();
         let answers = Recording::read(path).and_then(|recording| {
             replay::answers(&recording, &options, |scanned| {

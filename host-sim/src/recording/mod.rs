@@ -98,6 +98,12 @@ fn replaceable(path: &Path) -> Result<()> {
     Ok(())
 }
 
+/// Whether a path may name a recording: one of its two files, or both without their suffix.
+pub fn may_be(path: &Path) -> bool {
+    let suffix = path.extension().and_then(|e| e.to_str());
+    matches!(suffix, Some(META_SUFFIX | DATA_SUFFIX)) || meta_path(path).exists() || !path.exists()
+}
+
 /// The recordings of a directory, sorted by name; an error if there are none.
 pub fn list(dir: &Path) -> Result<Vec<PathBuf>> {
     let entries = fs::read_dir(dir).with_context(|| format!("{}", dir.display()))?;

@@ -1,0 +1,460 @@
+"use strict";
+const data = JSON.parse(document.getElementById("data").textContent);
+const at = (id) => document.getElementById(id);
+// Colours that differ for deuteranopes, too (Okabe and Ito 2008); every layer has a shape of its own besides.
+const HUE = { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", stray: "#606060", horizon: "#222222" };
+const STATUS = {
+  ok: ["✓ ok", "Up to its horizon this answer is vouched for. What stands beyond is told, but is no promise."],
+  degraded: ["! degraded", "Do not act on this answer alone: the reasons say what is weak."],
+  fault: ["✕ fault", "No answer. The reasons say what is broken."],
+};
+const LAYERS = [
+  ["map", "radar map", true], ["hits", "only what CA-CFAR lets through", false], ["echoes", "echoes", true],
+  ["rivals", "rivals", false], ["sigma", "±2σ", true], ["truth", "truth", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
+];
+// Noise stays white up to so far above its mean; from there it takes so many dB to the darkest.
+const [NOISE_DB, SPAN_DB] = [6, 45];
+const state = { recording: 0, scan: 0, place: null, shown: Object.fromEntries(LAYERS.map(([key, , on]) => [key, on])) };
+
+const fixed = (v, digits) => v.toFixed(digits).replace("-", "−");
+const cm = (metres, digits = 1) => `${fixed(100 * metres, digits)} cm`;
+const percent = (p) => `${(100 * p).toFixed(1)} %`;
+const plus = (v) => `${v < 0 ? "−" : "+"}${Math.abs(100 * v).toFixed(1)} cm`;
+function element(tag, text, kind) {
+  const node = document.createElement(tag);
+  node.textContent = text;
+  if (kind) node.className = kind;
+  return node;
+}
+function table(id, head, rows) {
+  const row = (cells, tag) => {
+    const line = document.createElement("tr");
+    for (const cell of cells) line.append(element(tag, cell ?? "–", typeof cell === "string" && !/^[−+\-\d–]/.test(cell) ? "text" : ""));
+    return line;
+  };
+  at(id).replaceChildren(...(rows.length ? [row(head, "th"), ...rows.map((cells) => row(cells, "td"))] : []));
+}
+const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
+const recording = () => data.recordings[state.recording];
+const scan = () => recording().scans[state.scan];
+
+/** Cells and bits of a scan's map, decoded once. */
+function decoded(map) {
+  if (!map.levels) Object.defineProperty(map, "levels", { value: bytes(map.cells) });
+  if (!map.bits) Object.defineProperty(map, "bits", { value: bytes(map.hits) });
+  return map;
+}
+const level = (map, k) => (map.levels[k] - map.full_scale) * map.db_per_unit;
+const isHit = (map, k) => (map.bits[k >> 3] >> (k & 7)) & 1;
+/** Range from the mirror and angle of a place. */
+function polar(map, x, y) {
+  const down = map.mount_height_m - y;
+  return [Math.hypot(x, down), map.depth ? Math.atan2(down, x) : Math.atan2(x, down)];
+}
+/** The other way. */
+function cartesian(map, range, angle) {
+  const [s, c] = [Math.sin(angle) * range, Math.cos(angle) * range];
+  return map.depth ? [c, map.mount_height_m - s] : [s, map.mount_height_m - c];
+}
+/** Row and bin of a place, if the scan holds it. */
+function cellOf(map, x, y) {
+  const [range, angle] = polar(map, x, y);
+  const row = Math.round((angle - map.first_angle_rad) / map.step_rad);
+  const bin = Math.round((range - map.first_range_m) / map.bin_m);
+  return row >= 0 && row < map.rows && bin >= 0 && bin < map.bins ? [row, bin] : null;
+}
+
+/** A canvas as sharp as the screen, its context in CSS pixels. */
+function sheet(id, height) {
+  const canvas = at(id);
+  const width = canvas.parentElement.clientWidth;
+  const ratio = window.devicePixelRatio || 1;
+  canvas.width = Math.round(width * ratio);
+  canvas.height = Math.round(height * ratio);
+  canvas.style.height = `${height}px`;
+  const context = canvas.getContext("2d");
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.font = "13px system-ui, sans-serif";
+  return { context, width, height, ratio };
+}
+
+/** What must be in sight: metres. */
+function extent(s) {
+  const places = [...s.steps, ...(s.truth?.steps ?? []), ...s.maybe];
+  const x = [1.2, s.map?.depth === false ? 0.9 : 1.5, ...places.map((p) => p.distance_m + 0.35)];
+  const y = [s.map?.mount_height_m ?? 0.4, ...places.map((p) => p.height_m)];
+  return {
+    left: Math.min(-0.1, ...places.map((p) => p.distance_m - 0.15)),
+    right: Math.max(...x, Math.min(s.horizon_m ?? 0, 2.6) + 0.1),
+    bottom: Math.min(0, ...y) - 0.2,
+    top: Math.max(...y) + 0.2,
+  };
+}
+
+/** Of a level, 0 to 1: white to dark, so that lightness alone tells it. */
+function shade(share) {
+  const t = Math.max(0, Math.min(1, share));
+  return [Math.round(255 - 210 * t), Math.round(255 - 190 * t), Math.round(255 - 150 * t)];
+}
+
+let frame = null;
+function drawSide() {
+  const s = scan();
+  const parent = at("side").parentElement.clientWidth;
+  const box = extent(s);
+  const margin = { left: 52, right: 12, top: 12, bottom: 40 };
+  const scale = (parent - margin.left - margin.right) / (box.right - box.left);
+  const tall = Math.max(160, Math.min(560, scale * (box.top - box.bottom)));
+  const fit = Math.min(scale, tall / (box.top - box.bottom));
+  const view = sheet("side", tall + margin.top + margin.bottom);
+  const g = view.context;
+  const X = (x) => margin.left + (x - box.left) * fit;
+  const Y = (y) => margin.top + (box.top - y) * fit;
+  const right = X(box.right);
+  frame = { x: (px) => box.left + (px - margin.left) / fit, y: (py) => box.top - (py - margin.top) / fit, X, Y, box };
+  g.clearRect(0, 0, view.width, view.height);
+  if (s.map && state.shown.map) drawMap(g, s.map, view, frame, { left: X(box.left), right, top: Y(box.top), bottom: Y(box.bottom) });
+  g.save();
+  g.beginPath();
+  g.rect(X(box.left), Y(box.top), right - X(box.left), Y(box.bottom) - Y(box.top));
+  g.clip();
+  drawLayers(g, s);
+  g.restore();
+  axes(g, { left: X(box.left), right, top: Y(box.top), bottom: Y(box.bottom) }, [box.left, box.right, X], [box.bottom, box.top, Y]);
+}
+
+function drawMap(g, map, view, frame, at) {
+  decoded(map);
+  const [w, h] = [Math.floor((at.right - at.left) * view.ratio), Math.floor((at.bottom - at.top) * view.ratio)];
+  if (w < 1 || h < 1) return;
+  const image = new ImageData(w, h);
+  const floor = (scan().inspection?.noise_dbfs ?? -95) + NOISE_DB;
+  for (let py = 0; py < h; py += 1) {
+    const y = frame.y(at.top + (py + 0.5) / view.ratio);
+    for (let px = 0; px < w; px += 1) {
+      const cell = cellOf(map, frame.x(at.left + (px + 0.5) / view.ratio), y);
+      if (!cell) continue;
+      const k = cell[0] * map.bins + cell[1];
+      if (state.shown.hits && !isHit(map, k)) continue;
+      image.data.set([...shade((level(map, k) - floor) / SPAN_DB), 255], 4 * (py * w + px));
+    }
+  }
+  g.putImageData(image, Math.round(at.left * view.ratio), Math.round(at.top * view.ratio));
+}
+
+/** A staircase from the ground in front of it to a little behind its last edge. */
+function surface(g, steps, { X, Y, box }) {
+  let y = 0;
+  g.beginPath();
+  g.moveTo(X(box.left), Y(0));
+  for (const step of steps) {
+    g.lineTo(X(step.distance_m), Y(y));
+    y = step.height_m;
+    g.lineTo(X(step.distance_m), Y(y));
+  }
+  g.lineTo(X((steps.at(-1)?.distance_m ?? box.right) + 0.25), Y(y));
+  g.stroke();
+}
+function stroke(g, colour, width, dash = []) {
+  g.strokeStyle = colour;
+  g.lineWidth = width;
+  g.setLineDash(dash);
+}
+function drawLayers(g, s) {
+  const { X, Y, box } = frame;
+  if (s.map) {
+    stroke(g, HUE.horizon, 1.5);
+    g.strokeRect(X(0) - 4, Y(s.map.mount_height_m) - 4, 8, 8);
+    g.fillStyle = HUE.horizon;
+    g.fillText("mirror", X(0) + 8, Y(s.map.mount_height_m) - 6);
+  }
+  if (state.shown.rivals) {
+    for (const rival of rivalsOf(s).filter((r) => !r.winner && r.edges.length)) {
+      stroke(g, HUE.rival, 1.5, [2, 3]);
+      surface(g, rival.edges, frame);
+    }
+  }
+  if (state.shown.truth && s.truth) {
+    stroke(g, HUE.truth, 4, [9, 6]);
+    surface(g, s.truth.steps, frame);
+  }
+  if (s.status !== "fault") {
+    stroke(g, HUE.answer, 2.5);
+    surface(g, s.steps, frame);
+  }
+  if (state.shown.sigma) {
+    stroke(g, HUE.answer, 1.2);
+    for (const p of s.steps) {
+      const [w, h] = [2 * p.distance_sigma_m, 2 * p.height_sigma_m];
+      g.strokeRect(X(p.distance_m - w), Y(p.height_m + h), X(p.distance_m + w) - X(p.distance_m - w), Y(p.height_m - h) - Y(p.height_m + h));
+    }
+  }
+  if (state.shown.maybe) s.maybe.forEach((m) => drawMaybe(g, m));
+  if (state.shown.echoes) (s.inspection?.scatterers ?? []).forEach((e) => drawEcho(g, e));
+  if (state.shown.horizon && s.horizon_m > 0) {
+    stroke(g, HUE.horizon, 1.5, [1, 4]);
+    g.beginPath();
+    g.moveTo(X(s.horizon_m), Y(box.top));
+    g.lineTo(X(s.horizon_m), Y(box.bottom));
+    g.stroke();
+    g.fillStyle = HUE.horizon;
+    const end = g.measureText("horizon").width + 6;
+    g.fillText("horizon", X(s.horizon_m) + (X(s.horizon_m) + end < X(box.right) ? 4 : -end), Y(box.top) + 14);
+  }
+  if (state.place && s.map) {
+    const [, angle] = polar(s.map, ...state.place);
+    const far = cartesian(s.map, s.map.first_range_m + s.map.bins * s.map.bin_m, angle);
+    stroke(g, "#00000060", 1);
+    g.beginPath();
+    g.moveTo(X(0), Y(s.map.mount_height_m));
+    g.lineTo(X(far[0]), Y(far[1]));
+    g.stroke();
+  }
+  g.setLineDash([]);
+}
+function drawMaybe(g, m) {
+  const [x, y] = [frame.X(m.distance_m), frame.Y(m.height_m)];
+  stroke(g, HUE.maybe, 2);
+  g.beginPath();
+  g.moveTo(x, y - 8);
+  g.lineTo(x + 8, y);
+  g.lineTo(x, y + 8);
+  g.lineTo(x - 8, y);
+  g.closePath();
+  g.stroke();
+  g.fillStyle = HUE.maybe;
+  g.fillText(`maybe ${percent(m.probability)}`, x + 11, y + 4);
+}
+function drawEcho(g, echo) {
+  const [x, y, r] = [frame.X(echo.x_m), frame.Y(echo.y_m), 2.5 + Math.max(0, echo.snr_db) / 14];
+  const stray = echo.role === "stray";
+  stroke(g, echo.against ? HUE.against : stray ? HUE.stray : HUE.answer, 1.8);
+  g.beginPath();
+  if (echo.against) {
+    g.moveTo(x - r, y - r);
+    g.lineTo(x + r, y + r);
+    g.moveTo(x - r, y + r);
+    g.lineTo(x + r, y - r);
+  } else if (stray) g.rect(x - r, y - r, 2 * r, 2 * r);
+  else g.arc(x, y, r, 0, 2 * Math.PI);
+  g.stroke();
+}
+
+/** Round steps of an axis that leave room for its numbers. */
+function ticks(from, to, room) {
+  const raw = (to - from) / Math.max(1, room);
+  const ten = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map((m) => m * ten).find((candidate) => candidate >= raw);
+  const list = [];
+  for (let k = Math.ceil(from / step); k * step <= to + 1e-9; k += 1) list.push(k * step);
+  return [list, step];
+}
+function axes(g, at, [x0, x1, X], [y0, y1, Y], words = ["distance from the mirror, m", "height, m"]) {
+  g.setLineDash([]);
+  g.strokeStyle = "#888";
+  g.lineWidth = 1;
+  g.strokeRect(at.left, at.top, at.right - at.left, at.bottom - at.top);
+  g.fillStyle = "#333";
+  const text = (v, step) => (Math.abs(v) < 1e-9 ? 0 : v).toFixed(step < 0.1 ? 2 : step < 1 ? 1 : 0).replace("-", "−");
+  g.textAlign = "center";
+  const [xs, xStep] = ticks(x0, x1, (at.right - at.left) / 70);
+  for (const x of xs) g.fillText(text(x, xStep), X(x), at.bottom + 16);
+  g.fillText(words[0], (at.left + at.right) / 2, at.bottom + 33);
+  g.textAlign = "right";
+  const [ys, yStep] = ticks(y0, y1, (at.bottom - at.top) / 40);
+  for (const y of ys) g.fillText(text(y, yStep), at.left - 5, Y(y) + 4);
+  g.save();
+  g.translate(13, (at.top + at.bottom) / 2);
+  g.rotate(-Math.PI / 2);
+  g.textAlign = "center";
+  g.fillText(words[1], 0, 0);
+  g.restore();
+  g.textAlign = "left";
+}
+
+function drawProfile() {
+  const map = scan().map;
+  const view = sheet("profile", 230);
+  const g = view.context;
+  g.clearRect(0, 0, view.width, view.height);
+  const cell = map && state.place && cellOf(map, ...state.place);
+  at("profile-title").textContent = cell ? profileTitle(map, cell[0]) : "Range profile";
+  if (!cell) return;
+  decoded(map);
+  const box = { left: 52, right: view.width - 12, top: 10, bottom: view.height - 40 };
+  const first = map.first_range_m + map.mirror_offset_m;
+  const [x0, x1] = [first, first + map.bins * map.bin_m];
+  const levels = Array.from({ length: map.bins }, (_, bin) => level(map, cell[0] * map.bins + bin));
+  const [y0, y1] = [Math.min(...levels) - 3, Math.max(...levels) + 5];
+  const X = (x) => box.left + ((x - x0) / (x1 - x0)) * (box.right - box.left);
+  const Y = (y) => box.bottom - ((y - y0) / (y1 - y0)) * (box.bottom - box.top);
+  stroke(g, HUE.answer, 1.5);
+  g.beginPath();
+  levels.forEach((db, bin) => g.lineTo(X(first + bin * map.bin_m), Y(db)));
+  g.stroke();
+  g.fillStyle = HUE.against;
+  levels.forEach((db, bin) => {
+    if (isHit(map, cell[0] * map.bins + bin)) g.fillRect(X(first + bin * map.bin_m) - 2.5, Y(db) - 2.5, 5, 5);
+  });
+  stroke(g, "#00000060", 1);
+  g.beginPath();
+  g.moveTo(X(first + cell[1] * map.bin_m), box.top);
+  g.lineTo(X(first + cell[1] * map.bin_m), box.bottom);
+  g.stroke();
+  axes(g, box, [x0, x1, X], [y0, y1, Y], ["range from the radar, m", "level, dB of full scale"]);
+}
+function profileTitle(map, row) {
+  const degrees = ((map.first_angle_rad + row * map.step_rad) * 180) / Math.PI;
+  const where = map.depth ? `${Math.abs(degrees).toFixed(2)}° ${degrees < 0 ? "above" : "below"} the horizontal` : `${degrees.toFixed(2)}° from straight down`;
+  return `Range profile of row ${row + 1}, ${where}`;
+}
+
+function rivalsOf(s) {
+  const told = (s.inspection?.posterior?.hypotheses ?? []).map((h) => ({ name: h.name, probability: h.probability, edges: h.edges, winner: false }));
+  const scored = (s.inspection?.explanations ?? []).map((e) => ({ name: e.name, score: e.score, edges: e.edges, winner: e.winner }));
+  return [...scored, ...told];
+}
+
+function point(event) {
+  const box = at("side").getBoundingClientRect();
+  const [px, py] = [event.clientX - box.left, event.clientY - box.top];
+  const outside = frame.x(px) < frame.box.left || frame.x(px) > frame.box.right || frame.y(py) < frame.box.bottom || frame.y(py) > frame.box.top;
+  at("tip").hidden = outside;
+  if (outside) return;
+  state.place = [frame.x(px), frame.y(py)];
+  tip(px, py);
+  drawSide();
+  drawProfile();
+}
+function tip(px, py) {
+  const s = scan();
+  const note = at("tip");
+  const [x, y] = state.place;
+  const cell = s.map && cellOf(s.map, x, y);
+  note.hidden = !s.map;
+  if (!s.map) return;
+  const [range] = polar(s.map, x, y);
+  const lines = [`${cm(x)} from the mirror, ${cm(y)} high`, `range ${cm(range)} from the mirror, ${cm(range + s.map.mirror_offset_m)} from the radar`];
+  if (cell) {
+    decoded(s.map);
+    lines.push(`level ${fixed(level(s.map, cell[0] * s.map.bins + cell[1]), 1)} dB of full scale`);
+  } else lines.push("outside of the scan");
+  const near = (s.inspection?.scatterers ?? []).map((e) => [Math.hypot(e.x_m - x, e.y_m - y), e]).sort((a, b) => a[0] - b[0])[0];
+  if (near && near[0] < 0.03) lines.push(`echo: ${near[1].role}, ${near[1].snr_db.toFixed(1)} dB${near[1].against ? ", speaks against the answer" : ""}`);
+  note.replaceChildren(...lines.map((line) => element("div", line)));
+  const width = at("side").parentElement.clientWidth;
+  // Beside the pointer, on the side where there is room.
+  note.style.left = px < width / 2 ? `${px + 16}px` : "";
+  note.style.right = px < width / 2 ? "" : `${width - px + 16}px`;
+  note.style.top = `${py + 14}px`;
+}
+
+function showVerdict(s) {
+  const [word, advice] = STATUS[s.status];
+  at("status").textContent = word;
+  at("status").className = s.status;
+  at("summary").textContent = s.summary.replace(/^[^:]*: /, "");
+  at("advice").textContent = advice + (s.wrong ? " By the recording's own truth something within the horizon is wrong." : "");
+  at("why").replaceChildren(...s.why.map(([reason, meaning]) => {
+    const item = document.createElement("li");
+    item.append(element("code", reason), ` – ${meaning}`);
+    return item;
+  }));
+  at("maybes").replaceChildren(...s.maybe.map((m) => element("li", `MAYBE at ${cm(m.distance_m)}: ${m.height_m < 0 ? "the ground may end" : `something ${cm(m.height_m, 0)} high`} (${percent(m.probability)})`)));
+}
+function showSteps(s) {
+  const real = s.truth?.steps ?? [];
+  const nearest = (step) => real.filter((t) => Math.abs(t.distance_m - step.distance_m) <= 0.1).sort((a, b) => Math.abs(a.distance_m - step.distance_m) - Math.abs(b.distance_m - step.distance_m))[0];
+  const head = ["step", "distance ± 2σ", "height ± 2σ", "tread", "riser", "seen"];
+  if (s.truth) head.push("distance is off by", "height is off by");
+  const rows = s.steps.map((p, k) => {
+    const cells = [`${k + 1}`, `${fixed(100 * p.distance_m, 1)} ± ${cm(2 * p.distance_sigma_m)}`, `${fixed(100 * p.height_m, 1)} ± ${cm(2 * p.height_sigma_m)}`,
+      p.tread_m === null ? "–" : cm(p.tread_m), p.riser_m === null ? "–" : cm(p.riser_m), `${p.quality} %`];
+    const t = nearest(p);
+    if (s.truth) cells.push(t ? plus(p.distance_m - t.distance_m) : "not there", t ? plus(p.height_m - t.height_m) : "not there");
+    return cells;
+  });
+  const told = (t) => s.steps.some((p) => nearest(p) === t);
+  for (const t of real.filter((t) => !told(t))) rows.push(["missed", cm(t.distance_m), cm(t.height_m), "–", "–", t.snr_db === null ? "–" : `${t.snr_db.toFixed(0)} dB`, "–", "–"]);
+  table("steps", head, rows);
+}
+function showDetails(s) {
+  table("rivals", ["reading", "score, nats", "probability"], rivalsOf(s).map((r) => [r.winner ? `${r.name} (the answer's)` : r.name, r.score === undefined ? undefined : fixed(r.score, 1), r.probability === undefined ? undefined : percent(r.probability)]));
+  table("echoes", ["role", "dB", "distance", "height", "range from the radar"], (s.inspection?.scatterers ?? []).map((e) => [e.against ? `${e.role} (against)` : e.role, e.snr_db.toFixed(1), cm(e.x_m), cm(e.y_m), cm(e.range_m + s.map.mirror_offset_m)]));
+  at("sentences").textContent = s.sentences.join("\n");
+  table("settings", ["key", "value"], recording().settings ?? []);
+}
+function legend(s) {
+  const line = (colour, dash, width) => `<svg viewBox="0 0 24 12"><path d="M0 6H24" stroke="${colour}" stroke-width="${width}" stroke-dasharray="${dash}"/></svg>`;
+  const shape = (colour, path) => `<svg viewBox="0 0 24 12"><path d="${path}" stroke="${colour}" stroke-width="1.8" fill="none"/></svg>`;
+  const items = [[line(HUE.answer, "", 2.5), "answer"]];
+  if (s.truth && state.shown.truth) items.push([line(HUE.truth, "7 4", 4), "truth"]);
+  if (state.shown.rivals) items.push([line(HUE.rival, "2 3", 1.5), "rivals"]);
+  if (state.shown.echoes) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
+  if (state.shown.maybe && s.maybe.length) items.push([shape(HUE.maybe, "M12 0L18 6L12 12L6 6Z"), "MAYBE"]);
+  at("legend").innerHTML = items.map(([picture, word]) => `<span>${picture}${word}</span>`).join("");
+}
+
+function show() {
+  const r = recording();
+  at("name").textContent = r.name;
+  at("description").textContent = [r.description, r.disturbance && `spoilt on purpose: ${r.disturbance}`].filter(Boolean).join(" – ");
+  document.querySelectorAll("#index button").forEach((button, k) => button.setAttribute("aria-current", k === state.recording));
+  at("scans").hidden = r.scans.length < 2;
+  document.querySelectorAll("main > section:not(#verdict), main > details").forEach((part) => { part.hidden = !r.scans.length; });
+  if (!r.scans.length) {
+    Object.assign(at("status"), { textContent: "✕ not scanned", className: "fault" });
+    at("summary").textContent = r.error ?? "";
+    ["advice", "why", "maybes", "steps"].forEach((id) => at(id).replaceChildren());
+    return;
+  }
+  const s = scan();
+  at("scan").max = r.scans.length;
+  at("scan").value = state.scan + 1;
+  at("scan-number").textContent = `${state.scan + 1} of ${r.scans.length}`;
+  at("tip").hidden = true;
+  const strongest = (s.inspection?.scatterers ?? [])[0];
+  state.place = strongest ? [strongest.x_m, strongest.y_m] : s.map ? cartesian(s.map, 0.5, s.map.first_angle_rad + (s.map.rows / 2) * s.map.step_rad) : null;
+  showVerdict(s);
+  showSteps(s);
+  showDetails(s);
+  redraw();
+}
+function redraw() {
+  if (!recording().scans.length) return;
+  legend(scan());
+  drawSide();
+  drawProfile();
+}
+function choose(k) {
+  Object.assign(state, { recording: k, scan: 0 });
+  show();
+}
+function fillIndex() {
+  at("index").hidden = data.recordings.length < 2;
+  at("index").replaceChildren(...data.recordings.map((r, k) => {
+    const button = document.createElement("button");
+    const worst = r.scans.find((s) => s.status === "fault") ?? r.scans.find((s) => s.status === "degraded") ?? r.scans[0];
+    const wrong = r.scans.some((s) => s.status === "ok" && s.wrong);
+    button.append(element("span", worst ? STATUS[worst.status][0] : "✕ not scanned", `mark ${worst?.status ?? "fault"}`), element("span", r.name));
+    if (wrong) button.append(element("span", "ok and wrong", "mark wrong"));
+    button.append(element("span", worst ? worst.summary : r.error));
+    button.addEventListener("click", () => choose(k));
+    return button;
+  }));
+}
+for (const [key, word] of LAYERS) {
+  const label = document.createElement("label");
+  const box = Object.assign(document.createElement("input"), { type: "checkbox", checked: state.shown[key], id: `layer-${key}` });
+  box.addEventListener("change", () => { state.shown[key] = box.checked; redraw(); });
+  label.append(box, ` ${word}`);
+  at("layers").append(label);
+}
+at("side").addEventListener("pointermove", point);
+at("side").addEventListener("pointerdown", point);
+at("side").addEventListener("pointerleave", () => { at("tip").hidden = true; });
+at("scan").addEventListener("input", (event) => { state.scan = Number(event.target.value) - 1; show(); });
+window.addEventListener("resize", redraw);
+at("made").textContent = `Made by cargo sim report, stairscan ${data.version}, with the scanner's own answers.`;
+fillIndex();
+show();
