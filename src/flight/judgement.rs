@@ -2,7 +2,7 @@
 
 use super::belief::{LANDING_M, Posterior, walls};
 use super::dimensions::Measured;
-use crate::answer::{MAX_MAYBES, Maybe};
+use crate::answer::{MAX_MAYBES, Maybe, Step};
 use crate::math;
 use crate::observer::{Event, Observer};
 use crate::posterior::{
@@ -19,6 +19,9 @@ const LEAST_MAYBE: f32 = 0.05;
 const LOOKED: usize = 2;
 /// … if they are within so many nats of the likeliest.
 const NEAR_NATS: f32 = 4.0;
+/// An answer goes on from this probability of one more step on: so sure, the particles were right about it
+/// in 27 of 31 scenes of the simulator.
+const SURE: f32 = 0.9;
 /// Where ramps begin, metres, and their slopes.
 const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
 /// See [`RAMPS_FROM_M`].
@@ -67,13 +70,34 @@ impl Posterior {
             edges: &edges,
             view: self.model.view,
         };
+        let flights = self.bases.len();
         self.add_ground(&answer, &sigmas);
         self.spread(&told);
         self.cloud.resample();
+        // Another answer may be judged after this one.
+        self.bases.truncate(flights);
         Belief {
             doubts: self.cloud.doubts(),
             maybes: maybes(&self.cloud, &told),
         }
+    }
+
+    /// Where one more step stands behind the last one of the answer that was judged, metres, if the
+    /// particles are sure of it. They see the flight as a whole, where the search adds step after step.
+    #[inline(never)]
+    pub fn next_step(&self, steps: &[Step]) -> Option<f32> {
+        let (mut sure, mut sum) = (0.0, 0.0);
+        for (staircase, probability) in self.cloud.particles() {
+            let mut edges = staircase.edges(&self.model.view).filter(|e| e.seen);
+            let mut pairs = steps.iter().zip(edges.by_ref());
+            let same = pairs.all(|(step, e)| (step.distance_m - e.x_m).abs() < SAME_M);
+            // The pairs end with the steps: where edges end before them, none is left.
+            if let Some(next) = edges.next().filter(|_| same) {
+                sure += probability;
+                sum += probability * next.x_m;
+            }
+        }
+        (sure > SURE && !steps.is_empty()).then(|| sum / sure)
     }
 
     /// Tells the observer the particles.

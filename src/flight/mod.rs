@@ -269,20 +269,31 @@ fn ascend(
     let mut measured = accepted.map(|(flight, rise)| {
         dimensions::ascending(&stairs, flight, (*rise, odds), &chart, found.bias_sigma_rad)
     });
-    let best = best.as_ref().map(|b| &b.0);
+    let mut best = best.map(|b| b.0);
+    let mut belief = Belief::default();
+    if let Some(posterior) = posterior {
+        belief = posterior.judge(measured.as_ref());
+        let steps = measured.as_ref().map_or(&[][..], |m| &m.outcome.steps);
+        let next_m = posterior.next_step(steps);
+        let longer = best.as_ref().zip(next_m);
+        let longer = longer.and_then(|(flight, next_m)| flight.longer(search.at(next_m)));
+        if let Some(mut flight) = longer {
+            let (rise, score) = stairs.rise(&flight);
+            flight.score = score;
+            let whole =
+                dimensions::ascending(&stairs, &flight, (rise, odds), &chart, found.bias_sigma_rad);
+            belief = posterior.judge(Some(&whole));
+            (measured, best) = (Some(whole), Some(flight));
+        }
+        posterior.tell(observer);
+    }
     if let Some(past) = &mut past {
         let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
         past.combine(steps.unwrap_or(&mut []));
     }
-    let belief = posterior.map(|posterior| {
-        let belief = posterior.judge(measured.as_ref());
-        posterior.tell(observer);
-        belief
-    });
-    let belief = belief.unwrap_or_default();
     let ended = Ended {
         search: &search,
-        best,
+        best: best.as_ref(),
         measured,
         accept: p.accept_up_nats,
         geometry,

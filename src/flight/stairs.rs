@@ -125,3 +125,14 @@ pub struct Flight<S> {
     /// Log-likelihood ratio of the whole against everything that is no stair, nats.
     pub score: f32,
 }
+
+impl<S: Clone> Flight<S> {
+    /// The same with one more face behind the last one, if echoes stand there and there is room.
+    pub fn longer(&self, next: Link) -> Option<Self> {
+        let behind = self.chain.last().is_some_and(|l| l.along_m < next.along_m);
+        let mut longer = self.clone();
+        (behind && next.column.is_some()).then_some(())?;
+        longer.chain.push(next).ok()?;
+        Some(longer)
+    }
+}

@@ -51,10 +51,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for path in &args.recordings {
         let mut good = true;
         let result = Recording::read(path).and_then(|recording| {
-            emulate(&elf, &recording, args, |a| good &= show(Ok(a), args.format))
+            emulate(&elf, &recording, args, |a| {
+                let scan = a.part.map_or(0, |part| part as usize - 1);
+                good &= show(Ok(a), recording.truth(scan), args.format);
+            })
         });
         if let Err(error) = result {
-            good = show(Err(error), args.format);
+            good = show(Err(error), None, args.format);
         }
         if !good {
             code = ExitCode::FAILURE;

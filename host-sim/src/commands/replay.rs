@@ -12,7 +12,7 @@ use crate::answer::Answer;
 use crate::inspect::Inspection;
 use crate::motion::Fault;
 use crate::plots::{self, PaperView, PosteriorView, ScanView};
-use crate::recording::Recording;
+use crate::recording::{Recording, Truth};
 use crate::replay::{self, Scanned};
 
 /// Arguments of `replay`.
@@ -68,7 +68,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let mut code = ExitCode::SUCCESS;
     for path in &recordings(&args.recordings)? {
         let mut pictures = Vec::new();
+        let mut truths = Vec::new();
         let answers = Recording::read(path).and_then(|recording| {
+            truths.extend((0..recording.scans()).map(|k| recording.truth(k).cloned()));
             replay::answers(&recording, &options, |scanned| {
                 // A recording of one scan that is scanned again and again looks the same again.
                 if let Some(dir) = &args.plots
@@ -80,10 +82,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         });
         let mut shown = true;
         match answers {
-            Ok(answers) => answers
-                .into_iter()
-                .for_each(|a| shown &= show(Ok(a), args.format)),
-            Err(error) => shown = show(Err(error), args.format),
+            Ok(answers) => answers.into_iter().enumerate().for_each(|(k, answer)| {
+                // A recording of one scan may be scanned again and again.
+                let truth = truths.get(k % truths.len().max(1)).and_then(Option::as_ref);
+                shown &= show(Ok(answer), truth, args.format);
+            }),
+            Err(error) => shown = show(Err(error), None, args.format),
         }
         if !pictures.is_empty() {
             shown &= list(pictures, args.format);
@@ -138,13 +142,17 @@ fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
     }
 }
 
-/// Prints an answer or the error; whether it was an answer and no fault.
-pub fn show(answer: Result<Answer>, format: Format) -> bool {
+/// Prints an answer, for people with what is really there beside it, or the error; whether it was an
+/// answer and no fault.
+pub fn show(answer: Result<Answer>, truth: Option<&Truth>, format: Format) -> bool {
     match answer {
         Ok(answer) => {
             match format {
                 Format::Json => emit(&format!("{}\n", answer.json())),
-                Format::Text => emit(&format!("{}\n", answer.text())),
+                Format::Text => {
+                    let truth = truth.map(|t| format!("  truth: {}\n", t.summary()));
+                    emit(&format!("{}{}\n", answer.text(), truth.unwrap_or_default()));
+                }
             }
             !answer.is_fault()
         }

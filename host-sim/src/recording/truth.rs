@@ -46,6 +46,27 @@ impl Truth {
         drops.filter(move |_| none).map(|s| s.distance_m)
     }
 
+    /// In words, lengths in centimetres.
+    pub fn summary(&self) -> String {
+        let place =
+            |s: &TrueStep| format!("{:.1} / {:.1}", 100.0 * s.distance_m, 100.0 * s.height_m);
+        let places: Vec<_> = self.steps.iter().map(place).collect();
+        let unseen = match self.uncounted.len() {
+            0 => String::new(),
+            n => format!(", {n} more out of sight"),
+        };
+        match places.len() {
+            0 => format!("no steps in sight{unseen}"),
+            n => {
+                let (steps, way) = (if n == 1 { "step" } else { "steps" }, &self.direction);
+                format!(
+                    "{n} {steps} {way}, distance / height {} cm{unseen}",
+                    places.join(", ")
+                )
+            }
+        }
+    }
+
     /// Reads a truth that stands at `place`.
     pub(super) fn parse(value: &Value, place: &str) -> Result<Self> {
         const DIRECTION: &str = "\"up\", \"down\" or \"none\"";
