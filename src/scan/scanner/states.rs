@@ -311,8 +311,9 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         let (mirror, link) = (&mut self.hardware.mirror, &mut self.hardware.link);
         match Sweep::start(now, self.settings.get(), self.scans, backward, mirror, link) {
             Ok(sweep) => {
-                self.odometry
-                    .begin(self.settings.get().config.sweep.angle_count);
+                let settings = self.settings.get();
+                self.odometry.allow(settings.timing.motion_timeout);
+                self.odometry.begin(settings.config.sweep.angle_count);
                 self.backward = !backward;
                 self.state = State::Scanning(sweep);
             }
