@@ -186,7 +186,7 @@ fn a_drive_gives_the_bytes_that_replay_gives() {
 fn every_other(full: &Recording) -> Recording {
     let per_scan = full.chirps_per_scan();
     let rows: Vec<usize> = (0..full.chirps())
-        .filter(|k| k % per_scan % 2 == 0)
+        .filter(|k| (k % per_scan).is_multiple_of(2))
         .collect();
     let mut thin = full.clone();
     let pick =
