@@ -1,6 +1,8 @@
 //! What a chair's controller would have sent while a recording was made: motion sentences from what
 //! the recording says of travel and pitch, and what goes wrong with them on the way.
 
+pub mod by_trigger;
+
 use std::collections::VecDeque;
 
 use clap::ValueEnum;
@@ -9,6 +11,7 @@ use stairscan::report::motion;
 use stairscan::scan::Micros;
 
 use crate::recording::Recording;
+use by_trigger::ByTrigger;
 
 /// Sentences are at least so far apart, µs: a hundred a second.
 const APART_US: u64 = 10_000;
@@ -108,6 +111,12 @@ impl Feed {
         self.rows.get(k).map(|row| row.0)
     }
 
+    /// Whether chirp `chirp` is the first or the last of its scan.
+    fn at_an_end(&self, chirp: usize) -> bool {
+        let place = chirp % self.per_scan;
+        place == 0 || place + 1 == self.per_scan
+    }
+
     /// What arrives at `now` (µs), chirp `k` being the next one or, at its time, the present one.
     pub fn arriving(&mut self, k: usize, now: u64) -> Vec<String> {
         if self.sent_us.is_none_or(|sent| now >= sent + APART_US) {
@@ -180,10 +189,22 @@ const STEPS_TO_NEXT: u64 = 4;
 /// While the scanner waits for a scan's first chirp, it is stepped so often, µs.
 const WAIT_US: u64 = 50_000;
 
+/// Scans without times take so long from step to step, µs: any mirror has come to rest.
+const REST_US: u64 = 10_000;
+
+/// Where motion sentences come from, and when.
+#[derive(Clone, Debug)]
+enum Source {
+    /// At the times of the recording.
+    Timed(Feed),
+    /// With each trigger.
+    ByTrigger(ByTrigger),
+}
+
 /// Lets the chirps of a recording come when they were made, and the motion sentences between them.
 #[derive(Clone, Debug)]
 pub struct Timetable {
-    feed: Feed,
+    source: Source,
     /// The next chirp, and when the last one was fired: the plan, and the scanner's moment.
     next: usize,
     fired: Option<(u64, u64)>,
@@ -195,8 +216,20 @@ pub struct Timetable {
 impl Timetable {
     /// Before the first chirp.
     pub fn new(feed: Feed) -> Self {
+        Self::with(Source::Timed(feed))
+    }
+
+    /// Without regard to the recording's times.
+    pub fn by_trigger(mut source: ByTrigger) -> Self {
+        let first = source.first();
+        let mut table = Self::with(Source::ByTrigger(source));
+        table.type_in(&first);
+        table
+    }
+
+    fn with(source: Source) -> Self {
         Self {
-            feed,
+            source,
             next: 0,
             fired: None,
             steps: 0,
@@ -204,22 +237,29 @@ impl Timetable {
         }
     }
 
-    /// Whether chirp `chirp` is the first or the last of its scan.
-    fn at_an_end(&self, chirp: usize) -> bool {
-        let place = chirp % self.feed.per_scan;
-        place == 0 || place + 1 == self.feed.per_scan
+    /// When chirp `chirp` is due; none where there are no times.
+    fn due(&self, chirp: usize) -> Option<u64> {
+        match &self.source {
+            Source::Timed(feed) => feed.time_us(chirp),
+            Source::ByTrigger(_) => None,
+        }
     }
 
     fn arrive(&mut self, chirp: usize, now: u64) {
-        for line in self.feed.arriving(chirp, now) {
-            self.port.extend(line.bytes());
+        if let Source::Timed(feed) = &mut self.source {
+            for line in feed.arriving(chirp, now) {
+                self.port.extend(line.bytes());
+            }
         }
     }
 
     /// When a scan is to begin so that its first chirp is in time.
     fn ready(&self) -> Option<u64> {
-        let due = self.feed.time_us(self.next)?;
-        let first = self.next.is_multiple_of(self.feed.per_scan);
+        let Source::Timed(feed) = &self.source else {
+            return None;
+        };
+        let due = feed.time_us(self.next)?;
+        let first = self.next.is_multiple_of(feed.per_scan);
         first.then_some(due - STEPS_TO_FIRST * GRAIN_US)
     }
 
@@ -231,12 +271,17 @@ impl Timetable {
     /// Chirp `chirp` is fired.
     pub fn fired(&mut self, chirp: usize, now: Micros) {
         let now = now.0.into();
-        if self.at_an_end(chirp) {
+        match &mut self.source {
             // What lies between two scans is a guess: it must not reach into them.
-            self.feed.sent_us = None;
+            Source::Timed(feed) if feed.at_an_end(chirp) => feed.sent_us = None,
+            Source::Timed(_) => {}
+            Source::ByTrigger(source) => {
+                let lines = source.at(chirp);
+                self.port.extend(lines.iter().flat_map(|line| line.bytes()));
+            }
         }
         self.arrive(chirp, now);
-        self.fired = self.feed.time_us(chirp).map(|plan| (plan, now));
+        self.fired = self.due(chirp).map(|plan| (plan, now));
         self.next = chirp + 1;
         self.steps = 0;
     }
@@ -244,7 +289,10 @@ impl Timetable {
     /// When the scanner gets its next step after that at `now`.
     pub fn step(&mut self, now: Micros) -> Micros {
         let now = u64::from(now.0);
-        let next = match (self.ready(), self.fired, self.feed.time_us(self.next)) {
+        if matches!(self.source, Source::ByTrigger(_)) {
+            return Micros((now + REST_US) as u32);
+        }
+        let next = match (self.ready(), self.fired, self.due(self.next)) {
             (Some(ready), _, _) if now < ready => ready.min(now + WAIT_US),
             (None, Some((plan, at)), Some(due)) if self.steps < STEPS_TO_NEXT => {
                 self.steps += 1;

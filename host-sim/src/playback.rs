@@ -9,10 +9,11 @@ use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
 use stairscan::drive::Mode;
-use stairscan::scan::settings::{MotorConfig, Sweeping, Timing};
+use stairscan::scan::settings::{MAX_TIME, MotorConfig, Sweeping, Timing};
 use stairscan::scan::{LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings};
 
 use crate::motion::Timetable;
+use crate::motion::by_trigger::ByTrigger;
 use crate::recording::Recording;
 use crate::setup;
 
@@ -31,6 +32,8 @@ pub struct Playback<'a> {
     /// Whether the first scan goes from the last row to the first.
     backward: bool,
     mode: Mode,
+    /// Whether motion sentences come with the triggers, whatever the clock says.
+    by_trigger: bool,
 }
 
 impl<'a> Playback<'a> {
@@ -52,6 +55,7 @@ impl<'a> Playback<'a> {
             parts,
             backward,
             mode: setup::mode(recording),
+            by_trigger: false,
         })
     }
 
@@ -66,6 +70,21 @@ impl<'a> Playback<'a> {
     /// The same with another word on what holds without motion input.
     pub fn with_mode(self, mode: Mode) -> Self {
         Self { mode, ..self }
+    }
+
+    /// The same for a scanner whose clock is not that of the recording: motion sentences, if there are any,
+    /// come with the triggers, and nothing may depend on their times.
+    pub fn by_trigger(self) -> Self {
+        Self {
+            by_trigger: !self.recording.meta.motion.travel_m.is_empty(),
+            ..self
+        }
+    }
+
+    /// The motion sentences that come with the triggers.
+    pub fn motion(&self) -> Option<ByTrigger> {
+        let wanted = self.by_trigger.then_some(self.recording);
+        wanted.and_then(ByTrigger::new)
     }
 
     /// Scan `scan` (from 0); after the last one the recording begins again.
@@ -89,6 +108,10 @@ impl<'a> Playback<'a> {
         let mut timing = Timing::default();
         if let Some(us) = setup::chirp_us(self.recording) {
             timing.chirp_duration = us;
+        }
+        if self.by_trigger {
+            // Without duration of the chirp no speed is asked for.
+            (timing.chirp_duration, timing.motion_timeout) = (0, MAX_TIME);
         }
         Settings {
             config: *self.config(),

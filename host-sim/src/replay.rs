@@ -40,6 +40,8 @@ pub struct Options {
     pub motion: Option<Mode>,
     /// What is wrong with the motion sentences.
     pub motion_fault: Option<Fault>,
+    /// Motion sentences come with the triggers, as `emulate` sends them, not at the recording's times.
+    pub by_trigger: bool,
 }
 
 impl Options {
@@ -206,10 +208,16 @@ fn follow(
     if options.backwards {
         playback = playback.reversed();
     }
+    if options.by_trigger {
+        playback = playback.by_trigger();
+    }
     let mut settings = playback.settings();
-    let timetable = Feed::new(recording, options.motion_fault)
-        .map(|feed| Rc::new(RefCell::new(Timetable::new(feed))));
-    if timetable.is_some() {
+    let timetable = match playback.motion() {
+        Some(source) => Some(Timetable::by_trigger(source)),
+        None => Feed::new(recording, options.motion_fault).map(Timetable::new),
+    };
+    let timetable = timetable.map(|table| Rc::new(RefCell::new(table)));
+    if timetable.is_some() && !options.by_trigger {
         // The timetable says when the mirror has come to rest.
         settings.timing.settle = SHORTEST_SETTLE_US;
     }

@@ -14,10 +14,12 @@ use host_sim::emulate::{Fault, Session, image};
 use host_sim::playback::Playback;
 use host_sim::recording::{self, Recording};
 use host_sim::replay;
+use host_sim::scene::Scene;
+use host_sim::scene::driving::Drive;
 use stairscan::answer::{Reason, Status};
 use stairscan::config::Config;
 use stairscan::report::command::framed;
-use stairscan::report::{ScanLine, Sentence};
+use stairscan::report::{LiveLine, ScanLine, Sentence};
 use stairscan::scan::Settings;
 use stairscan::scan::schedule::{Schedule, shaft_angle};
 
@@ -135,6 +137,70 @@ fn a_sequence_gives_the_bytes_that_replay_gives() {
     assert_ne!(expected[0][1..], expected[1][1..]);
 }
 
+/// Scans of a chair that drives, with its motion sentences and what earlier scans say: the image says what
+/// `replay` says. Sentences come with the triggers in both, since the emulator's clock hurries and by how much
+/// depends on the machine; then no answer depends on a time.
+#[test]
+fn a_drive_gives_the_bytes_that_replay_gives() {
+    let Some(elf) = elf() else { return };
+    let scene = Scene::parse(
+        "[[stairs]]\ndistance_m = 1.2\ncount = 3\nrise_m = 0.17\ngoing_m = 0.29\n\
+         material = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n",
+    );
+    const SCANS: usize = 3;
+    let drive = Drive::new(11, SCANS, 0.1).with_rows(1.3 / 281.0);
+    let full = scene.unwrap().simulate_drive("driven", 11, &drive).unwrap();
+    let driven = every_other(&full);
+    let playback = Playback::new(&driven, &Config::default())
+        .unwrap()
+        .by_trigger();
+    let mut session = start(elf, &playback, Waits::default());
+    let mut scanned = Vec::new();
+    let scans = session.scans(SCANS, |_, sentences| {
+        scanned.push(sentences);
+        Ok(())
+    });
+    scans.unwrap();
+    let expected = |by_trigger: bool, single: bool| -> Vec<Vec<String>> {
+        let options = replay::Options {
+            by_trigger,
+            single,
+            ..replay::Options::default()
+        };
+        let answers = replay::answers(&driven, &options, |_| ()).unwrap();
+        answers.into_iter().map(|a| a.sentences).collect()
+    };
+    let fused = expected(true, false);
+    assert_eq!(scanned, fused);
+    // What it is about: motion was taken in, and earlier scans had their say.
+    let last = head(&scanned[SCANS - 1]);
+    for reason in [Reason::MotionInput, Reason::Moving, Reason::Unconfirmed] {
+        assert!(!last.reasons.has(reason), "{last:?}");
+    }
+    assert_ne!(fused[SCANS - 1][1..], expected(true, true)[SCANS - 1][1..]);
+    let good = session.live.iter().any(|line| line.contains(",good,0,"));
+    assert!(good, "{:?}", session.live.last());
+}
+
+/// Every other row of each scan of a drive: half the time.
+fn every_other(full: &Recording) -> Recording {
+    let per_scan = full.chirps_per_scan();
+    let rows: Vec<usize> = (0..full.chirps())
+        .filter(|k| (k % per_scan).is_multiple_of(2))
+        .collect();
+    let mut thin = full.clone();
+    let pick =
+        |all: &[f64]| -> Vec<f64> { rows.iter().filter_map(|&k| all.get(k).copied()).collect() };
+    let (meta, whole) = (&mut thin.meta, &full.meta);
+    meta.angles_deg = pick(&whole.angles_deg);
+    meta.motion.travel_m = pick(&whole.motion.travel_m);
+    meta.motion.pitch_deg = pick(&whole.motion.pitch_deg);
+    meta.motion.time_s = pick(&whole.motion.time_s);
+    let chirps = rows.iter().flat_map(|&k| full.chirp(k).unwrap().to_vec());
+    thin.samples = chirps.collect();
+    thin
+}
+
 /// Two scans, one each way: every pulse accounted for, commands answered meanwhile, bad input
 /// refused, and the stack within its budget.
 #[test]
@@ -169,6 +235,28 @@ fn two_scans_stand_on_the_schedule_and_answer_commands() {
     assert_eq!(session.module.garbage(), 0);
 
     stop_start_scan(&mut session);
+    check_live(&session);
+}
+
+/// `LIVE` has come in every state that lasts, its time has never gone back, and what went wrong is counted.
+fn check_live(session: &Session<'_>) {
+    let live = session.live.iter().map(|line| match Sentence::parse(line) {
+        Ok(Sentence::Live(live)) => live,
+        other => panic!("{other:?} is no LIVE"),
+    });
+    let live: Vec<LiveLine<'_>> = live.collect();
+    for state in ["self-test", "scanning", "idle"] {
+        assert!(live.iter().any(|l| l.state == state), "no LIVE in {state}");
+    }
+    for pair in live.windows(2) {
+        let ms = pair[1].uptime_ms - pair[0].uptime_ms;
+        assert!(ms > 0 && pair[0].scan <= pair[1].scan, "{pair:?}");
+    }
+    assert_eq!(live[0].age_ms, None);
+    let last = live.last().unwrap();
+    // The bad input above: lines that were no command, not values that were refused.
+    assert_eq!((last.refused, last.age_ms.is_some()), (7, true), "{last:?}");
+    assert_eq!((last.motion, last.port_errors), ("absent", 0));
 }
 
 /// From here on the scanner is scanning.

@@ -12,7 +12,7 @@ use crate::math::RAD_PER_DEG;
 use crate::scan::time::Micros;
 use heapless::Deque;
 
-/// A sentence older than this says nothing any more, microseconds (design of the interface).
+/// A sentence older than this says nothing any more, unless the scanner is told otherwise, microseconds.
 pub const OLDEST_US: u32 = 200_000;
 /// Rows that wait for the next sentence at most: 200 ms of the fastest scans.
 const WAITING: usize = 64;
@@ -75,6 +75,8 @@ pub struct Odometry {
     since_s: Option<f32>,
     moved_m: Option<f32>,
     memory: Memory,
+    /// A sentence older than this says nothing any more, microseconds.
+    oldest_us: u32,
 }
 
 impl Default for Odometry {
@@ -100,15 +102,21 @@ impl Odometry {
             since_s: None,
             moved_m: None,
             memory: Memory::Kept,
+            oldest_us: OLDEST_US,
         }
     }
 
     /// What the input is at `now`.
     pub fn state(&self, now: Micros) -> Input {
         match self.last {
-            Some(last) if now.since(last.at) > OLDEST_US => Input::Late,
+            Some(last) if now.since(last.at) > self.oldest_us => Input::Late,
             _ => self.state,
         }
+    }
+
+    /// Sentences count for so many microseconds.
+    pub fn allow(&mut self, oldest_us: u32) {
+        self.oldest_us = oldest_us;
     }
 
     /// How many sentences were not as they should be, or missing too long.
@@ -151,7 +159,7 @@ impl Odometry {
         if step > MOST_LOST && step.wrapping_neg() <= MOST_LOST {
             return self.fault(Input::Disordered);
         }
-        let trouble = if now.since(last.at) > OLDEST_US {
+        let trouble = if now.since(last.at) > self.oldest_us {
             Some(Input::Late)
         } else if !steady(&last, &next) {
             Some(Input::Jumping)
@@ -266,7 +274,7 @@ impl Odometry {
     pub fn finish(&mut self, now: Micros) {
         let last_row = self.waiting.back().map(|&(_, at)| at);
         match self.last {
-            Some(last) if now.since(last.at) <= OLDEST_US => self.settle(now),
+            Some(last) if now.since(last.at) <= self.oldest_us => self.settle(now),
             stale => {
                 if stale.is_some() {
                     self.fault(Input::Late);

@@ -1,15 +1,12 @@
 //! The staircases that earlier scans found likeliest, and what their word counts in this one.
 
 use crate::math;
-use crate::params::carried;
+use crate::params::carried::{self, SAME_M};
 use crate::posterior::{Edge, Kind, MAX_STEPS, Staircase, View};
 use heapless::Vec;
 
 /// So many are carried on.
 const CARRIED: usize = 4;
-/// Two risers are the same within this distance, metres: odometry's error over the way of a scan, and
-/// half the 10 cm within which steps are matched.
-const SAME_M: f32 = 0.05;
 /// Nearer to the mirror no riser can be told, metres.
 const NEAREST_M: f32 = 0.12;
 /// What lies this near to the edge of what is seen may be seen or not: metres, and share of the slope.

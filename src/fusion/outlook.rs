@@ -2,11 +2,9 @@
 
 use crate::answer::Step;
 use crate::math;
-use crate::params::carried::PastFeatures;
+use crate::params::carried::{PastFeatures, SAME_M};
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, RIGHT_M};
 
-/// Two steps are the same within this distance, metres: half the 10 cm within which steps are matched.
-const SAME_M: f32 = 0.05;
 /// Log-odds of an error count up to here either way: e^9 to one is certain.
 const MOST_ODDS: f32 = 9.0;
 /// Farther than this, metres, what stands behind a landing is mostly too faint to be seen: counted in

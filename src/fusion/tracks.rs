@@ -14,14 +14,11 @@
 use crate::answer::Step;
 use crate::estimate::Estimate;
 use crate::math;
-use crate::params::carried::Correlation;
+use crate::params::carried::{Correlation, SAME_M};
 use crate::params::counted;
 use crate::posterior::MAX_STEPS;
 use heapless::Vec;
 
-/// Two steps are the same within this distance, metres: odometry's error over the way of a scan, and
-/// half the 10 cm within which steps are matched.
-const SAME_M: f32 = 0.05;
 /// Odometry's scale is off by this much (tyres) …
 const ODOMETRY_SHARE: f32 = 0.02;
 /// … and wanders by this much besides, metres.

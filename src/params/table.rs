@@ -486,6 +486,16 @@ params! {
         /// Full marks of a step's quality.
         full_quality_db = 40.0, "dB", Custom, "a corner at a metre";
     }
+    "fusion: from scan to scan" {
+        /// How much the logarithm of a staircase's weight counts in the next scan.
+        carried_share = 0.7, "", Hand, "a riser that shows nothing shows nothing again";
+        /// All earlier scans together count so much at most, in the search's score.
+        carried_most_nats = 4.0, "nats", Hand, "evidence of one scan beats any number of scans before";
+        /// The scene has changed where a staircase that was not thought of before explains a scan better by so much.
+        scene_changed_nats = 8.0, "nats", Hand;
+        /// Two steps of two scans are the same within this distance.
+        same_step_m = 0.05, "m", Derived, "half the 10 cm within which steps are matched; odometry is better";
+    }
     "health: the converter" {
         /// Share of a chirp's samples that may stand at its own extreme.
         clipped_share = 0.05, "", Derived, "a tone's crest within one of 2^9 steps: a fiftieth, doubled";

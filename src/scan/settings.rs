@@ -28,7 +28,8 @@
 //! | `fault-hold` | µs | from a fault to the next self-test |
 //! | `motion` | `auto`, `required`, `standing` | what holds without motion input ([`crate::drive`]) |
 //! | `fusion` | `on`, `off` | whether earlier scans of the scene have a say ([`crate::fusion`]) |
-//! | `chirp-duration` | µs | of a chirp's sweep, for what motion does to a range |
+//! | `chirp-duration` | µs | of a chirp's sweep, for what motion does to a range; 0: nothing |
+//! | `motion-timeout` | µs | a motion sentence that is older says nothing any more |
 //! | `home-angle` | 0.001° | shaft angle of the home switch |
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
 //! | `acceleration` | microsteps/s² | of moves |
@@ -69,6 +70,8 @@ pub struct Timing {
     pub fault_hold: u32,
     /// Duration of a chirp's sweep, microseconds.
     pub chirp_duration: u32,
+    /// A motion sentence that is older says nothing any more, microseconds.
+    pub motion_timeout: u32,
 }
 
 impl Default for Timing {
@@ -85,6 +88,7 @@ impl Default for Timing {
             fault_hold: 2_000_000,
             // 200 samples at 200 kHz, as in the recordings.
             chirp_duration: 1_000,
+            motion_timeout: drive::odometry::OLDEST_US,
         }
     }
 }
@@ -169,6 +173,7 @@ impl Settings {
         "motion",
         "fusion",
         "chirp-duration",
+        "motion-timeout",
         "home-angle",
         "speed",
         "acceleration",
@@ -212,6 +217,7 @@ impl Settings {
             "motion" => Slot::Motion(&mut self.motion),
             "fusion" => Slot::Switch(&mut self.fusion),
             "chirp-duration" => Slot::U32(&mut timing.chirp_duration),
+            "motion-timeout" => Slot::U32(&mut timing.motion_timeout),
             "home-angle" => Slot::I32(&mut motor.home_angle),
             "speed" => Slot::U32(&mut motor.speed),
             "acceleration" => Slot::U32(&mut motor.acceleration),
@@ -299,6 +305,7 @@ impl Settings {
             ("configure-timeout", timing.configure_timeout),
             ("connect-timeout", timing.connect_timeout),
             ("fault-hold", timing.fault_hold),
+            ("motion-timeout", timing.motion_timeout),
         ];
         for (key, time) in times {
             check(
@@ -308,9 +315,9 @@ impl Settings {
             )?;
         }
         check(
-            (1..=1_000_000).contains(&timing.chirp_duration),
+            timing.chirp_duration <= 1_000_000,
             "chirp-duration",
-            "1 to 1000000 microseconds",
+            "0 to 1000000 microseconds",
         )?;
         check(timing.retries <= 10, "retries", "0 to 10")
     }

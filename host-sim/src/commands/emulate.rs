@@ -105,11 +105,8 @@ fn boot(
     mut answered: impl FnMut(usize, Vec<String>) -> Result<()>,
 ) -> Result<()> {
     let name = &recording.name;
-    // The emulator's microseconds are not the chair's: no motion sentence would be in time. Pitch is
-    // taken off the angles instead.
-    let mut recording = recording.clone();
-    recording.meta.motion.travel_m.clear();
-    let playback = Playback::new(&recording, &args.settings.config()?)?;
+    // The emulator's microseconds are not the chair's.
+    let playback = Playback::new(recording, &args.settings.config()?)?.by_trigger();
     let mut waits = Waits::default();
     if !args.faults.is_empty() {
         // What never comes is waited for: not longer than a busy host needs.

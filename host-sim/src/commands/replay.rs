@@ -39,6 +39,9 @@ pub struct Args {
     /// Spoil the motion sentences in this way
     #[arg(long, value_enum)]
     motion_fault: Option<Fault>,
+    /// Motion sentences come with the triggers, as `emulate` sends them, not at the recording's times
+    #[arg(long, conflicts_with = "motion_fault")]
+    by_trigger: bool,
     /// Draw what the paper's figures show of each scan of the recordings into this directory
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
@@ -63,6 +66,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         single: args.single,
         motion: args.motion,
         motion_fault: args.motion_fault,
+        by_trigger: args.by_trigger,
         ..args.settings.options(args.settings.config()?)
     };
     let mut code = ExitCode::SUCCESS;

@@ -1,11 +1,13 @@
 //! `sequences`: how the answers better from scan to scan while the chair moves, over simulated
-//! sequences; and with `--fit` what one scan's word counts in the next one.
+//! sequences; with `--faults` what becomes of them where the motion input is wrong; and with `--fit` what one
+//! scan's word counts in the next one.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use clap::ValueEnum;
 use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 
@@ -13,6 +15,7 @@ use super::{emit, progress};
 use crate::answer::Answer;
 use crate::emulate::image::workspace;
 use crate::fit::sequences::{self, Taught};
+use crate::motion::Fault;
 use crate::recording::{self, Recording};
 use crate::replay::{self, Options};
 use crate::scene::command::{random_approach, random_drive};
@@ -30,6 +33,9 @@ pub struct Args {
     /// So many approaches and so many drives
     #[arg(long, default_value_t = 100)]
     count: u64,
+    /// Every fault of the motion sentences on `--count` sequences, approaches and drives by turns
+    #[arg(long, conflicts_with = "fit")]
+    faults: bool,
     /// In place of simulated sequences the recordings of these directories
     #[arg(long, value_name = "DIR", num_args = 1..)]
     on: Vec<PathBuf>,
@@ -84,9 +90,12 @@ const KINDS: [Kind; 10] = [
     Kind::Clutter,
 ];
 
-/// A sequence, and the row of the table that it belongs to.
+/// A sequence, and the rows of the table that it belongs to.
 struct Job {
+    /// With the number of the scan.
     set: String,
+    /// All scans but the first, which is never `ok`.
+    later: Option<String>,
     source: Source,
 }
 
@@ -117,16 +126,18 @@ fn jobs(draw: Draw, count: u64) -> Vec<Job> {
     let seeds = draw.seeds().start..draw.seeds().start + count;
     for (k, seed) in seeds.enumerate() {
         let kind = KINDS[k % KINDS.len()];
-        let mut add = |set: String, way| {
+        let mut add = |set: &str, later, way| {
             let source = Source::Drawn(kind, seed, way);
-            jobs.push(Job { set, source });
+            let set = set.into();
+            jobs.push(Job { set, later, source });
         };
-        add("approach".into(), Way::Stops(SCANS[0], STEP_M));
+        add("approach", None, Way::Stops(SCANS[0], STEP_M));
         if k % 3 == 0 {
-            add("standing".into(), Way::Stops(SCANS[0], 0.0));
+            add("standing", None, Way::Stops(SCANS[0], 0.0));
         }
         let (speed, scan_s) = DRIVES[(k / KINDS.len() + k) % DRIVES.len()];
-        add(format!("{speed} m/s"), Way::Drives(SCANS[1], speed, scan_s));
+        let later = Some(format!("{speed} m/s, {scan_s} s"));
+        add("drive", later, Way::Drives(SCANS[1], speed, scan_s));
     }
     jobs
 }
@@ -138,6 +149,7 @@ fn read(directories: &[PathBuf]) -> Result<Vec<Job>> {
         for path in recording::list(directory)? {
             jobs.push(Job {
                 set: set.clone().into_owned(),
+                later: None,
                 source: Source::Read(path),
             });
         }
@@ -169,6 +181,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         true => jobs(args.draw, args.count),
         false => read(&args.on)?,
     };
+    if args.faults {
+        return faults(jobs, args.count);
+    }
     let scored = in_parallel(&jobs, |_, recording| scores(recording))?;
     let mut out = String::new();
     for single in [false, true] {
@@ -184,10 +199,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         for (job, [fused, alone]) in jobs.iter().zip(&scored) {
             let scores = if single { alone } else { fused };
             for (k, score) in scores.iter().enumerate() {
-                let name = format!("{}, scan {}", job.set, k + 1);
-                match sets.iter_mut().find(|(set, _)| *set == name) {
-                    Some((_, scores)) => scores.push(score.clone()),
-                    None => sets.push((name, vec![score.clone()])),
+                let by_scan = Some(format!("{}, scan {}", job.set, k + 1));
+                let later = job.later.clone().filter(|_| k > 0);
+                for name in by_scan.into_iter().chain(later) {
+                    match sets.iter_mut().find(|(set, _)| *set == name) {
+                        Some((_, scores)) => scores.push(score.clone()),
+                        None => sets.push((name, vec![score.clone()])),
+                    }
                 }
             }
         }
@@ -207,16 +225,64 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// The scans of a recording judged one by one: with what those before said, and by themselves.
 fn scores(recording: &Recording) -> Result<[Vec<SceneScore>; 2]> {
-    let judge = |single: bool| -> Result<Vec<SceneScore>> {
+    let judge = |single: bool| {
         let options = Options {
             single,
             ..Options::default()
         };
-        let answers: Vec<Answer> = replay::answers(recording, &options, |_| ())?;
-        let pairs = answers.iter().zip(&recording.meta.sequence.truth);
-        Ok(pairs.map(|(a, t)| score::scene(a, t)).collect())
+        judged(recording, &options)
     };
     Ok([judge(false)?, judge(true)?])
+}
+
+/// The scans of a recording, each answer held against its own truth.
+fn judged(recording: &Recording, options: &Options) -> Result<Vec<SceneScore>> {
+    let answers: Vec<Answer> = replay::answers(recording, options, |_| ())?;
+    let pairs = answers.iter().zip(&recording.meta.sequence.truth);
+    Ok(pairs.map(|(a, t)| score::scene(a, t)).collect())
+}
+
+/// `count` of the sequences of chairs that move, with each fault of the motion input; and without any, to
+/// compare.
+fn faults(jobs: Vec<Job>, count: u64) -> Result<ExitCode> {
+    let moves =
+        |job: &Job| !matches!(job.source, Source::Drawn(_, _, Way::Stops(_, step)) if step == 0.0);
+    let moving = jobs.into_iter().filter(moves);
+    // An approach and a drive to each seed: one of them, by turns.
+    let some = |(k, job): (usize, Job)| (k % 4 == 0 || k % 4 == 3).then_some(job);
+    let mut chosen: Vec<Job> = moving.enumerate().filter_map(some).collect();
+    chosen.truncate(count as usize);
+    let kinds: Vec<Option<Fault>> = std::iter::once(None)
+        .chain(Fault::value_variants().iter().copied().map(Some))
+        .collect();
+    let judged = in_parallel(&chosen, |_, recording| {
+        let with = |motion_fault: &Option<Fault>| {
+            let options = Options {
+                motion_fault: *motion_fault,
+                ..Options::default()
+            };
+            judged(recording, &options)
+        };
+        kinds.iter().map(with).collect::<Result<Vec<_>>>()
+    })?;
+    let name = |fault: &Option<Fault>| {
+        let value = fault.as_ref().and_then(ValueEnum::to_possible_value);
+        value.map_or("none".into(), |v| v.get_name().to_owned())
+    };
+    let set = |(k, fault): (usize, &Option<Fault>)| {
+        let scores = judged.iter().flat_map(|runs| runs[k].iter());
+        SetScore::new(&name(fault), scores)
+    };
+    let mut sets: Vec<SetScore> = kinds.iter().enumerate().map(set).collect();
+    let faulty = judged.iter().flat_map(|runs| runs[1..].iter().flatten());
+    sets.push(SetScore::new("all faults", faulty));
+    let runs = chosen.len() * (kinds.len() - 1);
+    emit(&format!(
+        "{} sequences, each with every fault: {runs} runs\n\n{}",
+        chosen.len(),
+        score::table(&sets)
+    ));
+    Ok(ExitCode::SUCCESS)
 }
 
 /// Counts, prints, writes.

@@ -205,6 +205,11 @@ impl<'a> Module<'a> {
         encode(Kind::Settings, sequence, &frame::settings_payload(&radar))
     }
 
+    /// The number of the chirp that belongs to `shaft_angle` (0.001°) in the present scan.
+    pub fn number(&self, shaft_angle: i32) -> Option<usize> {
+        self.player.number(shaft_angle)
+    }
+
     /// Scans of which at least one chirp was asked for.
     pub fn begun(&self) -> usize {
         self.player.begun()

@@ -12,12 +12,15 @@ use stairscan::scan::record::MOUNTING;
 use super::module::{Module, Request, Trigger};
 use super::qemu::{Input, Qemu, read_some, write_all};
 use super::shaft::Shaft;
+use crate::motion::by_trigger::ByTrigger;
 use crate::playback::Playback;
 
 /// Nothing that the scanner does in the emulator takes longer, on a slow and busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 /// Between two looks at sockets and log when nothing came.
 const PAUSE: Duration = Duration::from_micros(300);
+/// From motion sentence to motion sentence where many come at once: the image has read one by then.
+const APART: Duration = Duration::from_millis(10);
 /// How the log names a write to the watchdog, whose neighbour the emulator takes it for.
 const WATCHDOG: &str = "I2S2ext: unimplemented device write";
 /// Where the shaft stands at power-up, microsteps above the home switch.
@@ -63,6 +66,8 @@ pub struct Shot {
 pub struct Session<'a> {
     qemu: Qemu,
     playback: &'a Playback<'a>,
+    /// What the chair's controller sends.
+    motion: Option<ByTrigger>,
     /// The radar module.
     pub module: Module<'a>,
     /// The motor.
@@ -77,6 +82,8 @@ pub struct Session<'a> {
     pub shots: Vec<Shot>,
     /// Every sentence since boot, and what was none.
     pub lines: Vec<String>,
+    /// Every `LIVE` since boot; they are not among the other lines.
+    pub live: Vec<String>,
     /// Lines that [`Session::next_line`] has handed out.
     read: usize,
     partial: Vec<u8>,
@@ -98,6 +105,7 @@ impl<'a> Session<'a> {
         let mut session = Self {
             qemu,
             playback,
+            motion: playback.motion(),
             module: Module::new(playback),
             shaft: Shaft::new(POWER_UP),
             switch_works,
@@ -107,6 +115,7 @@ impl<'a> Session<'a> {
             homed: false,
             shots: Vec::new(),
             lines: Vec::new(),
+            live: Vec::new(),
             read: 0,
             partial: Vec::new(),
         };
@@ -139,7 +148,9 @@ impl<'a> Session<'a> {
         while let Some(end) = self.partial.iter().position(|&b| b == b'\n') {
             let line: Vec<u8> = self.partial.drain(..=end).collect();
             let line = String::from_utf8_lossy(&line).trim_end().to_owned();
-            if !line.is_empty() {
+            if matches!(Sentence::parse(&line), Ok(Sentence::Live(_))) {
+                self.live.push(line);
+            } else if !line.is_empty() {
                 self.lines.push(line);
             }
         }
@@ -182,13 +193,33 @@ impl<'a> Session<'a> {
                     self.homed = true;
                 }
                 Request::Configure => {}
-                Request::Trigger(trigger) => self.shots.push(Shot {
-                    trigger,
-                    position: self.shaft.position(),
-                }),
+                Request::Trigger(trigger) => {
+                    self.shots.push(Shot {
+                        trigger,
+                        position: self.shaft.position(),
+                    });
+                    self.drive(trigger.shaft_angle)?;
+                }
             }
         }
         write_all(&mut self.qemu.link, &answer)
+    }
+
+    /// Types the motion sentences that belong to a trigger. The chirp, which is sent after them, is eight times
+    /// as long: they have been read by the time that its row is worked off.
+    fn drive(&mut self, shaft_angle: i32) -> Result<()> {
+        let Some(chirp) = self.module.number(shaft_angle) else {
+            return Ok(());
+        };
+        let lines = self.motion.as_mut().map(|motion| motion.at(chirp));
+        let lines = lines.unwrap_or_default();
+        for line in &lines {
+            self.type_bytes(line.as_bytes())?;
+            if lines.len() > 2 {
+                std::thread::sleep(APART);
+            }
+        }
+        Ok(())
     }
 
     /// Polls until `done` has something to say.
@@ -290,9 +321,10 @@ impl<'a> Session<'a> {
         // A scan of three angles around the middle is valid in every plane, so that no order of
         // the other keys passes through an invalid one.
         // How the scanner is mounted is told in any case: without that no answer is `ok`.
+        let waits = ["connect-timeout", "configure-timeout", "chirp-timeout"];
         let changed: Vec<_> = Settings::KEYS
             .iter()
-            .filter(|key| !key.starts_with("radar-") && !key.ends_with("-timeout"))
+            .filter(|key| !key.starts_with("radar-") && !waits.contains(key))
             .filter(|key| **key != "search-speed")
             .filter(|key| settings.get(key) != default.get(key) || MOUNTING.contains(key))
             .collect();
@@ -328,6 +360,10 @@ impl<'a> Session<'a> {
 
     /// Lets the radar module answer.
     pub fn connect(&mut self) -> Result<()> {
+        if let Some(motion) = &mut self.motion {
+            let first = motion.first();
+            self.type_bytes(first.as_bytes())?;
+        }
         let answer = self.module.get_ready();
         write_all(&mut self.qemu.link, &answer)
     }
