@@ -51,11 +51,11 @@ pub struct Step {
 }
 
 macro_rules! reasons {
-    ($($(#[$doc:meta])* $name:ident = $text:literal),* $(,)?) => {
+    ($($(#[doc = $doc:literal])* $name:ident = $text:literal),* $(,)?) => {
         /// Why a scan is `degraded` or a `fault`.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         #[repr(u8)]
-        pub enum Reason { $($(#[$doc])* $name),* }
+        pub enum Reason { $($(#[doc = $doc])* $name),* }
 
         impl Reason {
             /// Every reason, in the order of their bits.
@@ -66,6 +66,12 @@ macro_rules! reasons {
                 // Every reason has a word; a table of them is a third of a `match` in each caller.
                 const WORDS: &[&str] = &[$($text),*];
                 WORDS.get(self as usize).copied().unwrap_or("")
+            }
+
+            /// What it means, in a sentence for people.
+            pub fn meaning(self) -> &'static str {
+                const MEANINGS: &[&str] = &[$(concat!($($doc),*)),*];
+                MEANINGS.get(self as usize).map_or("", |text| text.trim())
             }
         }
     };
