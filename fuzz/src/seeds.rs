@@ -4,8 +4,8 @@
 //! reads its bytes in another way than before.
 
 use stairscan::answer::{Direction, Maybe, Outcome, Reason, Reasons, Step};
-use stairscan::report::Sentence;
 use stairscan::report::sentence::write_scan;
+use stairscan::report::{LiveLine, Sentence};
 use stairscan::scan::Settings;
 
 /// An input: its target, its name, its bytes.
@@ -185,6 +185,17 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
             motion_faults: 3,
             settings: HASH,
         },
+        Sentence::Live(LiveLine {
+            state: "scanning",
+            scan: 12,
+            uptime_ms: 90_600,
+            age_ms: Some(731),
+            motion: "good",
+            motion_faults: 3,
+            refused: 1,
+            port_errors: 0,
+            link_errors: 2,
+        }),
         Sentence::Config {
             key: "seed",
             value: "1",

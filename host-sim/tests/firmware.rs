@@ -17,7 +17,7 @@ use host_sim::replay;
 use stairscan::answer::{Reason, Status};
 use stairscan::config::Config;
 use stairscan::report::command::framed;
-use stairscan::report::{ScanLine, Sentence};
+use stairscan::report::{LiveLine, ScanLine, Sentence};
 use stairscan::scan::Settings;
 use stairscan::scan::schedule::{Schedule, shaft_angle};
 
@@ -169,6 +169,28 @@ fn two_scans_stand_on_the_schedule_and_answer_commands() {
     assert_eq!(session.module.garbage(), 0);
 
     stop_start_scan(&mut session);
+    check_live(&session);
+}
+
+/// `LIVE` has come in every state that lasts, its time has never gone back, and what went wrong is counted.
+fn check_live(session: &Session<'_>) {
+    let live = session.live.iter().map(|line| match Sentence::parse(line) {
+        Ok(Sentence::Live(live)) => live,
+        other => panic!("{other:?} is no LIVE"),
+    });
+    let live: Vec<LiveLine<'_>> = live.collect();
+    for state in ["self-test", "scanning", "idle"] {
+        assert!(live.iter().any(|l| l.state == state), "no LIVE in {state}");
+    }
+    for pair in live.windows(2) {
+        let ms = pair[1].uptime_ms - pair[0].uptime_ms;
+        assert!(ms > 0 && pair[0].scan <= pair[1].scan, "{pair:?}");
+    }
+    assert_eq!(live[0].age_ms, None);
+    let last = live.last().unwrap();
+    // The bad input above.
+    assert!(last.refused >= 10 && last.age_ms.is_some(), "{last:?}");
+    assert_eq!((last.motion, last.port_errors), ("absent", 0));
 }
 
 /// From here on the scanner is scanning.

@@ -36,6 +36,10 @@ impl<P: BytePort> BytePort for Trap<P> {
     fn write(&mut self, bytes: &[u8]) -> usize {
         self.0.write(bytes)
     }
+
+    fn errors(&self) -> u16 {
+        self.0.errors()
+    }
 }
 
 /// Recursion without end: each call keeps something on the stack that the next one needs.

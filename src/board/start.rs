@@ -1,5 +1,7 @@
 //! From reset to a scanner's hardware.
 
+use core::sync::atomic::AtomicU16;
+
 use cortex_m::peripheral::{SCB, SYST};
 use stairscan::answer::{Reason, Reasons};
 use stairscan::report::command::Measure;
@@ -53,6 +55,8 @@ pub struct Interrupts {
 pub struct Queues {
     link: LinkQueue,
     report: ReportQueue,
+    /// Of link and report port: bytes that were damaged or lost.
+    errors: [AtomicU16; 2],
 }
 
 impl Queues {
@@ -61,6 +65,7 @@ impl Queues {
         Self {
             link: LinkQueue::new(),
             report: ReportQueue::new(),
+            errors: [const { AtomicU16::new(0) }; 2],
         }
     }
 }
@@ -269,12 +274,19 @@ pub fn start(timer: SYST, p: pac::Peripherals, queues: &'static mut Queues) -> (
         a.pa2.into_alternate::<7>(),
         a.pa3.into_alternate::<7>().internal_pull_up(true),
     );
+    let [link_errors, report_errors] = &queues.errors;
     let divider = brr(clocks.apb2_hz, LINK_BAUD);
     let serial = start_port(p.USART1, link_pins, divider, &mut rcc);
-    let (link, link_receiver) = uart::part(serial, Interrupt::USART1, queues.link.split());
+    let (link, link_receiver) =
+        uart::part(serial, Interrupt::USART1, queues.link.split(), link_errors);
     let divider = brr(clocks.apb1_hz, REPORT_BAUD);
     let serial = start_port(p.USART2, report_pins, divider, &mut rcc);
-    let (report, report_receiver) = uart::part(serial, Interrupt::USART2, queues.report.split());
+    let (report, report_receiver) = uart::part(
+        serial,
+        Interrupt::USART2,
+        queues.report.split(),
+        report_errors,
+    );
 
     let time = time::start(p.TIM5, &clocks);
     let mut iwdg = IndependentWatchdog::new(p.IWDG);

@@ -1,7 +1,10 @@
 //! The two serial ports: received bytes come by interrupt, sent ones go as the port takes them.
 
+use core::sync::atomic::{AtomicU16, Ordering};
+
 use heapless::spsc::{Consumer, Producer, Queue};
 use stairscan::scan::BytePort;
+use stm32f4xx_hal::nb;
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::serial::{Instance, Rx, Serial, Tx};
@@ -19,14 +22,23 @@ pub type ReportQueue = Queue<u8, 512>;
 pub struct Receiver<U: Instance> {
     rx: Rx<U>,
     queue: Producer<'static, u8>,
+    errors: &'static AtomicU16,
 }
 
 impl<U: Instance> Receiver<U> {
     /// Takes what has come in. A full queue drops it, and so does the port what came damaged or
     /// over another byte: whatever it belonged to fails its own check.
     pub fn receive(&mut self) {
-        if let Ok(byte) = self.rx.read() {
-            let _ = self.queue.enqueue(byte);
+        let lost = match self.rx.read() {
+            Ok(byte) => self.queue.enqueue(byte).is_err(),
+            Err(nb::Error::Other(_)) => true,
+            Err(nb::Error::WouldBlock) => false,
+        };
+        if lost {
+            // Nobody else writes it.
+            let errors = self.errors.load(Ordering::Relaxed);
+            self.errors
+                .store(errors.saturating_add(1), Ordering::Relaxed);
         }
     }
 }
@@ -35,6 +47,7 @@ impl<U: Instance> Receiver<U> {
 pub struct Port<U: Instance> {
     tx: Tx<U>,
     queue: Consumer<'static, u8>,
+    errors: &'static AtomicU16,
     interrupt: Interrupt,
 }
 
@@ -48,17 +61,20 @@ pub fn part<U: Instance>(
     serial: Serial<U>,
     interrupt: Interrupt,
     (producer, queue): (Producer<'static, u8>, Consumer<'static, u8>),
+    errors: &'static AtomicU16,
 ) -> (Port<U>, Receiver<U>) {
     let (tx, mut rx) = serial.split();
     rx.listen();
     let port = Port {
         tx,
         queue,
+        errors,
         interrupt,
     };
     let receiver = Receiver {
         rx,
         queue: producer,
+        errors,
     };
     (port, receiver)
 }
@@ -79,6 +95,10 @@ impl<U: Instance> BytePort for Port<U> {
             .iter()
             .take_while(|&&byte| self.tx.write(byte).is_ok());
         taken.count()
+    }
+
+    fn errors(&self) -> u16 {
+        self.errors.load(Ordering::Relaxed)
     }
 }
 

@@ -5,4 +5,4 @@ pub mod crc;
 pub mod motion;
 pub mod sentence;
 
-pub use sentence::{Line, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths};
+pub use sentence::{Line, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths};

@@ -12,6 +12,7 @@
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
 //! | `BOOT` | version; git revision; reset cause; clock; boots since power came; settings; serial number of the chip |
 //! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot; settings |
+//! | `LIVE` | state; scan; ms since boot; ms since the last row of the last scan that was no fault; motion input; faults of it; refused lines; damaged or lost bytes of this port; requests that the radar module did not answer as it should |
 //! | `CONF` | key; value |
 //! | `DONE` | command |
 //! | `FAIL` | command or `-`; field or `-`; what was expected: all up to the CRC, which may hold a command with its own frame |
@@ -25,6 +26,9 @@
 //! cent; a negative height: the ground may end), each nearest first; they hold no time and no
 //! clock, so that the same chirps give the same bytes everywhere.
 //!
+//! `LIVE` comes by itself five times a second, in every state, and may stand between any two sentences.
+//! Only there stand times. Its counters count since boot and stay at 65535.
+//!
 //! Settings are the CRC-32 of the values that decide an answer ([`crate::scan::Settings::hash`]), in
 //! eight hex digits: whoever set the scanner up sees at every scan that it still is.
 //!
@@ -34,6 +38,7 @@
 mod fields;
 mod frame;
 mod lines;
+mod live;
 mod writer;
 
 use crate::answer::{Direction, Outcome, Reason, Reasons, Status};
@@ -41,6 +46,7 @@ pub(super) use fields::Fields;
 pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
 pub use lines::{MaybeLine, ScanLine, StepLine};
+pub use live::LiveLine;
 pub(super) use writer::Writer;
 
 /// Any sentence; text is borrowed from the line it was parsed from.
@@ -88,6 +94,8 @@ pub enum Sentence<'a> {
         /// Hash of the settings of the next scan.
         settings: u32,
     },
+    /// How the scanner fares, five times a second.
+    Live(LiveLine<'a>),
     /// One value of the configuration.
     Config {
         /// Its key.
@@ -181,6 +189,7 @@ impl Sentence<'_> {
                 .number(motion_faults.into())
                 .hex(&[settings])
                 .finish(),
+            Sentence::Live(l) => l.write(),
             Sentence::Config { key, value } => Writer::new("CONF").text(key).text(value).finish(),
             Sentence::Done { command } => Writer::new("DONE").text(command).finish(),
             Sentence::Fail {
@@ -255,6 +264,7 @@ impl Sentence<'_> {
                 motion_faults: fields.number("motion-faults")?,
                 settings: fields.hash("settings")?,
             },
+            "LIVE" => Sentence::Live(LiveLine::parse(&mut fields)?),
             "CONF" => Sentence::Config {
                 key: fields.text("key")?,
                 value: fields.text("value")?,

@@ -11,6 +11,10 @@ pub trait BytePort {
     fn read(&mut self) -> Option<u8>;
     /// Takes as many bytes as fit and says how many.
     fn write(&mut self, bytes: &[u8]) -> usize;
+    /// Bytes that came damaged or were lost on the way in, since boot; 65535 for more.
+    fn errors(&self) -> u16 {
+        0
+    }
 }
 
 /// What else the scanner needs of its board.
@@ -39,6 +43,10 @@ impl<P: BytePort + ?Sized> BytePort for &mut P {
 
     fn write(&mut self, bytes: &[u8]) -> usize {
         (**self).write(bytes)
+    }
+
+    fn errors(&self) -> u16 {
+        (**self).errors()
     }
 }
 

@@ -21,6 +21,11 @@ impl Outbox {
         }
     }
 
+    /// Whether nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.bytes.is_empty()
+    }
+
     /// Whether another sentence fits.
     pub fn has_room(&self) -> bool {
         CAPACITY - self.bytes.len() >= MAX_SENTENCE

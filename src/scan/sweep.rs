@@ -58,6 +58,8 @@ pub struct Sweep {
     pending: Option<u16>,
     /// A row that has just been triggered, and when.
     fired: Option<(u16, Micros)>,
+    /// Requests that were not answered as they should be, since the last look.
+    failed: u16,
     deadline: Micros,
 }
 
@@ -103,6 +105,7 @@ impl Sweep {
             streak: 0,
             pending: None,
             fired: None,
+            failed: 0,
             deadline: now,
         };
         sweep.start_move(now, mirror);
@@ -123,6 +126,11 @@ impl Sweep {
     /// The row that was triggered since the last call, and when.
     pub fn fired(&mut self) -> Option<(u16, Micros)> {
         self.fired.take()
+    }
+
+    /// How many requests the module did not answer as it should since the last call.
+    pub fn failed(&mut self) -> u16 {
+        core::mem::take(&mut self.failed)
     }
 
     /// Row that is due, in the order of the map.
@@ -213,6 +221,7 @@ impl Sweep {
         let Poll::Ready(answer) = link.poll_settings(now) else {
             return Poll::Pending;
         };
+        self.failed += u16::from(answer.is_err());
         match answer {
             Ok(radar) => {
                 self.settings.config.radar = radar;
@@ -241,6 +250,7 @@ impl Sweep {
         let Poll::Ready(answer) = link.poll_chirp(now, data.samples()) else {
             return Poll::Pending;
         };
+        self.failed += u16::from(answer.is_err());
         match answer {
             Ok(()) => {
                 self.pending = Some(self.row());

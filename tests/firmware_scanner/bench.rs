@@ -314,7 +314,7 @@ impl Bench {
         let is_answer = |s: &Sentence<'_>| {
             !matches!(
                 s,
-                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Boot { .. }
+                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Boot { .. } | Sentence::Live(_)
             )
         };
         let lines = self.until(is_answer);

@@ -301,3 +301,67 @@ fn crashes_that_follow_one_another_end_in_a_fault_until_somebody_starts() {
     }
     assert_eq!(bench.scanner.state(), "idle");
 }
+
+/// The `LIVE`s of the next `ms` milliseconds.
+fn live(bench: &mut Bench, ms: u32) -> Vec<String> {
+    bench.take_lines();
+    (0..ms).for_each(|_| bench.step());
+    let lines = bench.take_lines();
+    lines.into_iter().filter(|l| l.contains(",LIVE,")).collect()
+}
+
+#[test]
+fn live_comes_five_times_a_second_in_every_state() {
+    let mut bench = Bench::new(|w| w.stopped = true);
+    for (command, state) in [("stop", "idle"), ("start", "scanning")] {
+        bench.ask(command);
+        (0..500).for_each(|_| bench.step());
+        let told = live(&mut bench, 1000);
+        assert_eq!(told.len(), 5, "{told:?}");
+        for line in &told {
+            assert!(line.contains(&format!(",LIVE,{state},")), "{line}");
+        }
+    }
+    let mut bench = Bench::new(|w| w.radar = None);
+    assert_eq!(bench.scan().status, Status::Fault);
+    let told = live(&mut bench, 1000);
+    assert_eq!(told.len(), 5, "{told:?}");
+    let Ok(Sentence::Live(first)) = Sentence::parse(&told[0]) else {
+        panic!("{told:?}");
+    };
+    assert_eq!((first.state, first.scan, first.age_ms), ("fault", 0, None));
+    assert!(first.link_errors > 0 && first.uptime_ms > 1000);
+}
+
+#[test]
+fn live_tells_the_age_of_the_answer_and_what_went_wrong() {
+    let lost = Some(LinkError::Timeout);
+    let mut bench = Bench::new(|w| w.errors = [None, lost, None, lost].into());
+    bench.scan();
+    bench.ask("hello");
+    bench.ask("stop");
+    (0..300).for_each(|_| bench.step());
+    let told = live(&mut bench, 1000);
+    let parsed = told.iter().map(|line| match Sentence::parse(line) {
+        Ok(Sentence::Live(live)) => live,
+        other => panic!("{other:?}"),
+    });
+    let parsed: Vec<_> = parsed.collect();
+    for pair in parsed.windows(2) {
+        assert_eq!(pair[1].uptime_ms - pair[0].uptime_ms, 200);
+        assert_eq!(pair[1].age_ms.unwrap() - pair[0].age_ms.unwrap(), 200);
+    }
+    let last = parsed.last().unwrap();
+    assert!((1200..2500).contains(&last.age_ms.unwrap()), "{last:?}");
+    assert_eq!((last.refused, last.link_errors, last.scan), (1, 2, 2));
+    assert_eq!((last.motion, last.motion_faults), ("absent", 0));
+}
+
+#[test]
+fn a_stuck_port_is_owed_one_live_at_most() {
+    let mut bench = Bench::new(|w| (w.stopped, w.port_stuck) = (true, true));
+    (0..10_000).for_each(|_| bench.step());
+    bench.world.0.borrow_mut().port_stuck = false;
+    let told = live(&mut bench, 100);
+    assert!(told.len() <= 1, "{told:?}");
+}

@@ -3,7 +3,9 @@
 use stairscan::answer::{Direction, Reasons, Status};
 use stairscan::drive::Reading;
 use stairscan::report::command::{self, Command, Input, LineReader, framed};
-use stairscan::report::{MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion};
+use stairscan::report::{
+    LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
+};
 
 use super::Way;
 
@@ -57,6 +59,7 @@ fn fields(sentence: &Sentence<'_>) -> String {
              motion=[{motion}] motion-faults={motion_faults} settings={settings}",
             words(reasons)
         ),
+        Sentence::Live(live) => of_live(&live),
         Sentence::Config { key, value } => format!("CONF key=[{key}] value=[{value}]"),
         Sentence::Done { command } => format!("DONE command=[{command}]"),
         Sentence::Fail {
@@ -114,6 +117,22 @@ fn of_maybe(maybe: &MaybeLine) -> String {
     format!(
         "MAYBE scan={} index={} count={} distance={} height={} probability={}",
         maybe.scan, maybe.index, maybe.count, maybe.distance.0, maybe.height.0, maybe.probability
+    )
+}
+
+fn of_live(live: &LiveLine<'_>) -> String {
+    format!(
+        "LIVE state=[{}] scan={} uptime={} age={} motion=[{}] motion-faults={} refused={} port-errors={} \
+         link-errors={}",
+        live.state,
+        live.scan,
+        live.uptime_ms,
+        optional(live.age_ms),
+        live.motion,
+        live.motion_faults,
+        live.refused,
+        live.port_errors,
+        live.link_errors
     )
 }
 

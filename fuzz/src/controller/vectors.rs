@@ -6,7 +6,7 @@ use stairscan::answer::{Direction, Reason, Reasons, Status};
 use stairscan::drive::Reading;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
-use stairscan::report::{MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion};
+use stairscan::report::{LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion};
 use stairscan::scan::Settings;
 
 use super::{Way, oracle, tables};
@@ -50,7 +50,34 @@ fn sentences() -> impl Iterator<Item = Sentence<'static>> {
     let maybes = maybes().into_iter().map(Sentence::Maybe);
     let halts = Reason::ALL.iter().map(|&reason| Sentence::Halt { reason });
     let rest = scans.chain(steps).chain(maybes).chain(halts);
-    rest.chain(texts())
+    let lives = lives().into_iter().map(Sentence::Live);
+    rest.chain(lives).chain(texts())
+}
+
+fn lives() -> [LiveLine<'static>; 2] {
+    let first = LiveLine {
+        state: "self-test",
+        scan: 0,
+        uptime_ms: 200,
+        age_ms: None,
+        motion: "absent",
+        motion_faults: 0,
+        refused: 1,
+        port_errors: 2,
+        link_errors: 3,
+    };
+    let largest = LiveLine {
+        state: "scanning",
+        scan: u32::MAX,
+        uptime_ms: u32::MAX,
+        age_ms: Some(u32::MAX),
+        motion: "good",
+        motion_faults: u16::MAX,
+        refused: u16::MAX,
+        port_errors: u16::MAX,
+        link_errors: u16::MAX,
+    };
+    [first, largest]
 }
 
 fn scans() -> Vec<ScanLine> {
@@ -247,6 +274,10 @@ const BAD_BODIES: &[&str] = &[
     "PSTR,MAYBE,1,1,1,1.0,2.0,",
     "PSTR,BOOT,1,2,3,4,5,00000000,00000000000000000000000",
     "PSTR,STAT,idle,hse-168,1,paper,,good,1",
+    "PSTR,LIVE,idle,1,2,+3,good,0,0,0,0",
+    "PSTR,LIVE,idle,1,2,4294967296,good,0,0,0,0",
+    "PSTR,LIVE,idle,1,2,3,good,0,65536,0,0",
+    "PSTR,LIVE,idle,1,2,3,good,0,0,0",
     "PSTR,CONF,plane,dep*th",
     "PSTR,CONF,$plane,depth",
     "PSTR,DONE",

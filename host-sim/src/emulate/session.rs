@@ -77,6 +77,8 @@ pub struct Session<'a> {
     pub shots: Vec<Shot>,
     /// Every sentence since boot, and what was none.
     pub lines: Vec<String>,
+    /// Every `LIVE` since boot; they are not among the other lines.
+    pub live: Vec<String>,
     /// Lines that [`Session::next_line`] has handed out.
     read: usize,
     partial: Vec<u8>,
@@ -107,6 +109,7 @@ impl<'a> Session<'a> {
             homed: false,
             shots: Vec::new(),
             lines: Vec::new(),
+            live: Vec::new(),
             read: 0,
             partial: Vec::new(),
         };
@@ -139,7 +142,9 @@ impl<'a> Session<'a> {
         while let Some(end) = self.partial.iter().position(|&b| b == b'\n') {
             let line: Vec<u8> = self.partial.drain(..=end).collect();
             let line = String::from_utf8_lossy(&line).trim_end().to_owned();
-            if !line.is_empty() {
+            if matches!(Sentence::parse(&line), Ok(Sentence::Live(_))) {
+                self.live.push(line);
+            } else if !line.is_empty() {
                 self.lines.push(line);
             }
         }

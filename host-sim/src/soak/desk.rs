@@ -137,6 +137,7 @@ impl<'a> Desk<'a> {
                 telling.lines.push(line.to_owned());
                 self.to_come = self.to_come.checked_sub(1).context("one step too many")?;
             }
+            Sentence::Live(_) => {}
             _ => self.replies.push(line.to_owned()),
         }
         if self.to_come == 0 && self.telling.is_some() {

@@ -1,7 +1,9 @@
 //! Commands: lines of the report port, carried out one by one.
 
+use super::pulse::Pulse;
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
+use crate::report::LiveLine;
 use crate::report::command::{self, Command, Input, LineReader};
 use crate::scan::board::{Board, BytePort};
 use crate::scan::chain::DataPath;
@@ -11,13 +13,16 @@ use crate::scan::settings::{self, Settings};
 use crate::scan::time::Micros;
 
 /// The line that comes in over the report port, and the list that goes out.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct Console {
     reader: LineReader,
     /// Next key that `get` lists.
     listing: Option<usize>,
     /// What has been read and waits for room to be answered.
     held: Option<Held>,
+    /// Lines that were refused.
+    refused: u16,
+    pulse: Pulse,
 }
 
 /// What has been read and is to be answered.
@@ -30,6 +35,17 @@ enum Held {
 }
 
 impl Console {
+    /// Nothing has been typed yet.
+    pub fn new(now: Micros) -> Self {
+        Self {
+            reader: LineReader::default(),
+            listing: None,
+            held: None,
+            refused: 0,
+            pulse: Pulse::new(now),
+        }
+    }
+
     /// Carries out what has been typed, and hands the port what there is to say.
     pub(super) fn step<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath>(
         &mut self,
@@ -38,7 +54,44 @@ impl Console {
     ) {
         self.list(machine);
         self.read(now, machine);
+        self.beat(now, machine);
         machine.reports.pump(&mut machine.hardware.port);
+    }
+
+    /// Says how the scanner fares when that is due, and nothing else waits for the port: a port that is
+    /// slow or stuck gets no more to carry by it.
+    fn beat<M, L, P: BytePort, B, D>(
+        &mut self,
+        now: Micros,
+        machine: &mut Machine<'_, M, L, P, B, D>,
+    ) {
+        if let Some(at) = machine.answered.take() {
+            self.pulse.answered(at);
+        }
+        self.pulse.count(now);
+        if self.pulse.due() && self.tell(now, machine) {
+            self.pulse.told();
+        }
+    }
+
+    #[inline(never)]
+    fn tell<M, L, P: BytePort, B, D>(
+        &self,
+        now: Micros,
+        machine: &mut Machine<'_, M, L, P, B, D>,
+    ) -> bool {
+        let live = LiveLine {
+            state: machine.state(),
+            scan: machine.scans(),
+            uptime_ms: self.pulse.uptime_ms(),
+            age_ms: self.pulse.age_ms(),
+            motion: machine.odometry.state(now).as_str(),
+            motion_faults: machine.odometry.faults(),
+            refused: self.refused,
+            port_errors: machine.hardware.port.errors(),
+            link_errors: machine.link_errors,
+        };
+        machine.reports.live(live)
     }
 
     /// Reads motion sentences, which are not answered, and at most one other line, which waits until
@@ -67,7 +120,10 @@ impl Console {
         }
         match self.held.take() {
             Some(Held::Line) => self.execute(now, machine),
-            Some(Held::Bad(error)) => machine.reports.refuse("-", error.field, error.expected),
+            Some(Held::Bad(error)) => {
+                self.refused = self.refused.saturating_add(1);
+                machine.reports.refuse("-", error.field, error.expected);
+            }
             None => {}
         }
     }
@@ -92,6 +148,7 @@ impl Console {
             Ok(command) => command,
             Err(bad) => {
                 let error = bad.error;
+                self.refused = self.refused.saturating_add(1);
                 return machine
                     .reports
                     .refuse(bad.command, error.field, error.expected);

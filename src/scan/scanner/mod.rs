@@ -19,11 +19,13 @@
 //! |---|---|---|
 //! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`super::record`] |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`super::outbox`] |
+//! | `pulse` | when `LIVE` is due, and its times | [`super::time`] |
 //! | `states` | the machine above: what is under way, and until when | `keeper`, `reports`, [`super::sweep`] |
-//! | `commands` | lines of the report port, carried out on the machine | `states`, `reports` |
+//! | `commands` | lines of the report port, carried out on the machine; `LIVE` | `states`, `reports`, `pulse` |
 
 mod commands;
 mod keeper;
+mod pulse;
 mod reports;
 mod states;
 
@@ -62,7 +64,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<'a
     ) -> Self {
         Self {
             machine: Machine::new(hardware, data, memory, settings, identity, now),
-            console: Console::default(),
+            console: Console::new(now),
         }
     }
 

@@ -3,7 +3,7 @@
 use crate::answer::{Outcome, Reasons, Status};
 use crate::report::command;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
-use crate::report::{ScanLine, Sentence};
+use crate::report::{LiveLine, ScanLine, Sentence};
 use crate::scan::board::{BytePort, Identity};
 use crate::scan::outbox::Outbox;
 
@@ -92,6 +92,12 @@ impl Reports {
     /// The answer to `status`.
     pub(super) fn status(&mut self, status: &Sentence<'_>) {
         self.outbox.push(status);
+    }
+
+    /// How the scanner fares, where nothing else waits for the port; whether that was so.
+    #[inline(never)]
+    pub(super) fn live(&mut self, live: LiveLine<'_>) -> bool {
+        self.outbox.is_empty() && self.outbox.push(&Sentence::Live(live))
     }
 
     /// The first sentence after boot.

@@ -80,6 +80,10 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     booted: Option<Micros>,
     /// Whether the next answer shall be a first one.
     forgets: bool,
+    /// When the last row of an answer was worked off, until that is noted.
+    pub answered: Option<Micros>,
+    /// Requests that the module did not answer as it should.
+    pub link_errors: u16,
 }
 
 /// After so long, and a scan, crashes before this boot are forgotten: 60 s.
@@ -174,6 +178,8 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             reasons: identity.reasons,
             deadline: now.plus(POLL_US),
             forgets: false,
+            answered: None,
+            link_errors: 0,
         };
         machine.note();
         machine
@@ -250,6 +256,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
                     self.odometry.row(row, at.plus(mid));
                 }
                 self.deadline = sweep.deadline();
+                self.link_errors = self.link_errors.saturating_add(sweep.failed());
                 if let Poll::Ready(rows) = poll {
                     let radar = sweep.settings().config.radar;
                     self.settings.adopt(radar);
@@ -365,6 +372,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         let Poll::Ready(answer) = self.hardware.link.poll_settings(now) else {
             return;
         };
+        self.link_errors = (self.link_errors).saturating_add(answer.is_err().into());
         match answer {
             Ok(radar) => {
                 self.connected = true;
@@ -455,6 +463,9 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
                 self.data.conclude(&drive)
             }
         };
+        if outcome.status != Status::Fault {
+            self.answered = Some(now);
+        }
         if !self.scan.configured {
             outcome.doubt(Reasons::NONE.with(Reason::Unconfigured));
         }
