@@ -21,6 +21,9 @@ struct Args {
     /// Where the C program is compiled to
     #[arg(long, default_value = "target/controller")]
     directory: PathBuf,
+    /// Compile without the address and undefined-behaviour sanitizers, where the compiler has none
+    #[arg(long)]
+    plain: bool,
     /// Write the tables of the C header and the golden vectors anew, and run nothing
     #[arg(long)]
     write: bool,
@@ -37,7 +40,7 @@ fn main() -> Result<()> {
     let compiler = program::compiler().context("no C compiler: install one, or name it in CC")?;
     fs::create_dir_all(&args.directory)?;
     let directory = args.directory.canonicalize()?;
-    let verdict = program::compile(&compiler, "test/verdict.c", &directory)?;
+    let verdict = program::compile(&compiler, "test/verdict.c", &directory, !args.plain)?;
     let begun = Instant::now();
     let tally = program::agree(&verdict, args.lines, args.seed)?;
     for (kind, count) in &tally {

@@ -11,17 +11,20 @@ use stairscan_fuzz::controller::{directory, program, tables, vectors};
 
 const ANEW: &str = "write it anew: cargo run -p stairscan-fuzz --example controller -- --write";
 
-/// A C source with the parser, compiled with the sanitizers; none, and a message, where there is no compiler. In
-/// CI that is a failure.
+/// Says aloud what cannot be done here; in CI that is a failure.
+fn lack(what: &str) {
+    let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
+    assert!(!ci, "{what}");
+    // Not with `eprintln`, which the test harness keeps to itself when a test passes.
+    let _ = writeln!(std::io::stderr(), "SKIPPED {what}");
+}
+
+/// A C source with the parser, compiled with the sanitizers where there are any; none where there is no compiler.
 fn compiled(source: &str) -> Option<PathBuf> {
     let Some(compiler) = program::compiler() else {
-        let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
-        assert!(!ci, "no C compiler");
-        // Not with `eprintln`, which the test harness keeps to itself when a test passes.
-        let _ = writeln!(
-            std::io::stderr(),
-            "SKIPPED {source} of controller/: no C compiler; install one, or name it in CC"
-        );
+        lack(&format!(
+            "{source} of controller/: no C compiler; install one, or name it in CC"
+        ));
         return None;
     };
     // A directory of its own for each test: they run side by side.
@@ -29,7 +32,11 @@ fn compiled(source: &str) -> Option<PathBuf> {
     let test = thread.name().unwrap_or("controller").to_owned();
     let into = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
     fs::create_dir_all(&into).unwrap();
-    Some(program::compile(&compiler, source, &into).unwrap())
+    let sanitized = program::compile(&compiler, source, &into, true);
+    Some(sanitized.unwrap_or_else(|error| {
+        lack(&format!("the sanitizers of {source}: {error:#}"));
+        program::compile(&compiler, source, &into, false).unwrap()
+    }))
 }
 
 /// What a program says, fed with `input`, and whether it was content.
@@ -98,6 +105,7 @@ fn c_and_rust_agree_on_mutated_lines() {
         "MAYBE",
         "BOOT",
         "STAT",
+        "LIVE",
         "CONF",
         "DONE",
         "FAIL",
@@ -137,7 +145,7 @@ fn c_and_rust_agree_on_mutated_lines() {
         .filter(|(kind, _)| !kind.starts_with("bad"))
         .map(|(_, n)| n)
         .sum();
-    assert!(taken > 20_000, "only {taken} lines were taken");
+    assert!(taken > 15_000, "only {taken} lines were taken");
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Mutated lines: fields changed within a frame that stays right, and bytes changed anywhere.
 
+use std::collections::BTreeMap;
+
 use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 
@@ -97,26 +99,72 @@ const ODD: &[&str] = &[
     "  x",
 ];
 
+/// A golden vector, taken apart.
+#[derive(Clone, Debug)]
+struct Origin {
+    way: Way,
+    framed: bool,
+    /// What stands in the frame, or would.
+    fields: Vec<String>,
+}
+
+/// What has fields; all else is of one kind.
+const KINDS: &[&str] = &[
+    "SCAN", "STEP", "MAYBE", "BOOT", "STAT", "LIVE", "CONF", "DONE", "FAIL", "HALT", "get", "set",
+    "MOTION",
+];
+
+impl Origin {
+    fn new((way, line): (Way, String)) -> Self {
+        let Some(body) = line.strip_prefix('$') else {
+            let words = line.split([',', ' ']).map(str::to_owned);
+            return Self {
+                way,
+                framed: false,
+                fields: std::iter::once("PSTC".to_owned()).chain(words).collect(),
+            };
+        };
+        let body = body.rsplit_once('*').map_or(body, |(body, _)| body);
+        Self {
+            way,
+            framed: true,
+            fields: body.split(',').map(str::to_owned).collect(),
+        }
+    }
+
+    /// What it is: a sentence or a command by name.
+    fn kind(&self) -> (Way, Option<&'static str>) {
+        let name = self.fields.get(1);
+        let known = KINDS
+            .iter()
+            .find(|&&kind| name.is_some_and(|name| name == kind));
+        (self.way, known.copied())
+    }
+}
+
 /// An endless row of lines: the same for the same seed.
 pub struct Lines<'a> {
-    ways: &'a [Way],
-    corpus: &'a [Vec<u8>],
+    /// Origins of the same kind: as many lines come of a rare kind as of a frequent one.
+    kinds: Vec<Vec<Origin>>,
     bytes: Mutator<'a>,
     random: Xoshiro128PlusPlus,
 }
 
-/// What the mutations are made of: the golden vectors.
-pub fn corpus() -> (Vec<Way>, Vec<Vec<u8>>) {
+/// What bytes are changed in: the golden vectors.
+pub fn corpus() -> Vec<Vec<u8>> {
     let all = vectors::all().into_iter();
-    all.map(|(way, line)| (way, line.into_bytes())).unzip()
+    all.map(|(_, line)| line.into_bytes()).collect()
 }
 
 impl<'a> Lines<'a> {
-    /// Mutations of [`corpus`].
-    pub fn new((ways, corpus): (&'a [Way], &'a [Vec<u8>]), seed: u64) -> Self {
+    /// Mutations of the golden vectors, of which `corpus` is made.
+    pub fn new(corpus: &'a [Vec<u8>], seed: u64) -> Self {
+        let mut kinds: BTreeMap<_, Vec<Origin>> = BTreeMap::new();
+        for origin in vectors::all().into_iter().map(Origin::new) {
+            kinds.entry(origin.kind()).or_default().push(origin);
+        }
         Self {
-            ways,
-            corpus,
+            kinds: kinds.into_values().collect(),
             bytes: Mutator::new(corpus, seed),
             random: Xoshiro128PlusPlus::seed_from_u64(!seed),
         }
@@ -128,27 +176,26 @@ impl<'a> Lines<'a> {
         (wide >> 32) as usize
     }
 
-    /// A vector: its way and what stands in its frame, or all of it where it has none.
-    fn chosen(&mut self) -> (Way, Vec<String>) {
-        let k = self.below(self.corpus.len());
-        let line = String::from_utf8_lossy(&self.corpus[k]).into_owned();
-        let body = line.strip_prefix('$').unwrap_or(&line);
-        let body = body.rsplit_once('*').map_or(body, |(body, _)| body);
-        (self.ways[k], body.split(',').map(str::to_owned).collect())
+    /// One of a kind.
+    fn origin(&mut self, kind: usize) -> Origin {
+        let k = self.below(self.kinds[kind].len());
+        self.kinds[kind][k].clone()
     }
 
-    fn change(&mut self, fields: &mut Vec<String>) {
+    fn change(&mut self, fields: &mut Vec<String>, kind: usize) {
         let at = self.below(fields.len());
-        match self.below(8) {
-            0..=2 => fields[at] = ODD[self.below(ODD.len())].to_owned(),
-            3 if fields.len() > 1 => drop(fields.remove(at)),
-            4 => fields.insert(at, fields[at].clone()),
-            5 => {
-                // The same field of another line.
-                let (_, other) = self.chosen();
+        match self.below(12) {
+            0..=5 => {
+                // The same field of another line of its kind, seldom of any.
+                let any = self.below(self.kinds.len());
+                let from = if self.below(8) == 0 { any } else { kind };
+                let other = self.origin(from).fields;
                 fields[at] = other.get(at).cloned().unwrap_or_default();
             }
-            6 => {
+            6 | 7 => fields[at] = ODD[self.below(ODD.len())].to_owned(),
+            8 if fields.len() > 1 => drop(fields.remove(at)),
+            9 => fields.insert(at, fields[at].clone()),
+            10 => {
                 let place = self.below(fields[at].len() + 1);
                 let letter = char::from(b' ' + self.below(95) as u8);
                 fields[at].insert(place, letter);
@@ -162,19 +209,28 @@ impl<'a> Lines<'a> {
 
     /// Some fields changed; the frame is right, or there is none.
     fn of_fields(&mut self) -> (Way, Vec<u8>) {
-        let (way, mut fields) = self.chosen();
+        let kind = self.below(self.kinds.len());
+        let Origin {
+            way,
+            framed,
+            mut fields,
+        } = self.origin(kind);
         for _ in 0..self.below(4) {
-            self.change(&mut fields);
+            self.change(&mut fields, kind);
         }
-        fields
-            .iter_mut()
-            .for_each(|field| field.retain(|c| c.is_ascii()));
-        let body = fields.join(",");
-        let line = match self.below(8) {
+        let between = if framed {
+            ","
+        } else {
+            [",", " "][self.below(2)]
+        };
+        let body = fields.join(between);
+        let line = match self.below(16) {
             0 => body,
             1 => vectors::closed(&body).to_lowercase(),
             2 => vectors::closed(&body) + ["\r\n", "\n", "\r", " "][self.below(4)],
-            _ => vectors::closed(&body),
+            3 => vectors::closed(&format!("PSTC,{body}")),
+            _ if framed => vectors::closed(&body),
+            _ => body,
         };
         (way, line.into_bytes())
     }
@@ -198,7 +254,7 @@ impl Iterator for Lines<'_> {
     type Item = (Way, Vec<u8>);
 
     fn next(&mut self) -> Option<Self::Item> {
-        Some(match self.below(4) {
+        Some(match self.below(8) {
             0 => self.of_bytes(),
             _ => self.of_fields(),
         })

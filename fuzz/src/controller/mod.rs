@@ -18,7 +18,7 @@ pub mod vectors;
 use std::path::{Path, PathBuf};
 
 /// Which of the two ways a line goes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Way {
     /// From the scanner.
     Report,

@@ -37,17 +37,17 @@ pub fn compiler() -> Option<String> {
     there.then_some(compiler)
 }
 
-/// Compiles `source` of `controller/` with the parser into `into`, sanitizers and all.
+/// Compiles `source` of `controller/` with the parser into `into`, with the sanitizers or without.
 ///
 /// # Errors
 /// What the compiler says.
-pub fn compile(compiler: &str, source: &str, into: &Path) -> Result<PathBuf> {
+pub fn compile(compiler: &str, source: &str, into: &Path, sanitized: bool) -> Result<PathBuf> {
     let name = Path::new(source).file_stem().context("no name")?;
     let program = into.join(name);
     let output = Command::new(compiler)
         .current_dir(directory())
         .args(FLAGS)
-        .args(SANITIZERS)
+        .args(SANITIZERS.iter().filter(|_| sanitized))
         .args(["stairscan.c", source, "-o"])
         .arg(&program)
         .output()
@@ -66,8 +66,8 @@ pub type Tally = BTreeMap<String, u64>;
 /// # Errors
 /// The first line on which they differ, or how the program ended.
 pub fn agree(verdict: &Path, count: usize, seed: u64) -> Result<Tally> {
-    let (ways, corpus) = corpus();
-    let lines = || Lines::new((&ways, &corpus), seed).take(count);
+    let corpus = corpus();
+    let lines = || Lines::new(&corpus, seed).take(count);
     let mut child = Command::new(verdict)
         .stdin(Stdio::piped())
         .stdout(Stdio::piped())
