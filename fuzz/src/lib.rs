@@ -4,6 +4,7 @@
 //! them to libFuzzer; `tests/corpus.rs` replays `corpus/` and some thousand [`mutate`]d inputs of it with
 //! every `cargo test`; `examples/mutate.rs` does so for as long as one likes. See the README beside it.
 
+pub mod controller;
 pub mod input;
 pub mod mutate;
 pub mod seeds;

@@ -206,9 +206,14 @@ fn unframe(line: &str) -> Result<&str, BadCommand> {
     let (body, sum) = star
         .and_then(|at| body.split_at_checked(at))
         .and_then(|(body, sum)| Some((body, sum.strip_prefix('*')?)))
+        // `from_str_radix` would take a sign for a digit.
+        .filter(|(_, sum)| sum.bytes().all(|b| b.is_ascii_hexdigit()))
         .ok_or(bad("-", "crc", "* and eight hex digits at the end"))?;
     if u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
         return Err(bad("-", "crc", "the CRC-32 of what stands between $ and *"));
+    }
+    if body.bytes().any(|b| matches!(b, b'$' | b'*')) {
+        return Err(bad("-", "frame", "neither $ nor * within"));
     }
     body.strip_prefix("PSTC,")
         .ok_or(bad("-", "frame", "$PSTC at the beginning"))
@@ -323,8 +328,15 @@ mod tests {
                 "{line}"
             );
         }
-        let error = parse(&closed("XXXX,start")).unwrap_err();
-        assert_eq!(error.error.field, "frame");
+        for body in [
+            "XXXX,start",
+            "PSTC,set,seed,7*",
+            "PSTC,$start",
+            "PSTC,set,seed,$7",
+        ] {
+            let error = parse(&closed(body)).unwrap_err();
+            assert_eq!(error.error.field, "frame", "{body}");
+        }
     }
 
     fn read(bytes: &[u8]) -> (Vec<String>, usize) {
@@ -348,6 +360,20 @@ mod tests {
         assert_eq!((lines, errors), (vec!["stop".into(), "status".into()], 2));
         let (lines, errors) = read(&[[b'y'; MAX_COMMAND].as_slice(), b"\n"].concat());
         assert_eq!((lines[0].len(), errors), (MAX_COMMAND, 0));
+    }
+
+    #[test]
+    fn a_sign_is_no_digit_of_a_crc() {
+        // A body whose CRC-32 begins with a zero, in place of which a sign stands.
+        let body = (0..).map(|k| std::format!("PSTC,set,seed,{k}"));
+        let body = body
+            .into_iter()
+            .find(|body| crc32(body) >> 28 == 0)
+            .unwrap();
+        let line = closed(&body);
+        assert!(parse(&line).is_ok(), "{line}");
+        let signed = line.replace("*0", "*+");
+        assert_eq!(parse(&signed).unwrap_err().error.field, "crc", "{signed}");
     }
 
     proptest! {

@@ -227,9 +227,14 @@ impl Sentence<'_> {
     /// Says whether the frame, the CRC or which field is wrong.
     pub fn parse(line: &str) -> Result<Sentence<'_>, ParseError> {
         let line = line.trim_end_matches(['\r', '\n']);
+        if !line.bytes().all(|b| matches!(b, b' '..=b'~')) {
+            return Err(ParseError::Frame);
+        }
         let body = line.strip_prefix('$').ok_or(ParseError::Frame)?;
         let (body, sum) = body.rsplit_once('*').ok_or(ParseError::Frame)?;
-        if sum.len() != 8 || u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
+        // `from_str_radix` would take a sign for a digit.
+        let digits = sum.len() == 8 && sum.bytes().all(|b| b.is_ascii_hexdigit());
+        if !digits || u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
             return Err(ParseError::Crc);
         }
         let mut fields = Fields(body.split([',']));

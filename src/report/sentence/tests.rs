@@ -203,6 +203,11 @@ fn garbled_lines_are_refused() {
         ),
         ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,", "end"),
         ("PSTR,FAIL,set,crc", "expected"),
+        // What makes a frame stands in no field, whatever the CRC says.
+        ("PSTR,CONF,plane,dep*th", "value"),
+        ("PSTR,CONF,$plane,depth", "key"),
+        ("PSTR,DONE,start*00000000", "command"),
+        ("PSTR,FAIL,se$t,crc,any", "command"),
         ("PSTR,STEP,1,1,1,+1.0,2.0,,,1.0,1.0,50", "distance"),
         ("PSTR,STEP,1,1,1,1.0,99999999999.0,,,1.0,1.0,50", "height"),
         ("PSTR,NOPE", "name"),
@@ -213,6 +218,31 @@ fn garbled_lines_are_refused() {
             "{body}"
         );
     }
+}
+
+#[test]
+fn a_sentence_is_printable_and_its_crc_hex_digits() {
+    let closed = |body: &str| format!("${body}*{:08X}", crc32(body));
+    for body in [
+        "PSTR,CONF,key,\u{e9}",
+        "PSTR,CONF,key,a\rb",
+        "PSTR,DONE,\u{7f}",
+    ] {
+        assert_eq!(
+            Sentence::parse(&closed(body)),
+            Err(ParseError::Frame),
+            "{body}"
+        );
+    }
+    let body = (0..).map(|k| format!("PSTR,CONF,seed,{k}"));
+    let body = body
+        .into_iter()
+        .find(|body| crc32(body) >> 28 == 0)
+        .unwrap();
+    let line = closed(&body);
+    assert!(Sentence::parse(&line).is_ok(), "{line}");
+    let signed = line.replace("*0", "*+");
+    assert_eq!(Sentence::parse(&signed), Err(ParseError::Crc), "{signed}");
 }
 
 #[test]

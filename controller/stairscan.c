@@ -1,0 +1,1111 @@
+/* See stairscan.h. Sentences are tables of fields: what is read is written by the same table. */
+#include "stairscan.h"
+
+#define COUNT(array) (sizeof(array) / sizeof((array)[0]))
+#define TAIL 11u          /* '*', eight digits, CR LF */
+#define AFTER_REASONS 29u /* room for what follows the reasons of a SCAN */
+#define STEEPEST 45000    /* 0.001 degrees */
+
+/* ---- words ---- */
+
+#define STAIRSCAN_X(name, word, meaning) word,
+static const char *const REASONS[] = {STAIRSCAN_REASONS(STAIRSCAN_X)};
+#undef STAIRSCAN_X
+#define STAIRSCAN_X(name, word, meaning) meaning,
+static const char *const MEANINGS[] = {STAIRSCAN_REASONS(STAIRSCAN_X)};
+#undef STAIRSCAN_X
+#define STAIRSCAN_X(key) key,
+static const char *const KEYS[] = {STAIRSCAN_KEYS(STAIRSCAN_X)};
+static const char *const MEASURES[] = {STAIRSCAN_MEASURES(STAIRSCAN_X)};
+#undef STAIRSCAN_X
+static const char *const STATUSES[] = {"ok", "degraded", "fault"};
+static const char *const DIRECTIONS[] = {"none", "up", "down"};
+/* In the order of enum stairscan_command. */
+static const char *const COMMANDS[] = {"start",    "stop", "scan",  "status", "version", "selftest",
+                                       "save",     "reset", "get",  "set",    "MOTION"};
+
+static const char *word_at(const char *const *words, size_t count, uint32_t at) {
+    return at < count ? words[at] : "";
+}
+
+const char *stairscan_reason_word(uint32_t reason) {
+    return word_at(REASONS, COUNT(REASONS), reason);
+}
+
+const char *stairscan_reason_meaning(uint32_t reason) {
+    return word_at(MEANINGS, COUNT(MEANINGS), reason);
+}
+
+stairscan_text_t stairscan_text(const char *string) {
+    stairscan_text_t text = {string, 0};
+    while (string != NULL && string[text.length] != '\0') {
+        text.length++;
+    }
+    return text;
+}
+
+static bool is_word(stairscan_text_t text, const char *word) {
+    size_t k = 0;
+    while (k < text.length && word[k] != '\0' && word[k] == text.at[k]) {
+        k++;
+    }
+    return k == text.length && word[k] == '\0';
+}
+
+/* The place of a text among words, or their count. */
+static uint32_t find(stairscan_text_t text, const char *const *words, size_t count) {
+    uint32_t at = 0;
+    while (at < count && !is_word(text, words[at])) {
+        at++;
+    }
+    return at;
+}
+
+static bool is_printable(char c) {
+    return c >= ' ' && c <= '~';
+}
+
+static bool are_printable(const char *bytes, size_t length) {
+    size_t k = 0;
+    while (k < length && is_printable(bytes[k])) {
+        k++;
+    }
+    return k == length;
+}
+
+static bool has_framing(stairscan_text_t text) {
+    size_t k = 0;
+    while (k < text.length && text.at[k] != '$' && text.at[k] != '*') {
+        k++;
+    }
+    return k < text.length;
+}
+
+/* ---- CRC-32 and digits ---- */
+
+uint32_t stairscan_crc32(const char *bytes, size_t length) {
+    /* The polynomial 0xEDB88320 times each value of four bits. */
+    static const uint32_t table[16] = {
+        0x00000000u, 0x1DB71064u, 0x3B6E20C8u, 0x26D930ACu, 0x76DC4190u, 0x6B6B51F4u,
+        0x4DB26158u, 0x5005713Cu, 0xEDB88320u, 0xF00F9344u, 0xD6D6A3E8u, 0xCB61B38Cu,
+        0x9B64C2B0u, 0x86D3D2D4u, 0xA00AE278u, 0xBDBDF21Cu};
+    uint32_t crc = 0xFFFFFFFFu;
+    size_t k;
+    for (k = 0; k < length; k++) {
+        crc ^= (uint8_t)bytes[k];
+        crc = (crc >> 4) ^ table[crc & 15u];
+        crc = (crc >> 4) ^ table[crc & 15u];
+    }
+    return ~crc;
+}
+
+static bool is_digit(char c) {
+    return c >= '0' && c <= '9';
+}
+
+/* The value of a hex digit, or 16. */
+static uint32_t hex_digit(char c) {
+    if (is_digit(c)) {
+        return (uint32_t)(c - '0');
+    }
+    if (c >= 'A' && c <= 'F') {
+        return (uint32_t)(c - 'A') + 10u;
+    }
+    return c >= 'a' && c <= 'f' ? (uint32_t)(c - 'a') + 10u : 16u;
+}
+
+/* Words of eight hex digits each, and nothing else. */
+static bool read_hex(stairscan_text_t text, uint32_t *words, size_t count) {
+    size_t k;
+    if (text.length != 8 * count) {
+        return false;
+    }
+    for (k = 0; k < text.length; k++) {
+        uint32_t digit = hex_digit(text.at[k]);
+        uint32_t before = k % 8 == 0 ? 0 : words[k / 8];
+        if (digit > 15) {
+            return false;
+        }
+        words[k / 8] = (before << 4) | digit;
+    }
+    return true;
+}
+
+/* At least one digit and nothing else, at most `largest`. */
+static bool read_digits(stairscan_text_t text, uint32_t largest, uint32_t *value) {
+    uint64_t sum = 0;
+    size_t k;
+    for (k = 0; k < text.length; k++) {
+        if (!is_digit(text.at[k])) {
+            return false;
+        }
+        sum = 10 * sum + (uint32_t)(text.at[k] - '0');
+        if (sum > largest) {
+            return false;
+        }
+    }
+    *value = (uint32_t)sum;
+    return text.length > 0;
+}
+
+/* Without its first byte, if that is `sign`. */
+static bool strip(stairscan_text_t *text, char sign) {
+    if (text->length == 0 || text->at[0] != sign) {
+        return false;
+    }
+    text->at++;
+    text->length--;
+    return true;
+}
+
+static bool read_number(stairscan_text_t text, uint32_t largest, uint32_t *value) {
+    (void)strip(&text, '+');
+    return read_digits(text, largest, value);
+}
+
+static bool read_pitch(stairscan_text_t text, int32_t *pitch) {
+    bool negative = strip(&text, '-');
+    uint32_t value = 0;
+    if (!negative) {
+        (void)strip(&text, '+');
+    }
+    if (!read_digits(text, STEEPEST, &value)) {
+        return false;
+    }
+    *pitch = negative ? -(int32_t)value : (int32_t)value;
+    return true;
+}
+
+/* A sign perhaps, digits, a point, one digit. */
+static bool read_length(stairscan_text_t text, int32_t *tenths) {
+    bool negative = strip(&text, '-');
+    stairscan_text_t whole = text;
+    uint32_t value = 0;
+    uint64_t sum;
+    if (text.length < 3 || text.at[text.length - 2] != '.' || !is_digit(text.at[text.length - 1])) {
+        return false;
+    }
+    whole.length -= 2;
+    if (!read_digits(whole, INT32_MAX, &value)) {
+        return false;
+    }
+    sum = 10 * (uint64_t)value + (uint32_t)(text.at[text.length - 1] - '0');
+    if (sum > INT32_MAX) {
+        return false;
+    }
+    *tenths = negative ? -(int32_t)sum : (int32_t)sum;
+    return true;
+}
+
+static bool read_percent(stairscan_text_t text, int32_t *tenths) {
+    return read_length(text, tenths) && *tenths >= 0 && *tenths <= 1000;
+}
+
+/* Words joined by '+'; empty ones count for nothing. */
+static bool read_reasons(stairscan_text_t text, uint64_t *reasons) {
+    size_t begin = 0;
+    size_t end;
+    *reasons = 0;
+    for (end = 0; end <= text.length; end++) {
+        if (end == text.length || text.at[end] == '+') {
+            stairscan_text_t word = {text.at + begin, end - begin};
+            uint32_t reason = find(word, REASONS, COUNT(REASONS));
+            if (word.length > 0 && reason == COUNT(REASONS)) {
+                return false;
+            }
+            if (word.length > 0) {
+                *reasons |= (uint64_t)1 << reason;
+            }
+            begin = end + 1;
+        }
+    }
+    return true;
+}
+
+/* ---- the table of sentences ---- */
+
+/* What a field is; beside it the type of its place in stairscan_sentence_t. */
+enum type {
+    TEXT,        /* stairscan_text_t */
+    REST,        /* stairscan_text_t: all up to the end, commas included */
+    U8,          /* uint32_t, at most 255 */
+    U16,         /* uint32_t, at most 65535 */
+    U32,         /* uint32_t */
+    TIME,        /* stairscan_time_t, or empty */
+    HASH,        /* uint32_t, eight hex digits */
+    SERIAL,      /* three of them */
+    LENGTH,      /* int32_t */
+    MAY_LENGTH,  /* stairscan_optional_t, or empty */
+    PERCENT,     /* uint32_t */
+    MAY_PERCENT, /* stairscan_optional_t, or empty */
+    PITCH,       /* stairscan_optional_t, or empty */
+    STATUS,      /* uint32_t */
+    DIRECTION,   /* uint32_t */
+    REASON,      /* uint32_t */
+    REASON_SET   /* uint64_t */
+};
+
+struct field {
+    const char *name;
+    enum type type;
+    size_t at;
+};
+
+struct form {
+    const char *name;
+    uint32_t kind;
+    const struct field *fields;
+    size_t count;
+};
+
+#define F(name, type, place) {name, type, offsetof(stairscan_sentence_t, as.place)}
+
+static const struct field SCAN[] = {
+    F("scan", U32, scan.scan),
+    F("status", STATUS, scan.status),
+    F("direction", DIRECTION, scan.direction),
+    F("steps", U8, scan.steps),
+    F("lost-rows", U16, scan.lost_rows),
+    F("reasons", REASON_SET, scan.reasons),
+    F("horizon", MAY_LENGTH, scan.horizon),
+    F("confidence", MAY_PERCENT, scan.confidence),
+    F("maybes", U8, scan.maybes),
+    F("settings", HASH, scan.settings)};
+static const struct field STEP[] = {
+    F("scan", U32, step.scan),
+    F("index", U8, step.index),
+    F("count", U8, step.count),
+    F("distance", LENGTH, step.distance),
+    F("height", LENGTH, step.height),
+    F("tread", MAY_LENGTH, step.tread),
+    F("riser", MAY_LENGTH, step.riser),
+    F("distance-sigma", LENGTH, step.distance_sigma),
+    F("height-sigma", LENGTH, step.height_sigma),
+    F("quality", U8, step.quality)};
+static const struct field MAYBE[] = {
+    F("scan", U32, maybe.scan),
+    F("index", U8, maybe.index),
+    F("count", U8, maybe.count),
+    F("distance", LENGTH, maybe.distance),
+    F("height", LENGTH, maybe.height),
+    F("probability", PERCENT, maybe.probability)};
+static const struct field BOOT[] = {
+    F("version", TEXT, boot.version),
+    F("revision", TEXT, boot.revision),
+    F("reset", TEXT, boot.reset),
+    F("clock", TEXT, boot.clock),
+    F("boots", U32, boot.boots),
+    F("settings", HASH, boot.settings),
+    F("serial", SERIAL, boot.serial)};
+static const struct field STAT[] = {
+    F("state", TEXT, stat.state),
+    F("clock", TEXT, stat.clock),
+    F("scans", U32, stat.scans),
+    F("estimator", TEXT, stat.estimator),
+    F("reasons", REASON_SET, stat.reasons),
+    F("motion", TEXT, stat.motion),
+    F("motion-faults", U16, stat.motion_faults),
+    F("settings", HASH, stat.settings)};
+static const struct field LIVE[] = {
+    F("state", TEXT, live.state),
+    F("scan", U32, live.scan),
+    F("uptime", U32, live.uptime_ms),
+    F("age", TIME, live.age),
+    F("motion", TEXT, live.motion),
+    F("motion-faults", U16, live.motion_faults),
+    F("refused", U16, live.refused),
+    F("port-errors", U16, live.port_errors),
+    F("link-errors", U16, live.link_errors)};
+static const struct field CONF[] = {F("key", TEXT, conf.key), F("value", TEXT, conf.value)};
+static const struct field DONE[] = {F("command", TEXT, done.command)};
+static const struct field FAIL[] = {
+    F("command", TEXT, fail.command),
+    F("field", TEXT, fail.field),
+    F("expected", REST, fail.expected)};
+static const struct field HALT[] = {F("reason", REASON, halt.reason)};
+
+/* In the order of enum stairscan_kind. */
+static const struct form FORMS[] = {
+    {"SCAN", STAIRSCAN_SCAN, SCAN, COUNT(SCAN)},
+    {"STEP", STAIRSCAN_STEP, STEP, COUNT(STEP)},
+    {"MAYBE", STAIRSCAN_MAYBE, MAYBE, COUNT(MAYBE)},
+    {"BOOT", STAIRSCAN_BOOT, BOOT, COUNT(BOOT)},
+    {"STAT", STAIRSCAN_STAT, STAT, COUNT(STAT)},
+    {"LIVE", STAIRSCAN_LIVE, LIVE, COUNT(LIVE)},
+    {"CONF", STAIRSCAN_CONF, CONF, COUNT(CONF)},
+    {"DONE", STAIRSCAN_DONE, DONE, COUNT(DONE)},
+    {"FAIL", STAIRSCAN_FAIL, FAIL, COUNT(FAIL)},
+    {"HALT", STAIRSCAN_HALT, HALT, COUNT(HALT)}};
+
+#define M(name, type, place) {name, type, offsetof(stairscan_motion_t, place)}
+
+static const struct field MOTION[] = {
+    M("sequence", U16, sequence), M("travel", LENGTH, travel), M("pitch", PITCH, pitch)};
+
+/* ---- reading ---- */
+
+/* What is left of a line; nothing once its last field is taken. */
+struct cursor {
+    stairscan_text_t left;
+    bool more;
+};
+
+static bool take(struct cursor *cursor, stairscan_text_t *field) {
+    size_t length = 0;
+    stairscan_text_t *left = &cursor->left;
+    if (!cursor->more) {
+        return false;
+    }
+    while (length < left->length && left->at[length] != ',') {
+        length++;
+    }
+    field->at = left->at;
+    field->length = length;
+    cursor->more = length < left->length;
+    if (cursor->more) {
+        left->at += length + 1;
+        left->length -= length + 1;
+    }
+    return true;
+}
+
+static bool take_rest(struct cursor *cursor, stairscan_text_t *field) {
+    *field = cursor->left;
+    return cursor->more;
+}
+
+static bool store_word(stairscan_text_t text, const char *const *words, size_t count, uint32_t *at) {
+    *at = find(text, words, count);
+    return *at < count;
+}
+
+static bool store_optional(stairscan_text_t text, enum type type, stairscan_optional_t *optional) {
+    optional->present = text.length > 0;
+    optional->value = 0;
+    if (!optional->present) {
+        return true;
+    }
+    switch (type) {
+    case MAY_PERCENT:
+        return read_percent(text, &optional->value);
+    case PITCH:
+        return read_pitch(text, &optional->value);
+    default:
+        return read_length(text, &optional->value);
+    }
+}
+
+static bool store_time(stairscan_text_t text, stairscan_time_t *time) {
+    time->present = text.length > 0;
+    time->ms = 0;
+    return !time->present || read_number(text, UINT32_MAX, &time->ms);
+}
+
+static bool store_percent(stairscan_text_t text, uint32_t *tenths) {
+    int32_t value = 0;
+    if (!read_percent(text, &value)) {
+        return false;
+    }
+    *tenths = (uint32_t)value;
+    return true;
+}
+
+/* Puts a field's value into its place, whose type is that of the table above. */
+static bool store(stairscan_text_t text, enum type type, void *place) {
+    switch (type) {
+    case TEXT:
+    case REST:
+        *(stairscan_text_t *)place = text;
+        return true;
+    case U8:
+        return read_number(text, UINT8_MAX, (uint32_t *)place);
+    case U16:
+        return read_number(text, UINT16_MAX, (uint32_t *)place);
+    case U32:
+        return read_number(text, UINT32_MAX, (uint32_t *)place);
+    case TIME:
+        return store_time(text, (stairscan_time_t *)place);
+    case HASH:
+        return read_hex(text, (uint32_t *)place, 1);
+    case SERIAL:
+        return read_hex(text, (uint32_t *)place, 3);
+    case LENGTH:
+        return read_length(text, (int32_t *)place);
+    case MAY_LENGTH:
+    case MAY_PERCENT:
+    case PITCH:
+        return store_optional(text, type, (stairscan_optional_t *)place);
+    case PERCENT:
+        return store_percent(text, (uint32_t *)place);
+    case STATUS:
+        return store_word(text, STATUSES, COUNT(STATUSES), (uint32_t *)place);
+    case DIRECTION:
+        return store_word(text, DIRECTIONS, COUNT(DIRECTIONS), (uint32_t *)place);
+    case REASON:
+        return store_word(text, REASONS, COUNT(REASONS), (uint32_t *)place);
+    case REASON_SET:
+        return read_reasons(text, (uint64_t *)place);
+    }
+    return false;
+}
+
+/* Reads all fields of a table into `base`; NULL, or the name of the one that is wrong. */
+static const char *read_fields(struct cursor *cursor, const struct field *fields, size_t count,
+                               void *base) {
+    size_t k;
+    for (k = 0; k < count; k++) {
+        stairscan_text_t text = {NULL, 0};
+        if (fields[k].type == REST) {
+            if (!take_rest(cursor, &text)) {
+                return fields[k].name;
+            }
+            cursor->more = false;
+        } else if (!take(cursor, &text) || has_framing(text)) {
+            return fields[k].name;
+        }
+        if (!store(text, fields[k].type, (unsigned char *)base + fields[k].at)) {
+            return fields[k].name;
+        }
+    }
+    return cursor->more ? "end" : NULL;
+}
+
+static stairscan_result_t result(uint32_t error, const char *field) {
+    stairscan_result_t result = {error, field};
+    return result;
+}
+
+/* What stands between '$' and the last '*', once its CRC has been found right. */
+static uint32_t unframe(const char *line, size_t length, stairscan_text_t *body) {
+    stairscan_text_t sum;
+    uint32_t crc = 0;
+    size_t star;
+    while (length > 0 && (line[length - 1] == '\r' || line[length - 1] == '\n')) {
+        length--;
+    }
+    star = length;
+    while (star > 0 && line[star - 1] != '*') {
+        star--;
+    }
+    if (length == 0 || line[0] != '$' || star == 0 || !are_printable(line, length)) {
+        return STAIRSCAN_BAD_FRAME;
+    }
+    sum.at = line + star;
+    sum.length = length - star;
+    body->at = line + 1;
+    body->length = star - 2;
+    if (!read_hex(sum, &crc, 1) || crc != stairscan_crc32(body->at, body->length)) {
+        return STAIRSCAN_BAD_CRC;
+    }
+    return STAIRSCAN_FINE;
+}
+
+stairscan_result_t stairscan_parse(const char *line, size_t length, stairscan_sentence_t *sentence) {
+    struct cursor cursor = {{NULL, 0}, true};
+    stairscan_text_t text = {NULL, 0};
+    uint32_t error = unframe(line, length, &cursor.left);
+    size_t form = 0;
+    const char *wrong;
+    if (error != STAIRSCAN_FINE) {
+        return result(error, NULL);
+    }
+    if (!take(&cursor, &text) || !is_word(text, "PSTR")) {
+        return result(STAIRSCAN_BAD_FRAME, NULL);
+    }
+    if (!take(&cursor, &text)) {
+        return result(STAIRSCAN_BAD_FIELD, "name");
+    }
+    while (form < COUNT(FORMS) && !is_word(text, FORMS[form].name)) {
+        form++;
+    }
+    if (form == COUNT(FORMS)) {
+        return result(STAIRSCAN_BAD_FIELD, "name");
+    }
+    sentence->kind = FORMS[form].kind;
+    wrong = read_fields(&cursor, FORMS[form].fields, FORMS[form].count, sentence);
+    return result(wrong == NULL ? STAIRSCAN_FINE : STAIRSCAN_BAD_FIELD, wrong);
+}
+
+/* ---- writing ---- */
+
+static void push(stairscan_line_t *line, char c) {
+    if (line->length + TAIL < STAIRSCAN_MAX_SENTENCE) {
+        line->bytes[line->length++] = c;
+    }
+}
+
+static void push_word(stairscan_line_t *line, const char *word) {
+    while (*word != '\0') {
+        push(line, *word++);
+    }
+}
+
+static void push_text(stairscan_line_t *line, stairscan_text_t text, bool rest) {
+    size_t k;
+    for (k = 0; k < text.length; k++) {
+        char c = text.at[k];
+        bool plain = is_printable(c) && (rest || (c != ',' && c != '*' && c != '$'));
+        push(line, plain ? c : ' ');
+    }
+}
+
+static void push_digits(stairscan_line_t *line, uint32_t value) {
+    char reversed[10];
+    size_t count = 0;
+    do {
+        reversed[count++] = (char)('0' + (char)(value % 10));
+        value /= 10;
+    } while (value > 0);
+    while (count > 0) {
+        push(line, reversed[--count]);
+    }
+}
+
+static uint32_t push_sign(stairscan_line_t *line, int32_t value) {
+    if (value < 0) {
+        push(line, '-');
+    }
+    return value < 0 ? 0u - (uint32_t)value : (uint32_t)value;
+}
+
+static void push_length(stairscan_line_t *line, int32_t tenths) {
+    uint32_t magnitude = push_sign(line, tenths);
+    push_digits(line, magnitude / 10);
+    push(line, '.');
+    push_digits(line, magnitude % 10);
+}
+
+static void push_reasons(stairscan_line_t *line, uint64_t reasons) {
+    bool first = true;
+    uint32_t k;
+    for (k = 0; k < COUNT(REASONS); k++) {
+        if ((reasons >> k & 1) != 0) {
+            /* What follows must find room, too: the rarest reasons stand last. */
+            size_t length = line->length + 1 + stairscan_text(REASONS[k]).length;
+            if (length + AFTER_REASONS + TAIL > STAIRSCAN_MAX_SENTENCE) {
+                return;
+            }
+            if (!first) {
+                push(line, '+');
+            }
+            first = false;
+            push_word(line, REASONS[k]);
+        }
+    }
+}
+
+/* Eight digits, for which there is room. */
+static void put_hex(stairscan_line_t *line, uint32_t word) {
+    int shift;
+    for (shift = 28; shift >= 0; shift -= 4) {
+        line->bytes[line->length++] = "0123456789ABCDEF"[word >> shift & 15u];
+    }
+}
+
+static void push_hex(stairscan_line_t *line, const uint32_t *words, size_t count) {
+    size_t k;
+    for (k = 0; k < count; k++) {
+        if (line->length + 8 + TAIL <= STAIRSCAN_MAX_SENTENCE) {
+            put_hex(line, words[k]);
+        }
+    }
+}
+
+static void push_optional(stairscan_line_t *line, enum type type, const stairscan_optional_t *value) {
+    if (value->present && type == PITCH) {
+        push_digits(line, push_sign(line, value->value));
+    } else if (value->present) {
+        push_length(line, value->value);
+    }
+}
+
+static void push_time(stairscan_line_t *line, const stairscan_time_t *time) {
+    if (time->present) {
+        push_digits(line, time->ms);
+    }
+}
+
+/* Writes what `store` has put into a place. */
+static void push_field(stairscan_line_t *line, enum type type, const void *place) {
+    const uint32_t *number = (const uint32_t *)place; /* of most types; of others never followed */
+    push(line, ',');
+    switch (type) {
+    case TEXT:
+    case REST:
+        push_text(line, *(const stairscan_text_t *)place, type == REST);
+        return;
+    case U8:
+    case U16:
+    case U32:
+        push_digits(line, *number);
+        return;
+    case TIME:
+        push_time(line, (const stairscan_time_t *)place);
+        return;
+    case HASH:
+        push_hex(line, number, 1);
+        return;
+    case SERIAL:
+        push_hex(line, number, 3);
+        return;
+    case LENGTH:
+        push_length(line, *(const int32_t *)place);
+        return;
+    case MAY_LENGTH:
+    case MAY_PERCENT:
+    case PITCH:
+        push_optional(line, type, (const stairscan_optional_t *)place);
+        return;
+    case PERCENT:
+        push_length(line, (int32_t)(*number <= 1000 ? *number : 1000));
+        return;
+    case STATUS:
+        push_word(line, word_at(STATUSES, COUNT(STATUSES), *number));
+        return;
+    case DIRECTION:
+        push_word(line, word_at(DIRECTIONS, COUNT(DIRECTIONS), *number));
+        return;
+    case REASON:
+        push_word(line, stairscan_reason_word(*number));
+        return;
+    case REASON_SET:
+        push_reasons(line, *(const uint64_t *)place);
+        return;
+    }
+}
+
+static void begin(stairscan_line_t *line, const char *prefix, const char *name) {
+    line->length = 0;
+    push_word(line, prefix);
+    push_word(line, name);
+}
+
+static void push_fields(stairscan_line_t *line, const struct field *fields, size_t count,
+                        const void *base) {
+    size_t k;
+    for (k = 0; k < count; k++) {
+        push_field(line, fields[k].type, (const unsigned char *)base + fields[k].at);
+    }
+}
+
+/* Pushed fields leave room for this. */
+static void finish(stairscan_line_t *line) {
+    uint32_t crc = stairscan_crc32(line->bytes + 1, line->length - 1);
+    line->bytes[line->length++] = '*';
+    put_hex(line, crc);
+    line->bytes[line->length++] = '\r';
+    line->bytes[line->length++] = '\n';
+    line->bytes[line->length] = '\0';
+}
+
+void stairscan_write(const stairscan_sentence_t *sentence, stairscan_line_t *line) {
+    line->length = 0;
+    line->bytes[0] = '\0';
+    if (sentence->kind < COUNT(FORMS)) {
+        const struct form *form = &FORMS[sentence->kind];
+        begin(line, "$PSTR,", form->name);
+        push_fields(line, form->fields, form->count, sentence);
+        finish(line);
+    }
+}
+
+/* ---- commands ---- */
+
+void stairscan_write_command(const stairscan_command_t *command, stairscan_line_t *line) {
+    bool has_key = command->kind == STAIRSCAN_COMMAND_SET ||
+                   (command->kind == STAIRSCAN_COMMAND_GET && command->key.length > 0);
+    begin(line, "$PSTC,", word_at(COMMANDS, COUNT(COMMANDS), command->kind));
+    if (has_key) {
+        push_field(line, TEXT, &command->key);
+    }
+    if (command->kind == STAIRSCAN_COMMAND_SET) {
+        push_field(line, TEXT, &command->value);
+    }
+    if (command->kind == STAIRSCAN_COMMAND_MOTION) {
+        push_fields(line, MOTION, COUNT(MOTION), &command->motion);
+    }
+    finish(line);
+}
+
+static stairscan_refusal_t refusal(const char *command, const char *field) {
+    stairscan_refusal_t refusal = {command, field};
+    return refusal;
+}
+
+static bool begins_with(stairscan_text_t text, const char *prefix) {
+    stairscan_text_t head = stairscan_text(prefix);
+    if (text.length < head.length) {
+        return false;
+    }
+    text.length = head.length;
+    return is_word(text, prefix);
+}
+
+/* Takes the frame away where there is one; NULL, or what is wrong with it. */
+static const char *unframe_command(stairscan_text_t *text) {
+    stairscan_text_t sum;
+    uint32_t crc = 0;
+    if (!strip(text, '$')) {
+        return NULL;
+    }
+    if (text->length < 9 || text->at[text->length - 9] != '*') {
+        return "crc";
+    }
+    text->length -= 9;
+    sum.at = text->at + text->length + 1;
+    sum.length = 8;
+    if (!read_hex(sum, &crc, 1) || crc != stairscan_crc32(text->at, text->length)) {
+        return "crc";
+    }
+    if (has_framing(*text) || !begins_with(*text, "PSTC,")) {
+        return "frame";
+    }
+    text->at += 5;
+    text->length -= 5;
+    return NULL;
+}
+
+static stairscan_refusal_t parse_motion(stairscan_text_t body, stairscan_command_t *command) {
+    struct cursor cursor;
+    stairscan_text_t name = {NULL, 0};
+    const char *wrong;
+    cursor.left = body;
+    cursor.more = true;
+    command->kind = STAIRSCAN_COMMAND_MOTION;
+    if (!take(&cursor, &name) || !is_word(name, "MOTION")) {
+        return refusal("MOTION", "name");
+    }
+    wrong = read_fields(&cursor, MOTION, COUNT(MOTION), &command->motion);
+    return refusal(wrong == NULL ? NULL : "MOTION", wrong);
+}
+
+/* The next word; commas and spaces stand between them. Empty where there is none. */
+static stairscan_text_t next_word(stairscan_text_t *left) {
+    stairscan_text_t word;
+    while (strip(left, ',') || strip(left, ' ')) {
+    }
+    word.at = left->at;
+    word.length = 0;
+    while (left->length > 0 && left->at[0] != ',' && left->at[0] != ' ') {
+        left->at++;
+        left->length--;
+        word.length++;
+    }
+    return word;
+}
+
+/* Reads key and value of `get` and `set`; NULL, or the field that is wrong. */
+static const char *parse_setting(stairscan_text_t *left, stairscan_command_t *command) {
+    bool get = command->kind == STAIRSCAN_COMMAND_GET;
+    uint32_t key;
+    command->key = next_word(left);
+    key = find(command->key, KEYS, COUNT(KEYS));
+    if (get) {
+        bool known = command->key.length == 0 || key < COUNT(KEYS) ||
+                     find(command->key, MEASURES, COUNT(MEASURES)) < COUNT(MEASURES);
+        return known ? NULL : "key";
+    }
+    if (key == COUNT(KEYS)) {
+        return "key";
+    }
+    command->value = next_word(left);
+    return command->value.length > 0 ? NULL : KEYS[key];
+}
+
+stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
+                                            stairscan_command_t *command) {
+    static const stairscan_command_t none = {0, {NULL, 0}, {NULL, 0}, {0, 0, {false, 0}}};
+    stairscan_text_t whole = {line, length};
+    stairscan_text_t left = whole;
+    const char *wrong;
+    *command = none;
+    if (length > STAIRSCAN_MAX_COMMAND || !are_printable(line, length)) {
+        return refusal("-", "line");
+    }
+    wrong = unframe_command(&left);
+    if (wrong != NULL) {
+        return refusal("-", wrong);
+    }
+    if (begins_with(whole, "$PSTC,MOTION")) {
+        return parse_motion(left, command);
+    }
+    command->kind = find(next_word(&left), COMMANDS, STAIRSCAN_COMMAND_MOTION);
+    if (command->kind == STAIRSCAN_COMMAND_MOTION) {
+        return refusal("-", "command");
+    }
+    if (command->kind == STAIRSCAN_COMMAND_GET || command->kind == STAIRSCAN_COMMAND_SET) {
+        wrong = parse_setting(&left, command);
+    }
+    if (wrong == NULL && next_word(&left).length > 0) {
+        wrong = "arguments";
+    }
+    return refusal(wrong == NULL ? NULL : COMMANDS[command->kind], wrong);
+}
+
+/* ---- answers ---- */
+
+stairscan_rules_t stairscan_default_rules(void) {
+    stairscan_rules_t rules = {500, 17000, 5000, 600, false, 0};
+    return rules;
+}
+
+void stairscan_init(stairscan_t *scanner, const stairscan_rules_t *rules) {
+    scanner->rules = *rules;
+    scanner->has_answer = scanner->collecting = scanner->heard = false;
+    scanner->faulty = scanner->doubtful = scanner->aged = scanner->skipping = false;
+    scanner->damaged = scanner->dropped = 0;
+    scanner->got_steps = scanner->got_maybes = scanner->last_scan = 0;
+    scanner->heard_ms = scanner->uptime_ms = 0;
+    scanner->length = 0;
+}
+
+static void count(uint32_t *counter) {
+    if (*counter < UINT32_MAX) {
+        ++*counter;
+    }
+}
+
+static void drop(stairscan_t *scanner) {
+    if (scanner->collecting) {
+        count(&scanner->dropped);
+    }
+    scanner->collecting = false;
+}
+
+/* Nothing that was said before counts any more. */
+static void forget(stairscan_t *scanner) {
+    drop(scanner);
+    scanner->has_answer = scanner->faulty = scanner->doubtful = scanner->aged = false;
+}
+
+static void restarted(stairscan_t *scanner) {
+    forget(scanner);
+    scanner->last_scan = scanner->uptime_ms = 0;
+}
+
+/* Notes what has gone by: silence makes all void, age the answer. Both stay so when the clock wraps. */
+static void pass(stairscan_t *scanner, uint32_t now_ms) {
+    if (scanner->heard && now_ms - scanner->heard_ms > scanner->rules.silence_ms) {
+        scanner->heard = false;
+        forget(scanner);
+    }
+    if (scanner->has_answer && now_ms - scanner->answer.came_ms > scanner->rules.oldest_ms) {
+        scanner->aged = true;
+    }
+}
+
+/* Whether the answer that is coming in is whole; then it is the answer. */
+static bool complete(stairscan_t *scanner) {
+    const stairscan_scan_t *head = &scanner->coming.head;
+    if (scanner->got_steps < head->steps || scanner->got_maybes < head->maybes) {
+        return false;
+    }
+    scanner->answer = scanner->coming;
+    scanner->has_answer = true;
+    scanner->collecting = scanner->aged = scanner->doubtful = scanner->faulty = false;
+    return true;
+}
+
+static bool take_head(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
+    const stairscan_scan_t *head = &scanner->sentence.as.scan;
+    drop(scanner);
+    if (head->status != STAIRSCAN_OK) {
+        scanner->has_answer = false;
+        scanner->faulty = head->status == STAIRSCAN_FAULT;
+        scanner->doubtful = head->status == STAIRSCAN_DEGRADED;
+    }
+    if (head->scan > 0) {
+        scanner->last_scan = head->scan;
+    }
+    scanner->collecting = true;
+    scanner->got_steps = scanner->got_maybes = 0;
+    scanner->coming.head = *head;
+    scanner->coming.came_ms = now_ms;
+    scanner->coming.travel = travel;
+    if (head->steps > STAIRSCAN_MAX_STEPS || head->maybes > STAIRSCAN_MAX_MAYBES ||
+        (head->status == STAIRSCAN_FAULT && (head->steps > 0 || head->maybes > 0))) {
+        drop(scanner);
+        return false;
+    }
+    return complete(scanner);
+}
+
+static bool take_step(stairscan_t *scanner) {
+    const stairscan_step_t *step = &scanner->sentence.as.step;
+    const stairscan_scan_t *head = &scanner->coming.head;
+    uint32_t got = scanner->got_steps;
+    if (!scanner->collecting || step->scan != head->scan || step->count != head->steps ||
+        step->index != got + 1 || got >= head->steps || got >= STAIRSCAN_MAX_STEPS) {
+        drop(scanner);
+        return false;
+    }
+    scanner->coming.steps[got] = *step;
+    scanner->got_steps = got + 1;
+    return complete(scanner);
+}
+
+static bool take_maybe(stairscan_t *scanner) {
+    const stairscan_maybe_t *maybe = &scanner->sentence.as.maybe;
+    const stairscan_scan_t *head = &scanner->coming.head;
+    uint32_t got = scanner->got_maybes;
+    if (!scanner->collecting || scanner->got_steps < head->steps || maybe->scan != head->scan ||
+        maybe->count != head->maybes || maybe->index != got + 1 || got >= head->maybes ||
+        got >= STAIRSCAN_MAX_MAYBES) {
+        drop(scanner);
+        return false;
+    }
+    scanner->coming.maybes[got] = *maybe;
+    scanner->got_maybes = got + 1;
+    return complete(scanner);
+}
+
+static void take_live(stairscan_t *scanner) {
+    const stairscan_live_t *live = &scanner->sentence.as.live;
+    if (live->uptime_ms < scanner->uptime_ms) {
+        restarted(scanner); /* its BOOT was lost */
+    }
+    scanner->uptime_ms = live->uptime_ms;
+    if (live->scan > scanner->last_scan && live->scan - scanner->last_scan > 1) {
+        forget(scanner); /* the SCAN of one in between was lost: nobody knows what it said */
+    }
+    if (is_word(live->state, "fault")) {
+        forget(scanner);
+        scanner->faulty = true;
+    }
+}
+
+/* Acts on the sentence that has come; whether it completes an answer. */
+static bool act(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
+    switch (scanner->sentence.kind) {
+    case STAIRSCAN_SCAN:
+        return take_head(scanner, now_ms, travel);
+    case STAIRSCAN_STEP:
+        return take_step(scanner);
+    case STAIRSCAN_MAYBE:
+        return take_maybe(scanner);
+    case STAIRSCAN_LIVE:
+        take_live(scanner);
+        return false;
+    case STAIRSCAN_HALT:
+        restarted(scanner);
+        scanner->faulty = true;
+        return false;
+    case STAIRSCAN_BOOT:
+        restarted(scanner);
+        return false;
+    default:
+        return false;
+    }
+}
+
+static enum stairscan_event end_line(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
+    size_t length = scanner->length;
+    bool skipped = scanner->skipping;
+    scanner->length = 0;
+    scanner->skipping = false;
+    if (!skipped && length == 0) {
+        return STAIRSCAN_NOTHING;
+    }
+    if (skipped || stairscan_parse(scanner->line, length, &scanner->sentence).error != STAIRSCAN_FINE) {
+        count(&scanner->damaged);
+        return STAIRSCAN_DAMAGED;
+    }
+    scanner->heard = true;
+    scanner->heard_ms = now_ms;
+    return act(scanner, now_ms, travel) ? STAIRSCAN_ANSWER : STAIRSCAN_SENTENCE;
+}
+
+/* Whether a '$' may go on with the line: FAIL offers a command's whole sentence, behind a space. Any other
+ * begins a line anew, so that the one behind a lost line end is not lost with it. */
+static bool is_within(const stairscan_t *scanner) {
+    return !scanner->skipping && scanner->line[scanner->length - 1] == ' ';
+}
+
+enum stairscan_event stairscan_take(stairscan_t *scanner, char byte, uint32_t now_ms, int32_t travel) {
+    enum stairscan_event event = STAIRSCAN_NOTHING;
+    pass(scanner, now_ms);
+    if (byte == '\r' || byte == '\n') {
+        return end_line(scanner, now_ms, travel);
+    }
+    if (byte == '$' && scanner->length > 0 && !is_within(scanner)) {
+        count(&scanner->damaged);
+        event = STAIRSCAN_DAMAGED;
+        scanner->skipping = false;
+        scanner->length = 0;
+    }
+    if (scanner->length >= sizeof scanner->line) {
+        scanner->skipping = true;
+    }
+    if (!scanner->skipping) {
+        scanner->line[scanner->length++] = byte;
+    }
+    return event;
+}
+
+static int32_t clamp(int64_t value) {
+    if (value < 0) {
+        return 0;
+    }
+    return value > INT32_MAX ? INT32_MAX : (int32_t)value;
+}
+
+/* What the answer vouches for from where the chair is now, and how much of that is level ground. */
+static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone) {
+    stairscan_permit_t permit = {STAIRSCAN_GO, STAIRSCAN_WHY_OK, 0, 0};
+    int64_t vouched = answer->head.horizon.value - gone;
+    int64_t clear = vouched;
+    if (answer->head.steps > 0 && answer->steps[0].distance - gone < clear) {
+        clear = answer->steps[0].distance - gone;
+    }
+    if (answer->head.maybes > 0 && answer->maybes[0].distance - gone < clear) {
+        clear = answer->maybes[0].distance - gone;
+    }
+    permit.vouched = clamp(vouched);
+    permit.clear = clamp(clear);
+    if (permit.vouched == 0) {
+        permit.action = STAIRSCAN_STOP;
+        permit.why = STAIRSCAN_WHY_FAR;
+    }
+    return permit;
+}
+
+static stairscan_permit_t no_go(enum stairscan_action action, enum stairscan_why why) {
+    stairscan_permit_t permit = {0, 0, 0, 0};
+    permit.action = action;
+    permit.why = why;
+    return permit;
+}
+
+stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
+    const stairscan_answer_t *answer = &scanner->answer;
+    const stairscan_rules_t *rules = &scanner->rules;
+    int64_t gone;
+    pass(scanner, now_ms);
+    if (!scanner->heard) {
+        return no_go(STAIRSCAN_STOP, STAIRSCAN_WHY_SILENCE);
+    }
+    if (scanner->faulty || (scanner->has_answer && answer->head.status == STAIRSCAN_FAULT)) {
+        return no_go(STAIRSCAN_STOP, STAIRSCAN_WHY_FAULT);
+    }
+    if (!scanner->has_answer) {
+        return scanner->doubtful ? no_go(STAIRSCAN_STOP, STAIRSCAN_WHY_DEGRADED)
+                                 : no_go(STAIRSCAN_STOP, STAIRSCAN_WHY_NO_ANSWER);
+    }
+    gone = (int64_t)travel - answer->travel;
+    if (rules->check_settings && answer->head.settings != rules->settings) {
+        return no_go(STAIRSCAN_STOP, STAIRSCAN_WHY_SETTINGS);
+    }
+    if (scanner->aged) {
+        return no_go(STAIRSCAN_STOP, STAIRSCAN_WHY_OLD);
+    }
+    if (gone > rules->farthest || -gone > rules->farthest) {
+        return no_go(STAIRSCAN_STOP, STAIRSCAN_WHY_FAR);
+    }
+    if (answer->head.status != STAIRSCAN_OK) {
+        return no_go(STAIRSCAN_HINT, STAIRSCAN_WHY_DEGRADED);
+    }
+    if (!answer->head.horizon.present) {
+        return no_go(STAIRSCAN_HINT, STAIRSCAN_WHY_NO_HORIZON);
+    }
+    return go(answer, gone + rules->margin);
+}

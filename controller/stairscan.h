@@ -1,0 +1,468 @@
+/* The stair scanner's report, for a wheelchair's controller: parser, writer and rules.
+ *
+ * C99, two files (this and stairscan.c), no heap, no stdio, no floating point, no global state, and no
+ * library function of their own. Time and travel come in as arguments. No input, however damaged, is undefined.
+ * The whole story: docs/controller.md. What each field means: README.md, Report.
+ *
+ * What may I do when I read this? Feed every byte of the scanner's UART to stairscan_take, ask
+ * stairscan_may in every control cycle, and do what it says:
+ *
+ *   what is there         stairscan_may      what the chair may do
+ *   ok, young, near       STAIRSCAN_GO       drive forward, at most `clear`; climb what the steps say
+ *                                            as far as `vouched`
+ *   degraded              STAIRSCAN_HINT     begin no motion on it, stop the one begun; show the steps
+ *                                            to people
+ *   fault                 STAIRSCAN_STOP     stand: there is no answer, never "no stairs"
+ *   silence               STAIRSCAN_STOP     stand: scanner or line is dead, older answers are void
+ *   old answer            STAIRSCAN_STOP     stand until a newer one comes: too long ago, or the chair
+ *                                            has gone too far on it
+ *
+ * It is for driving forward. The scanner looks nowhere else: not behind, not beside, not into a turn.
+ *
+ * Rules of state and time-out, all kept by stairscan_take and stairscan_may:
+ * - An answer is one SCAN, its STEPs, its MAYBEs, complete and in order. Where one is missing, none
+ *   of it counts (`dropped` counts those). LIVE and answers to commands may stand between them.
+ * - A SCAN that is not ok takes the older answer away at once, even if its own STEPs get lost.
+ * - BOOT, HALT, an uptime that begins anew, a state `fault` in LIVE and silence take it away, too;
+ *   so does a LIVE that shows that a whole answer was missed.
+ * - Silence is no intact sentence for `silence_ms`. The scanner sends LIVE five times a second in
+ *   every state, except while `save` erases its flash (some seconds, only when it was stopped).
+ * - Old is `oldest_ms` since the SCAN came, or `farthest` of travel since. The clock may wrap; call
+ *   stairscan_may at least once in a few days.
+ * - Whoever configures the scanner sets `settings` to the hash that BOOT, STAT and SCAN bear: an
+ *   answer made with other settings then counts as none.
+ *
+ * Lengths are integers in tenths of a millimetre, probabilities in tenths of a per cent, angles in
+ * 0.001 degrees: as on the wire. Distances count from the mirror at the scan's last row.
+ */
+#ifndef STAIRSCAN_H
+#define STAIRSCAN_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#define STAIRSCAN_MAX_SENTENCE 224 /* bytes of the longest sentence, CR LF included */
+#define STAIRSCAN_MAX_COMMAND 96   /* bytes of the longest command that the scanner takes */
+#define STAIRSCAN_MAX_STEPS 16     /* of one answer */
+#define STAIRSCAN_MAX_MAYBES 6     /* of one answer */
+
+/* Reasons: constant, word on the wire, meaning. */
+/* begin generated: `cargo run -p stairscan-fuzz --example controller -- --write` */
+#define STAIRSCAN_REASONS(X) \
+    X(LOST_ROWS, "lost-rows", "Some rows' chirps were lost after all retries.") \
+    X(INFERRED_STEP, "inferred-step", "A step, or its height, was inferred from its neighbours: no echo of its own shows it well.") \
+    X(CLOSE_RIVAL, "close-rival", "Another reading of the echoes is nearly as likely.") \
+    X(WEAK_ECHOES, "weak-echoes", "The steps rest on echoes little above the noise.") \
+    X(BLOCKED_VIEW, "blocked-view", "Something stands in the line of sight.") \
+    X(SHORT_HORIZON, "short-horizon", "The answer does not vouch for the first metre of the way.") \
+    X(IRREGULAR_STEP, "irregular-step", "A step departs from the others by more than a person would expect.") \
+    X(UNCONFIGURED, "unconfigured", "Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.") \
+    X(UNCONFIRMED, "unconfirmed", "No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.") \
+    X(MOVING, "moving", "The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.") \
+    X(MOTION_INPUT, "motion-input", "The motion input was lost, late, damaged or impossible: the scan was worked off without it.") \
+    X(SCENE_CHANGED, "scene-changed", "What was carried on from earlier scans contradicts this one, and was forgotten.") \
+    X(SATURATED, "saturated", "Samples at the converter's full scale.") \
+    X(SILENT, "silent", "No signal at all.") \
+    X(MIRROR_MISSING, "mirror-missing", "No echo from the mirror.") \
+    X(MIRROR_FROZEN, "mirror-frozen", "The mirror's echo never changes: the same chirp again and again.") \
+    X(NO_NOISE, "no-noise", "The map holds no noise, so that it cannot come from a radar.") \
+    X(NO_ECHO, "no-echo", "Nothing but noise: not even the floor was seen.") \
+    X(ADC_BIT, "adc-bit", "A bit of the converter never changes.") \
+    X(IQ_SWAPPED, "iq-swapped", "I and Q have changed places, or one has the wrong sign: echoes beat backwards.") \
+    X(CHANNEL_DEAD, "channel-dead", "One of the two channels is dead, or both give the same.") \
+    X(IQ_IMBALANCE, "iq-imbalance", "I and Q are so unlike that echoes have images.") \
+    X(DC_DRIFT, "dc-drift", "The converter's offset walks during the scan.") \
+    X(CLIPPED, "clipped", "Samples are cut off below the converter's full scale.") \
+    X(GAIN_DRIFT, "gain-drift", "The level of the mirror's own echo changes during the scan.") \
+    X(INTERFERENCE, "interference", "Rows were set aside because something else transmits, or a tone stands in all of them.") \
+    X(RANGE_SCALE, "range-scale", "The mirror's own echo is not where the mirror's offset says: the range scale is not true.") \
+    X(STALE_CHIRP, "stale-chirp", "The same chirp came more than once.") \
+    X(MIRROR_STUCK, "mirror-stuck", "Echoes do not change though the mirror should have turned.") \
+    X(ANGLE_JUMP, "angle-jump", "Echoes change faster than the beam's width allows: rows are not at their angles.") \
+    X(MOUNT, "mount", "The floor is not where mount height, angle and offset say that it must be.") \
+    X(TOO_MANY_LOST, "too-many-lost", "Too many chirps were lost.") \
+    X(LINK_SILENT, "link-silent", "The radar module does not answer.") \
+    X(MODULE_ERROR, "module-error", "The radar module reports an error.") \
+    X(MODULE_CONFIG, "module-config", "The radar module is set to something that the scanner cannot work with.") \
+    X(MOTOR_STALL, "motor-stall", "The motor's driver reports a stall.") \
+    X(HOME_NOT_FOUND, "home-not-found", "The home switch was not found.") \
+    X(SELF_TEST, "self-test", "The known-answer test of the arithmetic failed.") \
+    X(SETTINGS_DAMAGED, "settings-damaged", "The settings in memory are no longer those that were set: only a reset helps.") \
+    X(WATCHDOG, "watchdog", "The watchdog had to reset the chip.") \
+    X(CRASH, "crash", "The firmware panicked or took a hardware fault.") \
+    X(CRASH_LOOP, "crash-loop", "Crashes followed one another: the scanner stands still until it is told to start.")
+
+/* Keys of settings: for `get` and `set`. */
+#define STAIRSCAN_KEYS(X) \
+    X("plane") \
+    X("mirror-offset") \
+    X("mirror-echo") \
+    X("mount-height") \
+    X("beamwidth") \
+    X("first-angle") \
+    X("angle-step") \
+    X("angle-count") \
+    X("sweep") \
+    X("cfar-guard") \
+    X("cfar-training") \
+    X("cfar-false-alarm") \
+    X("cfar-near-margin") \
+    X("estimator") \
+    X("seed") \
+    X("particles") \
+    X("modes") \
+    X("spread") \
+    X("rounds") \
+    X("mode-sigma") \
+    X("vigilance") \
+    X("radar-carrier") \
+    X("radar-bandwidth") \
+    X("radar-samples") \
+    X("settle") \
+    X("chirp-timeout") \
+    X("configure-timeout") \
+    X("connect-timeout") \
+    X("retries") \
+    X("max-lost") \
+    X("fault-hold") \
+    X("motion") \
+    X("fusion") \
+    X("chirp-duration") \
+    X("home-angle") \
+    X("speed") \
+    X("acceleration") \
+    X("search-speed")
+
+/* Keys of what is measured: for `get`. */
+#define STAIRSCAN_MEASURES(X) \
+    X("stack-used") \
+    X("stack-size")
+/* end generated */
+
+/* STAIRSCAN_REASON_LOST_ROWS and so on; a set of reasons has bit 1 << constant. */
+enum stairscan_reason {
+#define STAIRSCAN_X(name, word, meaning) STAIRSCAN_REASON_##name,
+    STAIRSCAN_REASONS(STAIRSCAN_X)
+#undef STAIRSCAN_X
+    STAIRSCAN_REASON_COUNT
+};
+
+/* The word or the meaning of a reason; "" for a number that is none. */
+const char *stairscan_reason_word(uint32_t reason);
+const char *stairscan_reason_meaning(uint32_t reason);
+
+enum stairscan_status { STAIRSCAN_OK, STAIRSCAN_DEGRADED, STAIRSCAN_FAULT };
+enum stairscan_direction { STAIRSCAN_NONE, STAIRSCAN_UP, STAIRSCAN_DOWN };
+
+/* ---- sentences of the report ---- */
+
+/* Text within the line that was parsed: not closed with a zero, gone with the line. */
+typedef struct {
+    const char *at;
+    size_t length;
+} stairscan_text_t;
+
+/* A number that may be missing; 0 then. */
+typedef struct {
+    bool present;
+    int32_t value;
+} stairscan_optional_t;
+
+/* A time that may be missing; 0 then. */
+typedef struct {
+    bool present;
+    uint32_t ms;
+} stairscan_time_t;
+
+/* SCAN: head of an answer. */
+typedef struct {
+    uint32_t scan;                   /* number since boot, from 1; 0 is a failed self-test */
+    uint32_t status;                 /* enum stairscan_status */
+    uint32_t direction;              /* enum stairscan_direction */
+    uint32_t steps;                  /* STEP sentences that follow */
+    uint32_t lost_rows;
+    uint64_t reasons;                /* set of enum stairscan_reason */
+    stairscan_optional_t horizon;    /* 0.1 mm: how far the answer vouches for itself */
+    stairscan_optional_t confidence; /* 0.1 %: that nothing is wrong up to there */
+    uint32_t maybes;                 /* MAYBE sentences that follow */
+    uint32_t settings;               /* hash of the settings */
+} stairscan_scan_t;
+
+/* STEP: one step of an answer, 0.1 mm. */
+typedef struct {
+    uint32_t scan;
+    uint32_t index; /* from 1, nearest first */
+    uint32_t count;
+    int32_t distance; /* to the foremost edge; negative where a drop lies behind the mirror */
+    int32_t height;   /* above the ground that the chair stands on */
+    stairscan_optional_t tread;
+    stairscan_optional_t riser;
+    int32_t distance_sigma;
+    int32_t height_sigma;
+    uint32_t quality; /* 0 to 100 */
+} stairscan_step_t;
+
+/* MAYBE: something may stand there that the answer does not hold. */
+typedef struct {
+    uint32_t scan;
+    uint32_t index; /* from 1, nearest first */
+    uint32_t count;
+    int32_t distance;     /* 0.1 mm */
+    int32_t height;       /* 0.1 mm; negative: the ground may end */
+    uint32_t probability; /* 0.1 % */
+} stairscan_maybe_t;
+
+/* BOOT: first sentence after a reset. */
+typedef struct {
+    stairscan_text_t version;
+    stairscan_text_t revision;
+    stairscan_text_t reset; /* why */
+    stairscan_text_t clock;
+    uint32_t boots; /* since power came */
+    uint32_t settings;
+    uint32_t serial[3];
+} stairscan_boot_t;
+
+/* STAT: answer to `status`. */
+typedef struct {
+    stairscan_text_t state; /* boot, self-test, idle, scanning, reporting, fault */
+    stairscan_text_t clock;
+    uint32_t scans;
+    stairscan_text_t estimator;
+    uint64_t reasons;
+    stairscan_text_t motion; /* absent, good, late, jumping, frozen, garbled, disordered */
+    uint32_t motion_faults;
+    uint32_t settings;
+} stairscan_stat_t;
+
+/* LIVE: five times a second in every state. Counters since boot, which stay at 65535. */
+typedef struct {
+    stairscan_text_t state; /* as in STAT */
+    uint32_t scan;          /* number of the scan that began last */
+    uint32_t uptime_ms;
+    stairscan_time_t age; /* since the last row of the last scan that was no fault */
+    stairscan_text_t motion;
+    uint32_t motion_faults;
+    uint32_t refused;     /* lines that the scanner refused */
+    uint32_t port_errors; /* bytes that came to it damaged or were lost */
+    uint32_t link_errors; /* requests that the radar module did not answer as it should */
+} stairscan_live_t;
+
+/* CONF: one value of the configuration. */
+typedef struct {
+    stairscan_text_t key;
+    stairscan_text_t value;
+} stairscan_conf_t;
+
+/* DONE: a command was carried out. */
+typedef struct {
+    stairscan_text_t command;
+} stairscan_done_t;
+
+/* FAIL: a command was refused, nothing changed. `command` and `field` may be "-". */
+typedef struct {
+    stairscan_text_t command;
+    stairscan_text_t field;
+    stairscan_text_t expected;
+} stairscan_fail_t;
+
+/* HALT: the firmware stopped and resets the chip. */
+typedef struct {
+    uint32_t reason; /* enum stairscan_reason */
+} stairscan_halt_t;
+
+enum stairscan_kind {
+    STAIRSCAN_SCAN,
+    STAIRSCAN_STEP,
+    STAIRSCAN_MAYBE,
+    STAIRSCAN_BOOT,
+    STAIRSCAN_STAT,
+    STAIRSCAN_LIVE,
+    STAIRSCAN_CONF,
+    STAIRSCAN_DONE,
+    STAIRSCAN_FAIL,
+    STAIRSCAN_HALT
+};
+
+typedef struct {
+    uint32_t kind; /* enum stairscan_kind: which of these holds */
+    union {
+        stairscan_scan_t scan;
+        stairscan_step_t step;
+        stairscan_maybe_t maybe;
+        stairscan_boot_t boot;
+        stairscan_stat_t stat;
+        stairscan_live_t live;
+        stairscan_conf_t conf;
+        stairscan_done_t done;
+        stairscan_fail_t fail;
+        stairscan_halt_t halt;
+    } as;
+} stairscan_sentence_t;
+
+enum stairscan_error {
+    STAIRSCAN_FINE,
+    STAIRSCAN_BAD_FRAME, /* no $PSTR, no '*', or not printable ASCII */
+    STAIRSCAN_BAD_CRC,
+    STAIRSCAN_BAD_FIELD
+};
+
+typedef struct {
+    uint32_t error;    /* enum stairscan_error */
+    const char *field; /* which, with STAIRSCAN_BAD_FIELD; else NULL */
+} stairscan_result_t;
+
+/* Parses a line, with or without its CR LF. `sentence` is meant only when the result is fine. */
+stairscan_result_t stairscan_parse(const char *line, size_t length, stairscan_sentence_t *sentence);
+
+/* A line to be sent, CR LF included, and a zero behind it. */
+typedef struct {
+    size_t length;
+    char bytes[STAIRSCAN_MAX_SENTENCE + 1];
+} stairscan_line_t;
+
+/* Writes a sentence as the scanner does. What would break the frame becomes a space, what is too long
+ * is cut. */
+void stairscan_write(const stairscan_sentence_t *sentence, stairscan_line_t *line);
+
+/* CRC-32 (ISO-HDLC) of what stands between '$' and '*'. */
+uint32_t stairscan_crc32(const char *bytes, size_t length);
+
+/* ---- commands and the motion sentence ---- */
+
+enum stairscan_command {
+    STAIRSCAN_COMMAND_START,
+    STAIRSCAN_COMMAND_STOP,
+    STAIRSCAN_COMMAND_SCAN,
+    STAIRSCAN_COMMAND_STATUS,
+    STAIRSCAN_COMMAND_VERSION,
+    STAIRSCAN_COMMAND_SELFTEST,
+    STAIRSCAN_COMMAND_SAVE,
+    STAIRSCAN_COMMAND_RESET,
+    STAIRSCAN_COMMAND_GET, /* `key`, or all of them where it is empty */
+    STAIRSCAN_COMMAND_SET, /* `key`, `value` */
+    STAIRSCAN_COMMAND_MOTION
+};
+
+/* MOTION: up to a hundred a second, at least five. */
+typedef struct {
+    uint32_t sequence;          /* 0 to 65535, one more each time */
+    int32_t travel;             /* 0.1 mm, forward positive, cumulative */
+    stairscan_optional_t pitch; /* 0.001 degrees, nose up positive, within 45 degrees */
+} stairscan_motion_t;
+
+typedef struct {
+    uint32_t kind; /* enum stairscan_command */
+    stairscan_text_t key;
+    stairscan_text_t value;
+    stairscan_motion_t motion;
+} stairscan_command_t;
+
+/* Why a line is no command; both NULL where it is one. */
+typedef struct {
+    const char *command; /* its word, or "-" */
+    const char *field;
+} stairscan_refusal_t;
+
+/* Text of a string that is closed with a zero: for `key` and `value`. */
+stairscan_text_t stairscan_text(const char *string);
+
+/* Writes a command or a motion sentence in its frame with CRC and CR LF. The scanner takes no `set` and
+ * no `save` without them. */
+void stairscan_write_command(const stairscan_command_t *command, stairscan_line_t *line);
+
+/* Parses a command, framed or not, as the scanner does: for test benches. */
+stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
+                                            stairscan_command_t *command);
+
+/* ---- answers and what may be done on them ---- */
+
+typedef struct {
+    uint32_t silence_ms; /* no intact sentence for longer: silence */
+    uint32_t oldest_ms;  /* an answer is old after so long */
+    int32_t farthest;    /* 0.1 mm: and after so much travel */
+    int32_t margin;      /* 0.1 mm: taken off every way that may be gone */
+    bool check_settings; /* whether answers made with other settings count as none */
+    uint32_t settings;   /* the hash of these settings */
+} stairscan_rules_t;
+
+/* 500 ms: LIVE comes every 200 ms. 17 s: three scans of the longest kind. 500 mm: an odometer's 2 % of it
+ * are 1 cm. 60 mm: 30 mm that an ok may be off, and 30 mm that a chair goes at 0.6 m/s from a scan's last
+ * row until its SCAN is read. Settings are not checked. */
+stairscan_rules_t stairscan_default_rules(void);
+
+/* A whole answer. */
+typedef struct {
+    stairscan_scan_t head;
+    stairscan_step_t steps[STAIRSCAN_MAX_STEPS];    /* head.steps of them */
+    stairscan_maybe_t maybes[STAIRSCAN_MAX_MAYBES]; /* head.maybes of them */
+    uint32_t came_ms;                               /* when its SCAN came */
+    int32_t travel;                                 /* the chair's travel then */
+} stairscan_answer_t;
+
+/* What is known of a scanner: some 2.3 KB. Fields not named here are the parser's own. */
+typedef struct {
+    stairscan_rules_t rules;
+    bool has_answer;
+    stairscan_answer_t answer;     /* the newest one, whole, where has_answer */
+    stairscan_sentence_t sentence; /* the last intact one; its text is gone with the next byte */
+    uint32_t damaged;              /* lines that were none; stays at its largest */
+    uint32_t dropped;              /* answers that were incomplete; likewise */
+
+    stairscan_answer_t coming;
+    bool collecting;
+    uint32_t got_steps, got_maybes;
+    uint32_t last_scan;
+    bool heard, faulty, doubtful, aged;
+    uint32_t heard_ms, uptime_ms;
+    bool skipping;
+    size_t length;
+    char line[STAIRSCAN_MAX_SENTENCE];
+} stairscan_t;
+
+void stairscan_init(stairscan_t *scanner, const stairscan_rules_t *rules);
+
+enum stairscan_event {
+    STAIRSCAN_NOTHING,  /* nothing yet */
+    STAIRSCAN_SENTENCE, /* scanner->sentence is a new one, part of no complete answer */
+    STAIRSCAN_ANSWER,   /* likewise, and scanner->answer is a new, whole answer */
+    STAIRSCAN_DAMAGED   /* a line was no sentence */
+};
+
+/* Takes one byte. `now_ms` is any clock in ms, `travel` the chair's as in its motion sentences. */
+enum stairscan_event stairscan_take(stairscan_t *scanner, char byte, uint32_t now_ms, int32_t travel);
+
+enum stairscan_action { STAIRSCAN_STOP, STAIRSCAN_HINT, STAIRSCAN_GO };
+
+enum stairscan_why {
+    STAIRSCAN_WHY_OK,
+    STAIRSCAN_WHY_DEGRADED,   /* the answer says so; its reasons say why */
+    STAIRSCAN_WHY_NO_HORIZON, /* ok without saying how far: no promise */
+    STAIRSCAN_WHY_SILENCE,
+    STAIRSCAN_WHY_FAULT,
+    STAIRSCAN_WHY_NO_ANSWER, /* none yet, or it was taken away */
+    STAIRSCAN_WHY_SETTINGS,  /* made with other settings */
+    STAIRSCAN_WHY_OLD,       /* came too long ago */
+    STAIRSCAN_WHY_FAR        /* the chair has gone too far since */
+};
+
+typedef struct {
+    uint32_t action; /* enum stairscan_action */
+    uint32_t why;    /* enum stairscan_why */
+    int32_t vouched; /* 0.1 mm ahead of the mirror now: so far the answer's promise reaches */
+    int32_t clear;   /* 0.1 mm: and so far it tells neither a step nor a maybe. Both 0 unless GO */
+} stairscan_permit_t;
+
+/* What the chair may do now. Call it in every control cycle: time passes without bytes, too. */
+stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

@@ -1,0 +1,262 @@
+//! Mutated lines: fields changed within a frame that stays right, and bytes changed anywhere.
+
+use std::collections::BTreeMap;
+
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+use super::{Way, vectors};
+use crate::mutate::Mutator;
+
+/// Fields at which parsers go wrong.
+const ODD: &[&str] = &[
+    "",
+    "-",
+    "+",
+    ".",
+    "0",
+    "00",
+    "-0",
+    "+0",
+    "-1",
+    "+1",
+    "007",
+    "255",
+    "256",
+    "65535",
+    "65536",
+    "4294967295",
+    "4294967296",
+    "18446744073709551616",
+    "0.0",
+    "-0.0",
+    "+1.0",
+    "1.",
+    ".1",
+    "1..",
+    "1.0",
+    "1.00",
+    "1-0",
+    "--1.0",
+    "12.5",
+    "-999.9",
+    "100.0",
+    "100.1",
+    "214748364.7",
+    "214748364.8",
+    "-214748364.7",
+    "-214748364.8",
+    "00000000000000000000001.5",
+    "45000",
+    "-45000",
+    "45001",
+    "-45001",
+    "ok",
+    "degraded",
+    "fault",
+    "OK",
+    "ok ",
+    "none",
+    "up",
+    "down",
+    "lost-rows",
+    "crash-loop",
+    "+crash",
+    "lost-rows+crash",
+    "lost-rows++crash+",
+    "lost-rows+crashed",
+    "weak-echoes+weak-echoes",
+    "00000000",
+    "0123abCD",
+    "+1234567",
+    "0123456",
+    "012345678",
+    "0123456789abcdefABCDEF00",
+    "SCAN",
+    "STEP",
+    "MAYBE",
+    "BOOT",
+    "STAT",
+    "LIVE",
+    "CONF",
+    "DONE",
+    "FAIL",
+    "HALT",
+    "PSTR",
+    "PSTC",
+    "MOTION",
+    "set",
+    "get",
+    "seed",
+    "stack-used",
+    "plane",
+    "$",
+    "*",
+    "a*b",
+    "$PSTC",
+    "~",
+    " ",
+    "  x",
+];
+
+/// A golden vector, taken apart.
+#[derive(Clone, Debug)]
+struct Origin {
+    way: Way,
+    framed: bool,
+    /// What stands in the frame, or would.
+    fields: Vec<String>,
+}
+
+/// What has fields; all else is of one kind.
+const KINDS: &[&str] = &[
+    "SCAN", "STEP", "MAYBE", "BOOT", "STAT", "LIVE", "CONF", "DONE", "FAIL", "HALT", "get", "set",
+    "MOTION",
+];
+
+impl Origin {
+    fn new((way, line): (Way, String)) -> Self {
+        let Some(body) = line.strip_prefix('$') else {
+            let words = line.split([',', ' ']).map(str::to_owned);
+            return Self {
+                way,
+                framed: false,
+                fields: std::iter::once("PSTC".to_owned()).chain(words).collect(),
+            };
+        };
+        let body = body.rsplit_once('*').map_or(body, |(body, _)| body);
+        Self {
+            way,
+            framed: true,
+            fields: body.split(',').map(str::to_owned).collect(),
+        }
+    }
+
+    /// What it is: a sentence or a command by name.
+    fn kind(&self) -> (Way, Option<&'static str>) {
+        let name = self.fields.get(1);
+        let known = KINDS
+            .iter()
+            .find(|&&kind| name.is_some_and(|name| name == kind));
+        (self.way, known.copied())
+    }
+}
+
+/// An endless row of lines: the same for the same seed.
+pub struct Lines<'a> {
+    /// Origins of the same kind: as many lines come of a rare kind as of a frequent one.
+    kinds: Vec<Vec<Origin>>,
+    bytes: Mutator<'a>,
+    random: Xoshiro128PlusPlus,
+}
+
+/// What bytes are changed in: the golden vectors.
+pub fn corpus() -> Vec<Vec<u8>> {
+    let all = vectors::all().into_iter();
+    all.map(|(_, line)| line.into_bytes()).collect()
+}
+
+impl<'a> Lines<'a> {
+    /// Mutations of the golden vectors, of which `corpus` is made.
+    pub fn new(corpus: &'a [Vec<u8>], seed: u64) -> Self {
+        let mut kinds: BTreeMap<_, Vec<Origin>> = BTreeMap::new();
+        for origin in vectors::all().into_iter().map(Origin::new) {
+            kinds.entry(origin.kind()).or_default().push(origin);
+        }
+        Self {
+            kinds: kinds.into_values().collect(),
+            bytes: Mutator::new(corpus, seed),
+            random: Xoshiro128PlusPlus::seed_from_u64(!seed),
+        }
+    }
+
+    /// A number below `end`, which is not 0.
+    fn below(&mut self, end: usize) -> usize {
+        let wide = u64::from(self.random.next_u32()) * end as u64;
+        (wide >> 32) as usize
+    }
+
+    /// One of a kind.
+    fn origin(&mut self, kind: usize) -> Origin {
+        let k = self.below(self.kinds[kind].len());
+        self.kinds[kind][k].clone()
+    }
+
+    fn change(&mut self, fields: &mut Vec<String>, kind: usize) {
+        let at = self.below(fields.len());
+        match self.below(12) {
+            0..=5 => {
+                // The same field of another line of its kind, seldom of any.
+                let any = self.below(self.kinds.len());
+                let from = if self.below(8) == 0 { any } else { kind };
+                let other = self.origin(from).fields;
+                fields[at] = other.get(at).cloned().unwrap_or_default();
+            }
+            6 | 7 => fields[at] = ODD[self.below(ODD.len())].to_owned(),
+            8 if fields.len() > 1 => drop(fields.remove(at)),
+            9 => fields.insert(at, fields[at].clone()),
+            10 => {
+                let place = self.below(fields[at].len() + 1);
+                let letter = char::from(b' ' + self.below(95) as u8);
+                fields[at].insert(place, letter);
+            }
+            _ => {
+                let place = self.below(fields[at].len() + 1);
+                fields[at].truncate(place);
+            }
+        }
+    }
+
+    /// Some fields changed; the frame is right, or there is none.
+    fn of_fields(&mut self) -> (Way, Vec<u8>) {
+        let kind = self.below(self.kinds.len());
+        let Origin {
+            way,
+            framed,
+            mut fields,
+        } = self.origin(kind);
+        for _ in 0..self.below(4) {
+            self.change(&mut fields, kind);
+        }
+        let between = if framed {
+            ","
+        } else {
+            [",", " "][self.below(2)]
+        };
+        let body = fields.join(between);
+        let line = match self.below(16) {
+            0 => body,
+            1 => vectors::closed(&body).to_lowercase(),
+            2 => vectors::closed(&body) + ["\r\n", "\n", "\r", " "][self.below(4)],
+            3 => vectors::closed(&format!("PSTC,{body}")),
+            _ if framed => vectors::closed(&body),
+            _ => body,
+        };
+        (way, line.into_bytes())
+    }
+
+    /// Some bytes changed, of a line or of what stands in its frame.
+    fn of_bytes(&mut self) -> (Way, Vec<u8>) {
+        let way = [Way::Report, Way::Command][self.below(2)];
+        let line = self.bytes.input();
+        match (self.below(2), str::from_utf8(&line)) {
+            (0, Ok(text)) => {
+                let body = text.trim_start_matches('$');
+                let body = body.rsplit_once('*').map_or(body, |(body, _)| body);
+                (way, vectors::closed(body).into_bytes())
+            }
+            _ => (way, line),
+        }
+    }
+}
+
+impl Iterator for Lines<'_> {
+    type Item = (Way, Vec<u8>);
+
+    fn next(&mut self) -> Option<Self::Item> {
+        Some(match self.below(8) {
+            0 => self.of_bytes(),
+            _ => self.of_fields(),
+        })
+    }
+}

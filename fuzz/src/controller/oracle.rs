@@ -1,0 +1,199 @@
+//! What the Rust parsers make of a line, in the words of `controller/test/verdict.c`.
+
+use stairscan::answer::{Direction, Reasons, Status};
+use stairscan::drive::Reading;
+use stairscan::report::command::{self, Command, Input, LineReader, framed};
+use stairscan::report::{
+    LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
+};
+
+use super::Way;
+
+/// The verdict on a line, and the line written again where it is one.
+pub fn verdict(way: Way, line: &[u8]) -> String {
+    match way {
+        Way::Report => report(line),
+        Way::Command => command(line),
+    }
+}
+
+fn report(line: &[u8]) -> String {
+    // No sentence holds what is no text.
+    let parsed = str::from_utf8(line).map_or(Err(ParseError::Frame), Sentence::parse);
+    match parsed {
+        Ok(sentence) => format!("{} => {}", fields(&sentence), sentence.write().trim_end()),
+        Err(ParseError::Frame) => "bad frame".to_owned(),
+        Err(ParseError::Crc) => "bad crc".to_owned(),
+        Err(ParseError::Field(field)) => format!("bad field {field}"),
+    }
+}
+
+fn fields(sentence: &Sentence<'_>) -> String {
+    match *sentence {
+        Sentence::Scan(scan) => of_scan(&scan),
+        Sentence::Step(step) => of_step(&step),
+        Sentence::Maybe(maybe) => of_maybe(&maybe),
+        Sentence::Boot {
+            version,
+            revision,
+            reset,
+            clock,
+            boots,
+            settings,
+            serial: [first, second, third],
+        } => format!(
+            "BOOT version=[{version}] revision=[{revision}] reset=[{reset}] clock=[{clock}] boots={boots} \
+             settings={settings} serial={first}/{second}/{third}"
+        ),
+        Sentence::State {
+            state,
+            clock,
+            scans,
+            estimator,
+            reasons,
+            motion,
+            motion_faults,
+            settings,
+        } => format!(
+            "STAT state=[{state}] clock=[{clock}] scans={scans} estimator=[{estimator}] reasons={} \
+             motion=[{motion}] motion-faults={motion_faults} settings={settings}",
+            words(reasons)
+        ),
+        Sentence::Live(live) => of_live(&live),
+        Sentence::Config { key, value } => format!("CONF key=[{key}] value=[{value}]"),
+        Sentence::Done { command } => format!("DONE command=[{command}]"),
+        Sentence::Fail {
+            command,
+            field,
+            expected,
+        } => format!("FAIL command=[{command}] field=[{field}] expected=[{expected}]"),
+        Sentence::Halt { reason } => format!("HALT reason=<{}>", reason.as_str()),
+    }
+}
+
+fn of_scan(scan: &ScanLine) -> String {
+    let status = match scan.status {
+        Status::Ok => 0,
+        Status::Degraded => 1,
+        Status::Fault => 2,
+    };
+    let direction = match scan.direction {
+        Direction::None => 0,
+        Direction::Up => 1,
+        Direction::Down => 2,
+    };
+    format!(
+        "SCAN scan={} status={status} direction={direction} steps={} lost={} reasons={} horizon={} \
+         confidence={} maybes={} settings={}",
+        scan.scan,
+        scan.steps,
+        scan.lost_rows,
+        words(scan.reasons),
+        tenths(scan.horizon),
+        optional(scan.confidence),
+        scan.maybes,
+        scan.settings
+    )
+}
+
+fn of_step(step: &StepLine) -> String {
+    format!(
+        "STEP scan={} index={} count={} distance={} height={} tread={} riser={} distance-sigma={} \
+         height-sigma={} quality={}",
+        step.scan,
+        step.index,
+        step.count,
+        step.distance.0,
+        step.height.0,
+        tenths(step.tread),
+        tenths(step.riser),
+        step.distance_sigma.0,
+        step.height_sigma.0,
+        step.quality
+    )
+}
+
+fn of_maybe(maybe: &MaybeLine) -> String {
+    format!(
+        "MAYBE scan={} index={} count={} distance={} height={} probability={}",
+        maybe.scan, maybe.index, maybe.count, maybe.distance.0, maybe.height.0, maybe.probability
+    )
+}
+
+fn of_live(live: &LiveLine<'_>) -> String {
+    format!(
+        "LIVE state=[{}] scan={} uptime={} age={} motion=[{}] motion-faults={} refused={} port-errors={} \
+         link-errors={}",
+        live.state,
+        live.scan,
+        live.uptime_ms,
+        optional(live.age_ms),
+        live.motion,
+        live.motion_faults,
+        live.refused,
+        live.port_errors,
+        live.link_errors
+    )
+}
+
+fn words(reasons: Reasons) -> String {
+    let word = |reason: stairscan::answer::Reason| format!("<{}>", reason.as_str());
+    reasons.iter().map(word).collect()
+}
+
+fn optional(value: Option<impl ToString>) -> String {
+    value.map_or("-".to_owned(), |value| value.to_string())
+}
+
+fn tenths(value: Option<Tenths>) -> String {
+    optional(value.map(|Tenths(tenths)| tenths))
+}
+
+/// The line as the scanner's own reader hands it over; none where it hands over nothing or an error.
+fn read(line: &[u8]) -> Option<String> {
+    let mut reader = LineReader::default();
+    let bad = |input| matches!(input, Input::Bad(_));
+    // An end of line within is the end of it, and what is behind is another one: here it is damage.
+    let ends = line.iter().any(|byte| matches!(byte, b'\r' | b'\n'));
+    if ends || line.iter().any(|&byte| bad(reader.push(byte))) {
+        return None;
+    }
+    let _ = reader.push(b'\n');
+    Some(reader.line().to_owned())
+}
+
+fn command(line: &[u8]) -> String {
+    let Some(line) = read(line) else {
+        return "bad - line".to_owned();
+    };
+    let command = match command::parse(&line) {
+        Ok(command) => command,
+        Err(bad) => return format!("bad {} {}", bad.command, bad.error.field),
+    };
+    let word = command.word();
+    let (fields, again) = match command {
+        Command::GetAll => (" key=[] value=[]".to_owned(), framed(&[word])),
+        Command::Get(key) => of_get(key),
+        Command::Measure(measure) => of_get(measure.key()),
+        Command::Set(key, value) => (
+            format!(" key=[{key}] value=[{value}]"),
+            framed(&[word, key, value]),
+        ),
+        Command::Motion(reading) => (of_motion(&reading), motion::write(&reading)),
+        _ => (String::new(), framed(&[word])),
+    };
+    format!("{word}{fields} => {}", again.trim_end())
+}
+
+fn of_get(key: &str) -> (String, stairscan::report::Line) {
+    (format!(" key=[{key}] value=[]"), framed(&["get", key]))
+}
+
+fn of_motion(reading: &Reading) -> String {
+    format!(
+        " sequence={} travel={} pitch={}",
+        reading.sequence,
+        reading.travel,
+        optional(reading.pitch)
+    )
+}

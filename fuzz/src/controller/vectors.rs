@@ -1,0 +1,371 @@
+//! Golden vectors: lines of every sentence and command, right and wrong, and what is to be made of them.
+
+use std::path::PathBuf;
+
+use stairscan::answer::{Direction, Reason, Reasons, Status};
+use stairscan::drive::Reading;
+use stairscan::report::command::framed;
+use stairscan::report::sentence::crc32;
+use stairscan::report::{LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion};
+use stairscan::scan::Settings;
+
+use super::{Way, oracle, tables};
+
+/// The file.
+pub fn path() -> PathBuf {
+    super::directory().join("vectors.tsv")
+}
+
+/// What the file holds.
+pub fn text() -> String {
+    let head = "# Way (R: report, C: command), line without its end, what is to be made of it.\n\
+                # Made by `cargo run -p stairscan-fuzz --example controller -- --write`.\n";
+    let rows = all().into_iter().map(|(way, line)| {
+        let verdict = oracle::verdict(way, line.as_bytes());
+        format!("{}\t{line}\t{verdict}\n", way.letter())
+    });
+    std::iter::once(head.to_owned()).chain(rows).collect()
+}
+
+/// All lines.
+pub fn all() -> Vec<(Way, String)> {
+    let mut lines = Vec::new();
+    let written = sentences().map(|sentence| sentence.write().trim_end().to_owned());
+    lines.extend(written.map(|line| (Way::Report, line)));
+    let bad = BAD_BODIES.iter().map(|body| closed(body));
+    lines.extend(bad.map(|line| (Way::Report, line)));
+    lines.extend(BAD_LINES.map(|line| (Way::Report, line.to_owned())));
+    lines.extend(commands().into_iter().map(|line| (Way::Command, line)));
+    lines
+}
+
+/// The line with this text between `$` and `*`.
+pub fn closed(body: &str) -> String {
+    format!("${body}*{:08X}", crc32(body))
+}
+
+fn sentences() -> impl Iterator<Item = Sentence<'static>> {
+    let scans = scans().into_iter().map(Sentence::Scan);
+    let steps = steps().into_iter().map(Sentence::Step);
+    let maybes = maybes().into_iter().map(Sentence::Maybe);
+    let halts = Reason::ALL.iter().map(|&reason| Sentence::Halt { reason });
+    let rest = scans.chain(steps).chain(maybes).chain(halts);
+    let lives = lives().into_iter().map(Sentence::Live);
+    rest.chain(lives).chain(texts())
+}
+
+fn lives() -> [LiveLine<'static>; 2] {
+    let first = LiveLine {
+        state: "self-test",
+        scan: 0,
+        uptime_ms: 200,
+        age_ms: None,
+        motion: "absent",
+        motion_faults: 0,
+        refused: 1,
+        port_errors: 2,
+        link_errors: 3,
+    };
+    let largest = LiveLine {
+        state: "scanning",
+        scan: u32::MAX,
+        uptime_ms: u32::MAX,
+        age_ms: Some(u32::MAX),
+        motion: "good",
+        motion_faults: u16::MAX,
+        refused: u16::MAX,
+        port_errors: u16::MAX,
+        link_errors: u16::MAX,
+    };
+    [first, largest]
+}
+
+fn scans() -> Vec<ScanLine> {
+    let ok = ScanLine {
+        scan: 1,
+        status: Status::Ok,
+        direction: Direction::Up,
+        steps: 3,
+        lost_rows: 0,
+        reasons: Reasons::NONE,
+        horizon: Some(Tenths(10_000)),
+        confidence: Some(989),
+        maybes: 1,
+        settings: 0x4285_B47E,
+    };
+    let every = Reason::ALL
+        .iter()
+        .fold(Reasons::NONE, |set, &r| set.with(r));
+    let largest = ScanLine {
+        scan: u32::MAX,
+        steps: u8::MAX,
+        lost_rows: u16::MAX,
+        reasons: every,
+        horizon: Some(Tenths(-1_000_000)),
+        confidence: Some(1000),
+        maybes: u8::MAX,
+        settings: u32::MAX,
+        ..ok
+    };
+    let degraded = |reasons| ScanLine {
+        status: Status::Degraded,
+        direction: Direction::Down,
+        reasons,
+        horizon: Some(Tenths(0)),
+        confidence: Some(0),
+        settings: 0,
+        ..ok
+    };
+    let fault = ScanLine {
+        status: Status::Fault,
+        direction: Direction::None,
+        steps: 0,
+        reasons: Reasons::NONE.with(Reason::NoEcho),
+        horizon: None,
+        confidence: None,
+        maybes: 0,
+        ..ok
+    };
+    let each = Reason::ALL.iter().map(|&r| degraded(Reasons::NONE.with(r)));
+    let pair = Reasons::NONE
+        .with(Reason::WeakEchoes)
+        .with(Reason::Unconfirmed);
+    let clear = ScanLine {
+        direction: Direction::None,
+        steps: 0,
+        maybes: 0,
+        ..ok
+    };
+    let fixed = [ok, clear, largest, fault, degraded(pair)];
+    fixed.into_iter().chain(each).collect()
+}
+
+fn steps() -> Vec<StepLine> {
+    let step = StepLine {
+        scan: 1,
+        index: 1,
+        count: 3,
+        distance: Tenths(5005),
+        height: Tenths(1654),
+        tread: Some(Tenths(2795)),
+        riser: Some(Tenths(1654)),
+        distance_sigma: Tenths(15),
+        height_sigma: Tenths(37),
+        quality: 100,
+    };
+    let extreme = |tenths| StepLine {
+        scan: u32::MAX,
+        index: u8::MAX,
+        count: u8::MAX,
+        distance: Tenths(tenths),
+        height: Tenths(tenths),
+        tread: None,
+        riser: Some(Tenths(tenths)),
+        distance_sigma: Tenths(tenths),
+        height_sigma: Tenths(tenths),
+        quality: u8::MAX,
+    };
+    let drop = StepLine {
+        distance: Tenths(-5),
+        height: Tenths(-1700),
+        tread: None,
+        riser: None,
+        quality: 0,
+        ..step
+    };
+    let extremes = [0, 1, -1, 10, 1_000_000, -1_000_000, i32::MAX, -i32::MAX].map(extreme);
+    [step, drop].into_iter().chain(extremes).collect()
+}
+
+fn maybes() -> [MaybeLine; 2] {
+    let maybe = MaybeLine {
+        scan: 7,
+        index: 1,
+        count: 6,
+        distance: Tenths(12_345),
+        height: Tenths(-1_000),
+        probability: 53,
+    };
+    let sure = MaybeLine {
+        probability: 1000,
+        ..maybe
+    };
+    [maybe, sure]
+}
+
+fn texts() -> Vec<Sentence<'static>> {
+    let reasons = Reasons::NONE.with(Reason::LinkSilent);
+    let state = |state, reasons, motion| Sentence::State {
+        state,
+        clock: "hsi-16",
+        scans: 12,
+        estimator: "likelihood",
+        reasons,
+        motion,
+        motion_faults: u16::MAX,
+        settings: 7,
+    };
+    vec![
+        Sentence::Boot {
+            version: "0.1.0",
+            revision: "abcdef0",
+            reset: "power",
+            clock: "hse-168",
+            boots: 1,
+            settings: 0x00AB_CDEF,
+            serial: [0, 0x8000_0000, u32::MAX],
+        },
+        state("idle", Reasons::NONE, "absent"),
+        state("fault", reasons, "disordered"),
+        Sentence::Config {
+            key: "mirror-offset",
+            value: "22000",
+        },
+        Sentence::Config { key: "", value: "" },
+        Sentence::Done { command: "start" },
+        Sentence::Fail {
+            command: "-",
+            field: "crc",
+            expected: "* and eight hex digits at the end",
+        },
+        Sentence::Fail {
+            command: "set",
+            field: "crc",
+            expected: "send $PSTC,set,seed,7*352B37A8",
+        },
+    ]
+}
+
+/// Bodies whose CRC is right and which are no sentence, or one that the scanner would write otherwise.
+const BAD_BODIES: &[&str] = &[
+    "",
+    "PSTR",
+    "PSTR,",
+    "PSTC,SCAN",
+    "PSTR,scan",
+    "PSTR,NOPE,1",
+    "PSTR,SCAN",
+    "PSTR,SCAN,+1,ok,none,00,0,++weak-echoes+weak-echoes+,-0.0,000.0,0,abcdefAB",
+    "PSTR,SCAN,-1,ok,none,0,0,,,,0,00000000",
+    "PSTR,SCAN,4294967296,ok,none,0,0,,,,0,00000000",
+    "PSTR,SCAN,1,OK,none,0,0,,,,0,00000000",
+    "PSTR,SCAN,1,,none,0,0,,,,0,00000000",
+    "PSTR,SCAN,1,ok,left,0,0,,,,0,00000000",
+    "PSTR,SCAN,1,ok,none,256,0,,,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,65536,,,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,tired,,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,lost-rows+,1000,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,1000.00,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,.5,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,+1.0,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,214748364.8,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,,100.1,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,,-0.1,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,,,,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,0000000",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,+0000000",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,0000000G",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,",
+    "PSTR,STEP,1,1,1,,2.0,,,1.0,1.0,50",
+    "PSTR,STEP,1,1,1,1.0,,,,1.0,1.0,50",
+    "PSTR,STEP,1,1,1,1.0,2.0,,,,1.0,50",
+    "PSTR,STEP,1,1,1,1.0,2.0,,,1.0,,50",
+    "PSTR,STEP,1,1,1,1.0,2.0,,,1.0,1.0",
+    "PSTR,MAYBE,1,1,1,1.0,2.0,",
+    "PSTR,BOOT,1,2,3,4,5,00000000,00000000000000000000000",
+    "PSTR,STAT,idle,hse-168,1,paper,,good,1",
+    "PSTR,LIVE,idle,1,2,+3,good,0,0,0,0",
+    "PSTR,LIVE,idle,1,2,4294967296,good,0,0,0,0",
+    "PSTR,LIVE,idle,1,2,3,good,0,65536,0,0",
+    "PSTR,LIVE,idle,1,2,3,good,0,0,0",
+    "PSTR,CONF,plane,dep*th",
+    "PSTR,CONF,$plane,depth",
+    "PSTR,DONE",
+    "PSTR,DONE,",
+    "PSTR,FAIL,set,crc",
+    "PSTR,FAIL,set,crc,",
+    "PSTR,FAIL,set,crc,a,b,,$*",
+    "PSTR,HALT,",
+    "PSTR,HALT,lost-rows+crash",
+];
+
+/// Lines that have no frame, or another CRC.
+const BAD_LINES: [&str; 9] = [
+    "",
+    "$",
+    "*",
+    "$*",
+    "PSTR,DONE,start*00000000",
+    "$PSTR,DONE,start",
+    "$PSTR,DONE,start*0000000",
+    "$PSTR,DONE,start*00000000",
+    "$PSTR,DONE,start*000000000",
+];
+
+fn commands() -> Vec<String> {
+    let words = [
+        "start", "stop", "scan", "status", "version", "selftest", "save", "reset", "get",
+    ];
+    let mut lines: Vec<String> = words.map(str::to_owned).to_vec();
+    let sentence = |words: &[&str]| framed(words).trim_end().to_owned();
+    lines.extend(words.map(|word| sentence(&[word])));
+    for key in Settings::KEYS {
+        lines.push(format!("get {key}"));
+        lines.push(sentence(&["set", key, "1"]));
+    }
+    lines.extend(tables::measures().iter().map(|key| sentence(&["get", key])));
+    for (sequence, travel, pitch) in [
+        (7, 1234, Some(-250)),
+        (0, 0, None),
+        (u16::MAX, i32::MAX, Some(45_000)),
+        (1, -i32::MAX, Some(-45_000)),
+    ] {
+        let reading = Reading {
+            sequence,
+            travel,
+            pitch,
+        };
+        lines.push(motion::write(&reading).trim_end().to_owned());
+    }
+    lines.extend(BAD_COMMANDS.map(str::to_owned));
+    let bodies = [
+        "XXXX,start",
+        "PSTC,",
+        "PSTC",
+        "PSTC,set,seed,7*",
+        "PSTC,$start",
+        "PSTC,MOTIONS,1,2.0,3",
+        "PSTC,MOTION",
+        "PSTC,MOTION,65536,2.0,3",
+        "PSTC,MOTION,+1,2.0,+3",
+        "PSTC,MOTION,1,,3",
+        "PSTC,MOTION,1,2,3",
+        "PSTC,MOTION,1,2.0",
+        "PSTC,MOTION,1,2.0,1.5",
+        "PSTC,MOTION,1,2.0,-0",
+        "PSTC,MOTION,1,2.0,-+1",
+        "PSTC,MOTION,1,2.0,45001",
+        "PSTC,MOTION,1,2.0,3,4",
+    ];
+    lines.extend(bodies.map(closed));
+    lines
+}
+
+const BAD_COMMANDS: [&str; 16] = [
+    "",
+    " ,, status , ",
+    "Start",
+    "startle",
+    "start now",
+    "get nothing",
+    "get seed 1",
+    "set",
+    "set stack-used 1",
+    "set seed",
+    "set seed 1 2",
+    "MOTION,1,2.0,3",
+    "$PSTC,start",
+    "$PSTC,start*00000000",
+    "$PSTC,MOTION,1,2.0,3*00000000",
+    "0123456789012345678901234567890123456789012345678901234567890123456789012345678901234567890123456",
+];

@@ -1,0 +1,188 @@
+//! The C parser for the wheelchair's controller: what is generated is up to date, and it agrees with the
+//! scanner's own parser.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Stdio};
+
+use stairscan_fuzz::controller::{directory, program, tables, vectors};
+
+const ANEW: &str = "write it anew: cargo run -p stairscan-fuzz --example controller -- --write";
+
+/// Says aloud what cannot be done here; in CI that is a failure.
+fn lack(what: &str) {
+    let ci = std::env::var_os("CI").is_some_and(|value| value == "true");
+    assert!(!ci, "{what}");
+    // Not with `eprintln`, which the test harness keeps to itself when a test passes.
+    let _ = writeln!(std::io::stderr(), "SKIPPED {what}");
+}
+
+/// A C source with the parser, compiled with the sanitizers where there are any; none where there is no compiler.
+fn compiled(source: &str) -> Option<PathBuf> {
+    let Some(compiler) = program::compiler() else {
+        lack(&format!(
+            "{source} of controller/: no C compiler; install one, or name it in CC"
+        ));
+        return None;
+    };
+    // A directory of its own for each test: they run side by side.
+    let thread = std::thread::current();
+    let test = thread.name().unwrap_or("controller").to_owned();
+    let into = Path::new(env!("CARGO_TARGET_TMPDIR")).join(test);
+    fs::create_dir_all(&into).unwrap();
+    let sanitized = program::compile(&compiler, source, &into, true);
+    Some(sanitized.unwrap_or_else(|error| {
+        lack(&format!("the sanitizers of {source}: {error:#}"));
+        program::compile(&compiler, source, &into, false).unwrap()
+    }))
+}
+
+/// What a program says, fed with `input`, and whether it was content.
+fn run(program: &Path, arguments: &[&str], input: &str) -> (String, bool) {
+    let mut child = Command::new(program)
+        .current_dir(directory())
+        .args(arguments)
+        .stdin(Stdio::piped())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stdin = child.stdin.take().unwrap();
+    stdin.write_all(input.as_bytes()).unwrap();
+    drop(stdin);
+    let output = child.wait_with_output().unwrap();
+    let said = [output.stdout, output.stderr].concat();
+    (String::from_utf8(said).unwrap(), output.status.success())
+}
+
+#[test]
+fn the_header_s_tables_are_those_of_the_scanner() {
+    let header = fs::read_to_string(tables::path()).unwrap();
+    assert!(
+        header == tables::renewed(&header).unwrap(),
+        "stairscan.h: {ANEW}"
+    );
+}
+
+#[test]
+fn the_golden_vectors_are_what_the_scanner_s_parser_says() {
+    let held = fs::read_to_string(vectors::path()).unwrap();
+    for (held, made) in held.lines().zip(vectors::text().lines()) {
+        assert_eq!(held, made, "vectors.tsv: {ANEW}");
+    }
+    assert!(held == vectors::text(), "vectors.tsv: {ANEW}");
+}
+
+#[test]
+fn c_holds_the_golden_vectors() {
+    let Some(verdict) = compiled("test/verdict.c") else {
+        return;
+    };
+    let (said, content) = run(&verdict, &["vectors.tsv"], "");
+    assert!(
+        content && said.contains("vectors of vectors.tsv hold"),
+        "{said}"
+    );
+    let spoilt = Path::new(env!("CARGO_TARGET_TMPDIR")).join("spoilt.tsv");
+    let held = fs::read_to_string(vectors::path()).unwrap();
+    fs::write(&spoilt, held.replacen("distance=5005", "distance=5006", 1)).unwrap();
+    let (said, content) = run(&verdict, &[spoilt.to_str().unwrap()], "");
+    assert!(!content && said.contains("expected"), "{said}");
+}
+
+#[test]
+fn c_and_rust_agree_on_mutated_lines() {
+    let Some(verdict) = compiled("test/verdict.c") else {
+        return;
+    };
+    let tally = program::agree(&verdict, 100_000, 1).unwrap_or_else(|error| panic!("{error:#}"));
+    let seen: BTreeSet<&str> = tally.keys().map(String::as_str).collect();
+    let wanted = [
+        "SCAN",
+        "STEP",
+        "MAYBE",
+        "BOOT",
+        "STAT",
+        "LIVE",
+        "CONF",
+        "DONE",
+        "FAIL",
+        "HALT",
+        "start",
+        "stop",
+        "scan",
+        "status",
+        "version",
+        "selftest",
+        "save",
+        "reset",
+        "get",
+        "set",
+        "MOTION",
+        "bad frame",
+        "bad crc",
+        "bad field horizon",
+        "bad field reasons",
+        "bad field serial",
+        "bad field end",
+        "bad - line",
+        "bad - command",
+        "bad - frame",
+        "bad - crc",
+        "bad set arguments",
+        "bad MOTION travel",
+        "bad MOTION pitch",
+    ];
+    let missing: Vec<&str> = wanted
+        .into_iter()
+        .filter(|kind| !seen.contains(kind))
+        .collect();
+    assert!(missing.is_empty(), "never came: {missing:?}");
+    let taken: u64 = tally
+        .iter()
+        .filter(|(kind, _)| !kind.starts_with("bad"))
+        .map(|(_, n)| n)
+        .sum();
+    assert!(taken > 15_000, "only {taken} lines were taken");
+}
+
+#[test]
+fn the_rules_hold() {
+    let Some(rules) = compiled("test/rules.c") else {
+        return;
+    };
+    let (said, content) = run(&rules, &[], "");
+    assert!(content, "{said}");
+}
+
+#[test]
+fn the_example_says_what_may_be_done_on_the_readme_s_report() {
+    let Some(example) = compiled("example.c") else {
+        return;
+    };
+    let readme = fs::read_to_string(directory().join("../README.md")).unwrap();
+    // Without the lines that show a sentence's fields.
+    let is_sentence = |line: &&str| line.starts_with("$PSTR,") && !line.contains('<');
+    let lines: Vec<&str> = readme.lines().map(str::trim).filter(is_sentence).collect();
+    let (said, content) = run(&example, &[], &(lines.join("\r\n") + "\r\n"));
+    assert!(content, "{said}");
+    assert!(
+        said.starts_with("scan 1: ok\n  step 1: distance 500.5 mm"),
+        "{said}"
+    );
+    assert!(
+        said.contains("go: the answer is ok; 940.0 mm vouched for, 440.5 mm of them level"),
+        "{said}"
+    );
+    assert!(
+        said.ends_with("a second later:\n  stop: silence\n"),
+        "{said}"
+    );
+
+    let damaged = lines.join("\n").replacen("780.0", "790.0", 1) + "\n";
+    let (said, content) = run(&example, &[], &damaged);
+    assert!(!content && said.contains("a line is damaged"), "{said}");
+    assert!(!said.contains("go:"), "{said}");
+}
