@@ -156,6 +156,16 @@ reasons! {
     Crash = "crash",
     /// Crashes followed one another: the scanner stands still until it is told to start.
     CrashLoop = "crash-loop",
+    /// The image in flash is not what was built.
+    ImageDamaged = "image-damaged",
+    /// Nobody has sealed the image: whether it is whole cannot be told.
+    ImageUnsealed = "image-unsealed",
+    /// The memory does not keep what is written to it.
+    MemoryDamaged = "memory-damaged",
+    /// The supply is too low, or was before the reset.
+    Supply = "supply",
+    /// The crystal does not run, and nobody has said that the internal oscillator will do.
+    InternalClock = "internal-clock",
 }
 
 /// A set of [`Reason`]s.

@@ -295,6 +295,7 @@ const IDENTITY: Identity = Identity {
     boots: 1,
     serial: [0; 3],
     reasons: Reasons::NONE,
+    standing: Reasons::NONE,
 };
 
 /// The board under `replay`: nothing survives it.

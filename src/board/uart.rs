@@ -1,7 +1,10 @@
 //! The two serial ports: received bytes come by interrupt, sent ones go as the port takes them.
 
+use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
 use heapless::spsc::{Consumer, Producer, Queue};
 use stairscan::scan::BytePort;
+use stm32f4xx_hal::nb;
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::serial::{Instance, Rx, Serial, Tx};
@@ -19,14 +22,25 @@ pub type ReportQueue = Queue<u8, 512>;
 pub struct Receiver<U: Instance> {
     rx: Rx<U>,
     queue: Producer<'static, u8>,
+    errors: &'static AtomicU32,
 }
+
+/// Bytes of the link since boot that came damaged, over another byte, or to a full queue.
+pub static LINK_ERRORS: AtomicU32 = AtomicU32::new(0);
+/// The same of the report port.
+pub static REPORT_ERRORS: AtomicU32 = AtomicU32::new(0);
 
 impl<U: Instance> Receiver<U> {
     /// Takes what has come in. A full queue drops it, and so does the port what came damaged or
     /// over another byte: whatever it belonged to fails its own check.
     pub fn receive(&mut self) {
-        if let Ok(byte) = self.rx.read() {
-            let _ = self.queue.enqueue(byte);
+        let lost = match self.rx.read() {
+            Ok(byte) => self.queue.enqueue(byte).is_err(),
+            Err(nb::Error::Other(_)) => true,
+            Err(nb::Error::WouldBlock) => false,
+        };
+        if lost {
+            self.errors.fetch_add(1, Relaxed);
         }
     }
 }
@@ -48,6 +62,7 @@ pub fn part<U: Instance>(
     serial: Serial<U>,
     interrupt: Interrupt,
     (producer, queue): (Producer<'static, u8>, Consumer<'static, u8>),
+    errors: &'static AtomicU32,
 ) -> (Port<U>, Receiver<U>) {
     let (tx, mut rx) = serial.split();
     rx.listen();
@@ -59,6 +74,7 @@ pub fn part<U: Instance>(
     let receiver = Receiver {
         rx,
         queue: producer,
+        errors,
     };
     (port, receiver)
 }

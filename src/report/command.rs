@@ -70,6 +70,10 @@ pub enum Measure {
     StackUsed,
     /// Bytes of stack that there are.
     StackSize,
+    /// Bytes of the radar link since boot that were lost in the port.
+    LinkErrors,
+    /// Bytes of the report port since boot that were lost in it.
+    ReportErrors,
 }
 
 impl Measure {
@@ -78,12 +82,19 @@ impl Measure {
         match self {
             Measure::StackUsed => "stack-used",
             Measure::StackSize => "stack-size",
+            Measure::LinkErrors => "link-errors",
+            Measure::ReportErrors => "report-errors",
         }
     }
 
     fn find(key: &str) -> Option<Self> {
-        [Measure::StackUsed, Measure::StackSize]
-            .into_iter()
+        [
+            Measure::StackUsed,
+            Measure::StackSize,
+            Measure::LinkErrors,
+            Measure::ReportErrors,
+        ]
+        .into_iter()
             .find(|measure| measure.key() == key)
     }
 }
@@ -210,6 +221,9 @@ fn unframe(line: &str) -> Result<&str, BadCommand> {
     if u32::from_str_radix(sum, 16) != Ok(crc32(body)) {
         return Err(bad("-", "crc", "the CRC-32 of what stands between $ and *"));
     }
+    if body.bytes().any(|b| matches!(b, b'$' | b'*')) {
+        return Err(bad("-", "frame", "neither $ nor * within"));
+    }
     body.strip_prefix("PSTC,")
         .ok_or(bad("-", "frame", "$PSTC at the beginning"))
 }
@@ -323,8 +337,10 @@ mod tests {
                 "{line}"
             );
         }
-        let error = parse(&closed("XXXX,start")).unwrap_err();
-        assert_eq!(error.error.field, "frame");
+        for body in ["XXXX,start", "PSTC,set,seed,7*", "PSTC,$start", "PSTC,set,seed,$7"] {
+            let error = parse(&closed(body)).unwrap_err();
+            assert_eq!(error.error.field, "frame", "{body}");
+        }
     }
 
     fn read(bytes: &[u8]) -> (Vec<String>, usize) {

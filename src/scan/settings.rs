@@ -32,6 +32,7 @@
 //! | `home-angle` | 0.001° | shaft angle of the home switch |
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
 //! | `acceleration` | microsteps/s² | of moves |
+//! | `internal-clock` | `on`, `off` | whether to scan without the crystal |
 //!
 //! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
 
@@ -69,6 +70,8 @@ pub struct Timing {
     pub fault_hold: u32,
     /// Duration of a chirp's sweep, microseconds.
     pub chirp_duration: u32,
+    /// Whether to scan from the internal oscillator: somebody knows that it is good enough.
+    pub internal_clock: Switch,
 }
 
 impl Default for Timing {
@@ -85,6 +88,7 @@ impl Default for Timing {
             fault_hold: 2_000_000,
             // 200 samples at 200 kHz, as in the recordings.
             chirp_duration: 1_000,
+            internal_clock: Switch::Off,
         }
     }
 }
@@ -173,6 +177,7 @@ impl Settings {
         "speed",
         "acceleration",
         "search-speed",
+        "internal-clock",
     ];
 
     fn slot(&mut self, key: &str) -> Option<Slot<'_>> {
@@ -216,6 +221,7 @@ impl Settings {
             "speed" => Slot::U32(&mut motor.speed),
             "acceleration" => Slot::U32(&mut motor.acceleration),
             "search-speed" => Slot::U32(&mut motor.search_speed),
+            "internal-clock" => Slot::Switch(&mut timing.internal_clock),
             _ => return None,
         })
     }

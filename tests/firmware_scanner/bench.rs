@@ -204,6 +204,7 @@ pub const IDENTITY: Identity = Identity {
     boots: 3,
     serial: [0x0012_3456, 0x789a_bcde, 0xf012_3456],
     reasons: Reasons::NONE,
+    standing: Reasons::NONE,
 };
 
 impl Bench {

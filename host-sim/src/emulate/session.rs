@@ -278,6 +278,8 @@ impl<'a> Session<'a> {
 
     /// Brings the image to `settings` and the waits that the emulator needs.
     pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
+        // The emulator has no crystal.
+        self.set("internal-clock", "on")?;
         for (key, value) in [
             ("connect-timeout", waits.connect),
             ("configure-timeout", waits.configure),
@@ -293,7 +295,7 @@ impl<'a> Session<'a> {
         let changed: Vec<_> = Settings::KEYS
             .iter()
             .filter(|key| !key.starts_with("radar-") && !key.ends_with("-timeout"))
-            .filter(|key| **key != "search-speed")
+            .filter(|key| !["search-speed", "internal-clock"].contains(key))
             .filter(|key| settings.get(key) != default.get(key) || MOUNTING.contains(key))
             .collect();
         let sweep = ["angle-count", "first-angle", "angle-step"];

@@ -72,6 +72,7 @@ const IDENTITY: Identity = Identity {
     boots: 1,
     serial: [0; 3],
     reasons: Reasons::NONE,
+    standing: Reasons::NONE,
 };
 
 impl<'a> Desk<'a> {

@@ -33,7 +33,11 @@ pub struct Fields<'a>(pub core::str::Split<'a, [char; 1]>);
 
 impl<'a> Fields<'a> {
     pub fn text(&mut self, field: &'static str) -> Result<&'a str, ParseError> {
-        self.0.next().ok_or(ParseError::Field(field))
+        // What makes a frame stands in no field, whatever the CRC says: two sentences that ran into each other
+        // are none.
+        let framing = |text: &&str| text.bytes().any(|b| matches!(b, b'$' | b'*'));
+        let text = self.0.next().filter(|text| !framing(text));
+        text.ok_or(ParseError::Field(field))
     }
 
     pub fn number<T: core::str::FromStr>(&mut self, field: &'static str) -> Result<T, ParseError> {

@@ -181,6 +181,11 @@ fn garbled_lines_are_refused() {
         ),
         ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,", "end"),
         ("PSTR,FAIL,set,crc", "expected"),
+        // What makes a frame stands in no field, whatever the CRC says.
+        ("PSTR,CONF,plane,dep*th", "value"),
+        ("PSTR,CONF,$plane,depth", "key"),
+        ("PSTR,DONE,start*00000000", "command"),
+        ("PSTR,FAIL,se$t,crc,any", "command"),
         ("PSTR,STEP,1,1,1,+1.0,2.0,,,1.0,1.0,50", "distance"),
         ("PSTR,STEP,1,1,1,1.0,99999999999.0,,,1.0,1.0,50", "height"),
         ("PSTR,NOPE", "name"),

@@ -10,6 +10,10 @@ use crate::scan::mirror::Mirror;
 use crate::scan::settings::{self, Settings};
 use crate::scan::time::Micros;
 
+/// Most bytes that are read in one go, so that who never falls silent cannot hold the scanner up: more than a
+/// port's queue holds.
+const MOST_READ: u32 = 1024;
+
 /// The line that comes in over the report port, and the list that goes out.
 #[derive(Debug, Default)]
 pub(super) struct Console {
@@ -48,7 +52,10 @@ impl Console {
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
     ) {
-        while self.held.is_none() {
+        for _ in 0..MOST_READ {
+            if self.held.is_some() {
+                break;
+            }
             let Some(byte) = machine.hardware.port.read() else {
                 return;
             };

@@ -18,11 +18,13 @@
 //! | file | what it does | over |
 //! |---|---|---|
 //! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`super::record`] |
+//! | `fitness` | whether processor, memory, clock and supply are fit to scan | |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`super::outbox`] |
 //! | `states` | the machine above: what is under way, and until when | `keeper`, `reports`, [`super::sweep`] |
 //! | `commands` | lines of the report port, carried out on the machine | `states`, `reports` |
 
 mod commands;
+mod fitness;
 mod keeper;
 mod reports;
 mod states;

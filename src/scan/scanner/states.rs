@@ -2,6 +2,7 @@
 
 use core::task::Poll;
 
+use super::fitness;
 use super::keeper::{Keeper, ScanSettings};
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
@@ -287,7 +288,8 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     #[inline(never)]
     fn begin(&mut self, now: Micros, errand: Errand) {
         self.deadline = now.plus(POLL_US);
-        if !self.hardware.mirror.homed() || !self.connected {
+        let unfit = fitness::unfit(self.identity.standing, self.settings.get()).is_some();
+        if unfit || !self.hardware.mirror.homed() || !self.connected {
             self.state = State::SelfTest(Test::Arithmetic, errand);
             return;
         }
@@ -317,6 +319,9 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     fn self_test(&mut self, now: Micros, test: Test, errand: Errand) {
         match test {
             Test::Arithmetic => {
+                if let Some(unfit) = fitness::unfit(self.identity.standing, self.settings.get()) {
+                    return self.fail_test(now, unfit, errand);
+                }
                 if !self.data.self_test() {
                     return self.fail_test(now, Reason::SelfTest, errand);
                 }
@@ -401,7 +406,11 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             self.reports
                 .refuse("selftest", reason.as_str(), "a test that passes");
         }
-        self.reasons = Reasons::NONE.with(reason);
+        self.reasons = match self.scans {
+            // Why the chip was reset is told as long as it has not scanned.
+            0 => self.identity.reasons.with(reason),
+            _ => Reasons::NONE.with(reason),
+        };
         self.enter_fault(now, false);
     }
 
@@ -455,6 +464,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
                 self.data.conclude(&drive)
             }
         };
+        outcome.doubt(fitness::doubts(self.identity.standing));
         if !self.scan.configured {
             outcome.doubt(Reasons::NONE.with(Reason::Unconfigured));
         }

@@ -30,6 +30,7 @@ const IDENTITY: Identity = Identity {
     boots: 1,
     serial: [0; 3],
     reasons: Reasons::NONE,
+    standing: Reasons::NONE,
 };
 
 /// Scanner and world, and what the scanner has said so far.
