@@ -19,3 +19,4 @@ pub mod score;
 pub mod seeds;
 pub mod setup;
 pub mod soak;
+pub mod volatile;

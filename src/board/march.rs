@@ -38,16 +38,26 @@ pub fn march(memory: &mut impl Words) -> bool {
 fn march_over(memory: &mut impl Words, word: u32) -> bool {
     // What stood there before is of no interest.
     turn(memory, !word, false);
-    [(word, false), (!word, false), (word, true), (!word, true), (word, false)]
-        .iter()
-        .all(|&(from, down)| turn(memory, from, down))
+    [
+        (word, false),
+        (!word, false),
+        (word, true),
+        (!word, true),
+        (word, false),
+    ]
+    .iter()
+    .all(|&(from, down)| turn(memory, from, down))
 }
 
 /// Reads each word, which must be `from`, and inverts it.
 #[inline(never)]
 fn turn(memory: &mut impl Words, from: u32, down: bool) -> bool {
     let count = memory.count();
-    let (mut k, step) = if down { (count, u32::MAX) } else { (u32::MAX, 1) };
+    let (mut k, step) = if down {
+        (count, u32::MAX)
+    } else {
+        (u32::MAX, 1)
+    };
     let mut wrong = 0;
     for _ in 0..count {
         // So that the loop stays one: unrolled it is ten times as long.
@@ -292,7 +302,10 @@ mod tests {
                 }
             }
             for defect in [Defect::Both(to), Defect::Other(to)] {
-                assert!(!march(&mut Memory::new((from, 0), defect)), "{from} {defect:?}");
+                assert!(
+                    !march(&mut Memory::new((from, 0), defect)),
+                    "{from} {defect:?}"
+                );
             }
         }
     }
@@ -305,7 +318,10 @@ mod tests {
             }
             for (when, value) in [(false, false), (false, true), (true, false), (true, true)] {
                 let defect = Defect::Holds(when, (4, other), value);
-                assert!(!march(&mut Memory::new((4, bit), defect)), "{bit} {defect:?}");
+                assert!(
+                    !march(&mut Memory::new((4, bit), defect)),
+                    "{bit} {defect:?}"
+                );
             }
         }
     }

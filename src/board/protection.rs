@@ -96,10 +96,22 @@ mod tests {
             assert_eq!(region.base & ((1 << region.log2_size) - 1), 0, "aligned");
             let (rbar, rasr) = (region.rbar(number), region.rasr());
             assert_eq!(rbar & !0x1f, region.base);
-            assert_eq!((field(rbar, 4, 1), field(rbar, 0, 4)), (1, number), "VALID, REGION");
+            assert_eq!(
+                (field(rbar, 4, 1), field(rbar, 0, 4)),
+                (1, number),
+                "VALID, REGION"
+            );
             assert_eq!(field(rasr, 28, 1), 1, "XN");
-            assert_eq!(field(rasr, 24, 3), if region.open { 0b011 } else { 0 }, "AP");
-            assert_eq!(1_u64 << (field(rasr, 1, 5) + 1), 1 << region.log2_size, "SIZE");
+            assert_eq!(
+                field(rasr, 24, 3),
+                if region.open { 0b011 } else { 0 },
+                "AP"
+            );
+            assert_eq!(
+                1_u64 << (field(rasr, 1, 5) + 1),
+                1 << region.log2_size,
+                "SIZE"
+            );
             assert_eq!(field(rasr, 8, 8), 0, "no subregion is left out");
             assert_eq!(field(rasr, 0, 1), 1, "ENABLE");
         }

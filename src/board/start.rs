@@ -298,10 +298,7 @@ pub fn start(
     );
     let (mut syscfg, mut exti) = (p.SYSCFG.constrain(&mut rcc), p.EXTI);
     let pins = start_motor(b, c, &mut syscfg, &mut exti);
-    let standing = standing(
-        clocks == clock::HSI,
-        supply::start(&p.PWR, &exti, &mut rcc),
-    );
+    let standing = standing(clocks == clock::HSI, supply::start(&p.PWR, &exti, &mut rcc));
     let link_pins = (
         a.pa9.into_alternate::<7>().speed(Speed::High),
         a.pa10.into_alternate::<7>().internal_pull_up(true),

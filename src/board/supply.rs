@@ -24,7 +24,8 @@ pub fn start(pwr: &pac::PWR, exti: &pac::EXTI, rcc: &mut Rcc) -> bool {
         pwr.csr().read().pvdo().bit_is_clear()
     });
     // SAFETY: sets one line's bit and leaves the others; the detector's output rises when the supply falls.
-    exti.rtsr().modify(|r, w| unsafe { w.bits(r.bits() | LINE) });
+    exti.rtsr()
+        .modify(|r, w| unsafe { w.bits(r.bits() | LINE) });
     // SAFETY: as above.
     exti.imr().modify(|r, w| unsafe { w.bits(r.bits() | LINE) });
     // SAFETY: its handler ends in the fault path and shares nothing (`fault`).

@@ -95,7 +95,7 @@ impl Measure {
             Measure::ReportErrors,
         ]
         .into_iter()
-            .find(|measure| measure.key() == key)
+        .find(|measure| measure.key() == key)
     }
 }
 
@@ -337,7 +337,12 @@ mod tests {
                 "{line}"
             );
         }
-        for body in ["XXXX,start", "PSTC,set,seed,7*", "PSTC,$start", "PSTC,set,seed,$7"] {
+        for body in [
+            "XXXX,start",
+            "PSTC,set,seed,7*",
+            "PSTC,$start",
+            "PSTC,set,seed,$7",
+        ] {
             let error = parse(&closed(body)).unwrap_err();
             assert_eq!(error.error.field, "frame", "{body}");
         }

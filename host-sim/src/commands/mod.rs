@@ -13,6 +13,7 @@ pub mod params;
 pub mod profile;
 pub mod replay;
 pub mod score;
+pub mod seal;
 pub mod sequences;
 pub mod snr;
 pub mod soak;

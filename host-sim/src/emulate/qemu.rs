@@ -14,6 +14,8 @@ use super::tools::{EMULATOR, Tool};
 
 /// Where the interrupt controller's edge inputs are.
 const EXTI: &str = "/machine/unattached/device[0]/exti";
+/// Where the processor's interrupt controller is.
+const NVIC: &str = "/machine/unattached/device[0]/armv7m/nvic";
 /// From the start of the process to its connections.
 const CONNECT: Duration = Duration::from_secs(30);
 
@@ -129,6 +131,19 @@ impl Qemu {
         );
         self.qtest.write_all(line.as_bytes())?;
         // Its acknowledgements are of no interest, but must not fill the socket.
+        let mut sink = [0; 256];
+        while read_some(&mut self.qtest, &mut sink)? > 0 {}
+        Ok(())
+    }
+
+    /// Raises an interrupt of the chip by its number, or the one that cannot be masked.
+    pub fn interrupt(&mut self, number: Option<u32>) -> Result<()> {
+        let line = match number {
+            Some(number) => format!("unnamed-gpio-in {number}"),
+            None => "NMI 0".to_owned(),
+        };
+        self.qtest
+            .write_all(format!("set_irq_in {NVIC} {line} 1\n").as_bytes())?;
         let mut sink = [0; 256];
         while read_some(&mut self.qtest, &mut sink)? > 0 {}
         Ok(())

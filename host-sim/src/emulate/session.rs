@@ -410,6 +410,11 @@ impl<'a> Session<'a> {
         self.read = self.lines.len();
     }
 
+    /// Raises an interrupt of the chip by its number, or the one that cannot be masked.
+    pub fn interrupt(&mut self, number: Option<u32>) -> Result<()> {
+        self.qemu.interrupt(number)
+    }
+
     /// Drives the driver's stall output.
     pub fn stall(&mut self, level: bool) -> Result<()> {
         self.qemu.set(Input::Stall, level)

@@ -13,7 +13,8 @@ pub(super) fn unfit(standing: Reasons, settings: &Settings) -> Option<Reason> {
         Reason::InternalClock,
     ];
     let allowed = settings.timing.internal_clock == Switch::On;
-    let counts = |reason: Reason| standing.has(reason) && !(allowed && reason == Reason::InternalClock);
+    let counts =
+        |reason: Reason| standing.has(reason) && !(allowed && reason == Reason::InternalClock);
     FAULTS.into_iter().find(|&reason| counts(reason))
 }
 
