@@ -201,6 +201,17 @@ impl Reasons {
         self.0 == 0
     }
 
+    /// This set without one.
+    #[must_use]
+    pub fn without(self, reason: Reason) -> Self {
+        Self(self.0 & !(1 << reason as u8))
+    }
+
+    /// The first reason of the set.
+    pub fn first(self) -> Option<Reason> {
+        Reason::ALL.get(self.0.trailing_zeros() as usize).copied()
+    }
+
     /// The reasons of the set, in the order of [`Reason::ALL`].
     pub fn iter(self) -> impl Iterator<Item = Reason> {
         Reason::ALL.iter().copied().filter(move |&r| self.has(r))

@@ -8,6 +8,7 @@ use std::rc::Rc;
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::Iq;
 use stairscan::answer::Outcome;
+use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError};
 use stairscan::drive::{Drive, Mode, Odometry, Track};
 use stairscan::pipeline::Pipeline;
@@ -182,6 +183,10 @@ impl DataPath for Noting {
             ..*drive
         };
         self.pipeline.conclude(drive)
+    }
+
+    fn calibrate(&mut self, wall_m: f32) -> std::result::Result<Mounting, ConfigError> {
+        self.pipeline.calibrate(wall_m)
     }
 
     fn self_test(&mut self) -> bool {

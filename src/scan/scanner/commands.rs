@@ -134,6 +134,16 @@ impl Console {
             }
             Command::Save if command::is_framed(self.reader.line()) => save(machine),
             Command::Save => machine.reports.offer("save", &["save"]),
+            Command::Calibrate(task) if command::is_framed(self.reader.line()) => {
+                machine.calibrate(now, task);
+            }
+            Command::Calibrate(task) => {
+                let [wall, date] = [task.wall_mm.into(), task.date].map(i64::from);
+                let [wall, date] = [wall, date].map(settings::number);
+                machine
+                    .reports
+                    .offer("calibrate", &["calibrate", &wall, &date]);
+            }
             // Taken in before: `drive`.
             Command::Motion(_) => {}
             Command::Measure(measure) => {

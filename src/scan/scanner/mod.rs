@@ -21,8 +21,10 @@
 //! | `fitness` | whether processor, memory, clock and supply are fit to scan | |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`super::outbox`] |
 //! | `states` | the machine above: what is under way, and until when | `keeper`, `reports`, [`super::sweep`] |
+//! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::calibration`] |
 //! | `commands` | lines of the report port, carried out on the machine | `states`, `reports` |
 
+mod calibrating;
 mod commands;
 mod fitness;
 mod keeper;

@@ -9,6 +9,8 @@ use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::ConfigError;
 use crate::drive::{Drive, Memory, Odometry};
 use crate::report::Sentence;
+use crate::report::command::Calibration;
+use crate::report::crc;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::link::RadarLink;
@@ -64,7 +66,7 @@ enum Until {
 #[derive(Debug)]
 pub(super) struct Machine<'a, M, L, P, B, D> {
     pub hardware: Hardware<M, L, P, B>,
-    data: D,
+    pub(super) data: D,
     pub reports: &'a mut Reports,
     pub odometry: &'a mut Odometry,
     pub settings: Keeper,
@@ -81,6 +83,8 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     booted: Option<Micros>,
     /// Whether the next answer shall be a first one.
     forgets: bool,
+    /// What the next scan is for, where it is for no answer.
+    pub(super) calibration: Option<Calibration>,
 }
 
 /// After so long, and a scan, crashes before this boot are forgotten: 60 s.
@@ -158,6 +162,9 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         identity: Identity,
         now: Micros,
     ) -> Self {
+        // What was calibrated with another chip's mirror and mounting is not this one's.
+        let chip = crc::of_words(&identity.serial);
+        let stored = stored.filter(|settings| settings.calibrated.fits(chip));
         let settings = Keeper::new(stored, hardware.board.settings_before());
         let mut machine = Self {
             scan: ScanSettings::of(&settings),
@@ -175,6 +182,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             reasons: identity.reasons,
             deadline: now.plus(POLL_US),
             forgets: false,
+            calibration: None,
         };
         machine.note();
         machine
@@ -213,6 +221,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     pub fn stop(&mut self) {
         self.hardware.board.set_stopped(true);
         self.hardware.mirror.disable();
+        self.calibration = None;
         self.state = State::Idle;
         self.reports.done("stop");
     }
@@ -286,7 +295,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     /// Begins a scan, or the self-test if home or link is unknown.
     #[inline(never)]
-    fn begin(&mut self, now: Micros, errand: Errand) {
+    pub(super) fn begin(&mut self, now: Micros, errand: Errand) {
         self.deadline = now.plus(POLL_US);
         let unfit = fitness::unfit(self.identity.standing, self.settings.get()).is_some();
         if unfit || !self.hardware.mirror.homed() || !self.connected {
@@ -402,6 +411,12 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     /// A failed self-test is told as scan 0: the scanner has no answer, and says why.
     fn fail_test(&mut self, now: Micros, reason: Reason, errand: Errand) {
+        if self.calibration.take().is_some() {
+            self.refuse_calibration(ConfigError {
+                field: reason.as_str(),
+                expected: "a test that passes",
+            });
+        }
         if errand == Errand::Answer {
             self.reports
                 .refuse("selftest", reason.as_str(), "a test that passes");
@@ -444,6 +459,10 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     #[inline(never)]
     fn conclude(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish(now);
+        if let Some(task) = self.calibration.take() {
+            self.calibrated(&rows, task);
+            return self.resume(now);
+        }
         let ScanSettings {
             motion,
             fusion,
