@@ -15,7 +15,7 @@ use super::tools::{EMULATOR, Tool};
 /// Where the interrupt controller's edge inputs are.
 const EXTI: &str = "/machine/unattached/device[0]/exti";
 /// Where the processor's interrupt controller is.
-const NVIC: &str = "/machine/unattached/device[0]/armv7m/nvic";
+const NVIC: &str = "/machine/unattached/device[0]/armv7m";
 /// From the start of the process to its connections.
 const CONNECT: Duration = Duration::from_secs(30);
 
@@ -142,8 +142,11 @@ impl Qemu {
             Some(number) => format!("unnamed-gpio-in {number}"),
             None => "NMI 0".to_owned(),
         };
-        self.qtest
-            .write_all(format!("set_irq_in {NVIC} {line} 1\n").as_bytes())?;
+        // A pulse: a line that stayed would interrupt the next boot as well.
+        for level in [1, 0] {
+            let command = format!("set_irq_in {NVIC} {line} {level}\n");
+            self.qtest.write_all(command.as_bytes())?;
+        }
         let mut sink = [0; 256];
         while read_some(&mut self.qtest, &mut sink)? > 0 {}
         Ok(())
