@@ -162,6 +162,16 @@ reasons! {
     Crash = "crash",
     /// Crashes followed one another: the scanner stands still until it is told to start.
     CrashLoop = "crash-loop",
+    /// The image in flash is not what was built.
+    ImageDamaged = "image-damaged",
+    /// Nobody has sealed the image: whether it is whole cannot be told.
+    ImageUnsealed = "image-unsealed",
+    /// The memory does not keep what is written to it.
+    MemoryDamaged = "memory-damaged",
+    /// The supply is too low, or was before the reset.
+    Supply = "supply",
+    /// The crystal does not run, and nobody has said that the internal oscillator will do.
+    InternalClock = "internal-clock",
 }
 
 /// A set of [`Reason`]s.
@@ -195,6 +205,17 @@ impl Reasons {
     /// Whether there is none.
     pub fn is_empty(self) -> bool {
         self.0 == 0
+    }
+
+    /// This set without one.
+    #[must_use]
+    pub fn without(self, reason: Reason) -> Self {
+        Self(self.0 & !(1 << reason as u8))
+    }
+
+    /// The first reason of the set.
+    pub fn first(self) -> Option<Reason> {
+        Reason::ALL.get(self.0.trailing_zeros() as usize).copied()
     }
 
     /// The reasons of the set, in the order of [`Reason::ALL`].

@@ -174,12 +174,14 @@ struct Equation {
 
 impl Scene {
     /// Real range from the mirror, and angle below the horizontal.
+    #[inline(never)]
     fn real(&self, e: &Echo, s: &State) -> (f32, f32) {
         let from_radar = (1.0 + s.stretch) * (e.range_m + self.mirror_m);
         (from_radar - self.mirror_m, e.angle_rad + s.offset_rad)
     }
 
     /// Distance from the mirror and height above the floor.
+    #[inline(never)]
     fn point(&self, e: &Echo, s: &State) -> (f32, f32) {
         let (range, angle) = self.real(e, s);
         let (sin, cos) = math::sin_cos(angle);
@@ -187,13 +189,14 @@ impl Scene {
     }
 
     /// What an echo says of the state: one or two equations.
+    #[inline(never)]
     fn equations(
         &self,
         e: &Echo,
         part: Part,
         s: &State,
         p: &Params,
-        mut each: impl FnMut(Equation),
+        each: &mut dyn FnMut(Equation),
     ) {
         let (range, angle) = self.real(e, s);
         let by_stretch = e.range_m + self.mirror_m;
@@ -241,6 +244,7 @@ impl Scene {
 }
 
 /// Inverse of a symmetric matrix of full rank; `None` where it has none.
+#[inline(never)]
 fn inverse(a: &[[f32; 3]; 3]) -> Option<[[f32; 3]; 3]> {
     let minor = |r: usize, c: usize| {
         let (i, j) = ((r + 1) % 3, (r + 2) % 3);
@@ -278,18 +282,24 @@ struct Found<'e> {
     start: State,
 }
 
-fn strongest<'e>(echoes: impl Iterator<Item = &'e Echo>) -> Option<&'e Echo> {
-    echoes.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
+// Out of line, as what is called more than once here: all this runs once in the scanner's life.
+#[inline(never)]
+fn strongest<'e>(echoes: &'e [Echo], counts: &dyn Fn(&Echo) -> bool) -> Option<&'e Echo> {
+    let counted = echoes.iter().filter(|e| counts(e));
+    counted.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
 }
 
 impl Scene {
     /// The wall's flash and its corner with the floor.
+    #[inline(never)]
     fn find<'e>(&self, echoes: &'e [Echo], nominal_m: f32) -> Result<Found<'e>, Refusal> {
-        let level = |e: &&Echo| e.angle_rad.abs() <= MOST_OFFSET_RAD;
         let scale = |e: &Echo| (self.wall_m + self.mirror_m) / (e.range_m + self.mirror_m);
-        let placed = |e: &&Echo| (scale(e) - 1.0).abs() <= MOST_SCALE && e.snr_db >= FLASH_DB;
-        let flash = strongest(echoes.iter().filter(level).filter(placed)).ok_or(Refusal::NoWall)?;
-        let rival = |e: &&Echo| {
+        let placed = |e: &Echo| {
+            let level = e.angle_rad.abs() <= MOST_OFFSET_RAD;
+            level && (scale(e) - 1.0).abs() <= MOST_SCALE && e.snr_db >= FLASH_DB
+        };
+        let flash = strongest(echoes, &placed).ok_or(Refusal::NoWall)?;
+        let rival = |e: &Echo| {
             let apart = (e.range_m - flash.range_m).abs() > SAME_M;
             apart && e.snr_db >= math::max(FLASH_DB, flash.snr_db - LESSER_DB)
         };
@@ -299,22 +309,22 @@ impl Scene {
             stretch: scale(flash) - 1.0,
         };
         // What faces the scanner does so at the mirror's height, wherever it stands.
-        let facing = |e: &&Echo| (e.angle_rad - flash.angle_rad).abs() <= 0.5 * MOST_OFFSET_RAD;
-        if echoes.iter().filter(facing).any(|e| rival(&e)) {
+        let facing = |e: &Echo| (e.angle_rad - flash.angle_rad).abs() <= 0.5 * MOST_OFFSET_RAD;
+        if strongest(echoes, &|e| facing(e) && rival(e)).is_some() {
             return Err(Refusal::SeveralWalls);
         }
-        let above = |e: &&Echo| {
+        let above = |e: &Echo| {
             let (x, y) = self.point(e, &start);
             x < self.wall_m - APART_M && y > FLOOR_M
         };
-        if echoes.iter().filter(above).any(|e| rival(&e)) {
+        if strongest(echoes, &|e| above(e) && rival(e)).is_some() {
             return Err(Refusal::Clutter);
         }
-        let base = |e: &&Echo| {
+        let base = |e: &Echo| {
             let (x, y) = self.point(e, &start);
             (x - self.wall_m).abs() <= CORNER_M && y.abs() <= FLOOR_M && e.snr_db >= CORNER_DB
         };
-        let corner = strongest(echoes.iter().filter(base)).ok_or(Refusal::NoFloor)?;
+        let corner = strongest(echoes, &base).ok_or(Refusal::NoFloor)?;
         let (_, y) = self.point(corner, &start);
         let start = State {
             height_m: start.height_m - y,
@@ -334,6 +344,7 @@ impl Scene {
         ahead && y.abs() < p.floor_reach_m && e.snr_db > p.floor_least_db
     }
 
+    #[inline(never)]
     fn fit(&self, echoes: &[Echo], found: &Found<'_>, p: &Params) -> Result<Fit, Refusal> {
         let mut state = found.start;
         let (mut floor, mut astray, mut sigmas) = (0_u8, 0_u8, [0.0; 3]);
@@ -382,6 +393,7 @@ impl Scene {
     }
 
     /// Whether the fit tells of the scene that must be there.
+    #[inline(never)]
     fn judge(&self, found: &Found<'_>, fit: &Fit, nominal_m: f32) -> Result<(), Refusal> {
         let (range, angle) = self.real(found.corner, &fit.state);
         let off_m = range - math::hypot(self.wall_m, fit.state.height_m);

@@ -3,6 +3,7 @@
 use crate::answer::{Outcome, Reason};
 use crate::config::{Config, ConfigError, EstimatorKind};
 use crate::drive::Drive;
+use crate::echoes::Echo;
 use crate::estimator::Estimator;
 use crate::flight::Likelihood;
 use crate::grid::{PolarMap, Row};
@@ -123,6 +124,15 @@ impl StairFinder {
         let mut outcome = estimator.conclude(&self.map, config, scan, drive, observer);
         outcome.link();
         outcome
+    }
+
+    /// The echoes of the map after the last row, placed as the configuration has it and with nothing taken
+    /// out; none of an estimator that knows no echoes. In place of [`StairFinder::finish`].
+    pub fn echoes(&mut self, config: &Config) -> &[Echo] {
+        match &mut self.scratch {
+            Scratch::Likelihood(estimator) => estimator.echoes(&self.map, config),
+            _ => &[],
+        }
     }
 
     /// The map as it stands.

@@ -42,7 +42,8 @@ mod app {
 
     #[init(local = [queues: Queues = Queues::new()])]
     fn init(cx: init::Context) -> (Shared, Local) {
-        let (parts, interrupts) = board::start(cx.core.SYST, cx.device, cx.local.queues);
+        let (parts, interrupts) =
+            board::start((cx.core.SYST, &cx.core.MPU), cx.device, cx.local.queues);
         let Interrupts {
             motor,
             link,

@@ -1,7 +1,8 @@
 //! All stages in one value: chirp, row of the map, health, estimator, outcome.
 
 use crate::Iq;
-use crate::answer::Outcome;
+use crate::answer::{Outcome, Reason};
+use crate::calibration::{Mounting, calibrate};
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::drive::{Drive, Memory, Track};
 use crate::finder::StairFinder;
@@ -170,6 +171,27 @@ impl DataPath for Pipeline {
 
     fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
         self.conclude_observed(drive, &mut ())
+    }
+
+    #[inline(never)]
+    fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
+        let (config, health) = (&self.config, &self.health);
+        let doubts = health.doubts(config, self.finder.map(), true);
+        // What calibration is there to take out is no doubt about the instrument.
+        let doubts = doubts.without(Reason::Mount).without(Reason::RangeScale);
+        let verdict = health.verdict(config.mount.mirror_offset > 0);
+        if let Some(reason) = verdict.or(doubts.first()) {
+            return Err(ConfigError {
+                field: reason.as_str(),
+                expected: "an instrument that is well",
+            });
+        }
+        let mirror_echo_m = health.mirror_echo_m(config);
+        let echoes = self.finder.echoes(config);
+        calibrate(echoes, config, mirror_echo_m, wall_m).map_err(|refusal| ConfigError {
+            field: "scene",
+            expected: refusal.expected(),
+        })
     }
 
     fn self_test(&mut self) -> bool {

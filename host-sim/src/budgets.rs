@@ -5,8 +5,8 @@
 pub const FLASH: u64 = 256 * 1024;
 /// Most bytes of static RAM: what the stack leaves of the chip's 128 KB.
 pub const RAM: u64 = 112 * 1024;
-/// Bytes of the stack.
-pub const STACK: u64 = 16 * 1024;
+/// Bytes of the stack, less the guard below it.
+pub const STACK: u64 = 16 * 1024 - 32;
 
 /// Most instructions of one transform of 256 points.
 pub const FFT256: u64 = 10_000;

@@ -20,3 +20,4 @@ pub mod score;
 pub mod seeds;
 pub mod setup;
 pub mod soak;
+pub mod volatile;

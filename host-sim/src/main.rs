@@ -26,6 +26,8 @@ enum Command {
     Profile(commands::profile::Args),
     /// Check flash, RAM, stack and symbols of the image against its budgets
     Budget(commands::budget::Args),
+    /// Put the checksum into an image by which it knows at boot that it is whole
+    Seal(commands::seal::Args),
     /// Show how long a scan takes and with what
     Timing(commands::timing::Args),
     /// Scan recordings with the image itself, in an emulator, and print the steps
@@ -69,6 +71,7 @@ fn main() -> ExitCode {
     let done = match Cli::parse().command {
         Command::Replay(args) => commands::replay::run(&args),
         Command::Budget(args) => commands::budget::run(&args),
+        Command::Seal(args) => commands::seal::run(&args),
         Command::Timing(args) => commands::timing::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),

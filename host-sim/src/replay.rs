@@ -7,22 +7,21 @@ use std::rc::Rc;
 
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::Iq;
-use stairscan::answer::{Outcome, Reasons};
+use stairscan::answer::Outcome;
+use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError};
 use stairscan::drive::{Drive, Mode, Odometry, Track};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::report::command::{Measure, framed};
-use stairscan::scan::store::StoreError;
-use stairscan::scan::{
-    Board, BytePort, DataPath, Hardware, Identity, Micros, Reports, Scanner, Settings,
-};
+use stairscan::report::command::framed;
+use stairscan::scan::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
 
 use crate::answer::Answer;
 use crate::motion::{Fault, Feed, Timetable};
 use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
 use crate::setup;
+use crate::volatile::{Volatile, identity};
 
 /// How to scan.
 #[derive(Clone, Copy, Debug, Default)]
@@ -188,6 +187,10 @@ impl DataPath for Noting {
         self.pipeline.conclude(drive)
     }
 
+    fn calibrate(&mut self, wall_m: f32) -> std::result::Result<Mounting, ConfigError> {
+        self.pipeline.calibrate(wall_m)
+    }
+
     fn self_test(&mut self) -> bool {
         self.pipeline.self_test()
     }
@@ -235,7 +238,7 @@ fn follow(
             timetable: timetable.clone(),
             ..Console::default()
         },
-        board: Desk,
+        board: Volatile::SCANNING,
     };
     let mut now = Micros(0);
     let mut scanner = Scanner::new(
@@ -244,7 +247,7 @@ fn follow(
         (&mut reports, &mut odometry),
         // The recording says how its scanner was mounted.
         Some(settings),
-        IDENTITY,
+        identity("host"),
         now,
     );
     let (mut answers, mut commanded) = (Vec::new(), 0);
@@ -294,43 +297,6 @@ fn follow(
 const STEP_US: u32 = 10_000;
 /// The shortest wait for the mirror that can be set.
 const SHORTEST_SETTLE_US: u32 = 100;
-
-const IDENTITY: Identity = Identity {
-    version: env!("CARGO_PKG_VERSION"),
-    revision: "host",
-    reset: "none",
-    clock: "host",
-    boots: 1,
-    serial: [0; 3],
-    reasons: Reasons::NONE,
-};
-
-/// The board under `replay`: nothing survives it.
-struct Desk;
-
-impl Board for Desk {
-    fn stopped(&self) -> bool {
-        false
-    }
-
-    fn set_stopped(&mut self, _: bool) {}
-
-    fn settings_before(&self) -> Option<u32> {
-        None
-    }
-
-    fn note_settings(&mut self, _: u32) {}
-
-    fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
-        Err(StoreError::Controller)
-    }
-
-    fn survived(&mut self) {}
-
-    fn measure(&self, _: Measure) -> u32 {
-        0
-    }
-}
 
 /// The report UART, read line by line.
 #[derive(Default)]

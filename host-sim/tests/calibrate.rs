@@ -4,11 +4,14 @@ mod common;
 
 use common::{Scratch, sim};
 use host_sim::commands::calibrate::mounting;
+use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::replay::Options;
 use host_sim::scene::Scene;
 use stairscan::calibration::Mounting;
-use stairscan::scan::Settings;
+use stairscan::config::Config;
+use stairscan::pipeline::Pipeline;
+use stairscan::scan::{DataPath, Settings};
 
 /// What is off: height, m, angle by homing and by pitch, degrees, and real over believed bandwidth.
 #[derive(Clone, Copy, Default)]
@@ -208,4 +211,40 @@ fn the_command_prints_what_the_scanner_takes() {
         "{message}"
     );
     assert!(refused.stdout.is_empty());
+}
+
+/// What the command `calibrate` does with a scan is what this program does with its recording.
+#[test]
+fn the_scanner_finds_what_the_program_finds() {
+    let off = Off {
+        height_m: 0.03,
+        bias_deg: 1.0,
+        ..Off::default()
+    };
+    for (wall_m, else_there) in [
+        (1.5, ""),
+        (
+            1.5,
+            "[[wall]]\nat_m = 1.1\nbottom_m = 0.25\ntop_m = 0.6\nmaterial = \"plaster\"\n",
+        ),
+    ] {
+        let recording = scan(wall_m, off, else_there);
+        let playback = Playback::new(&recording, &Config::default()).unwrap();
+        let config = playback.config();
+        let mut pipeline = Box::new(Pipeline::new());
+        pipeline.begin(config, 1).unwrap();
+        for row in 0..config.sweep.angle_count {
+            let chirp = recording.chirp(usize::from(row)).unwrap();
+            pipeline.samples().copy_from_slice(chirp);
+            pipeline.row(row);
+        }
+        let found = pipeline.calibrate(wall_m as f32);
+        match calibrated(&recording, wall_m as f32) {
+            Ok(mounting) => assert_eq!(found, Ok(mounting)),
+            Err(error) => {
+                let expected = found.unwrap_err().expected;
+                assert!(error.contains(expected), "{error}: {expected}");
+            }
+        }
+    }
 }

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 use std::time::Duration;
 
+use host_sim::budgets;
 use host_sim::commands::budget;
 use host_sim::emulate::session::Waits;
 use host_sim::emulate::tools::Tool;
@@ -229,7 +230,7 @@ fn two_scans_stand_on_the_schedule_and_answer_commands() {
     let used: u32 = value(&session.command("get,stack-used").unwrap());
     let size: u32 = value(&session.command("get stack-size").unwrap());
     assert!(
-        used > 1024 && used < size && size == 16 * 1024,
+        used > 1024 && used < size && u64::from(size) == budgets::STACK,
         "{used} of {size}"
     );
     assert_eq!(session.module.garbage(), 0);
@@ -508,7 +509,9 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
     let recording = thinned(&read("empty"));
     let playback = Playback::new(&recording, &Config::default()).unwrap();
     let mut session = Session::boot_without_switch(elf, &playback).unwrap();
+    session.set("internal-clock", "on").unwrap();
     session.set("fault-hold", "5000000").unwrap();
+    session.skip_lines();
     let scan = head(&session.scan().unwrap());
     assert_eq!((scan.scan, scan.status), (0, Status::Fault));
     assert!(scan.reasons.has(Reason::HomeNotFound));
@@ -558,7 +561,7 @@ fn crashes_end_in_the_fault_path() {
     let playback = Playback::new(&recording, &Config::default()).unwrap();
     let mut session = start(&elf, &playback, Waits::default());
     session.idle(Duration::from_millis(300)).unwrap();
-    for (byte, reset, boots) in [(0x01, "hard-fault", 2), (0x02, "panic", 3)] {
+    for (byte, reset, boots) in [(0x01, "memory-fault", 2), (0x02, "panic", 3)] {
         session.type_bytes(&[byte]).unwrap();
         let halt = session.next_halt().unwrap();
         assert_eq!(body(&halt), "HALT,crash");
@@ -570,13 +573,17 @@ fn crashes_end_in_the_fault_path() {
         );
         let status = session.command("status").unwrap();
         // The reasons, then what is known of the motion and its age.
-        assert!(body(&status).contains(",crash,absent,0,"), "{status}");
+        assert!(
+            body(&status).contains(",crash+internal-clock,absent,0,"),
+            "{status}"
+        );
     }
     assert_eq!(body(&session.command("stop").unwrap()), "DONE,stop");
-    session.type_bytes(&[0x02]).unwrap();
+    session.type_bytes(&[0x04]).unwrap();
     session.next_halt().unwrap();
     let boot = session.wait_for("another boot", |s| matches!(s, Sentence::Boot { .. }));
-    boot.unwrap();
+    let boot = boot.unwrap();
+    assert!(boot.contains(",memory-fault,"), "code in RAM: {boot}");
     let status = session.command("status").unwrap();
     assert!(body(&status).starts_with("STAT,idle,"), "{status}");
     assert!(body(&status).contains(",crash+crash-loop,"), "{status}");

@@ -133,6 +133,9 @@ mod apply {
         // SAFETY: as above.
         rcc.cfgr().write(|w| unsafe { w.bits(CFGR) });
         if wait(PLL_POLLS, || rcc.cfgr().read().sws().is_pll()) {
+            // Should the crystal stop, the chip goes on from its own oscillator and interrupts into the
+            // fault path.
+            rcc.cr().modify(|_, w| w.csson().set_bit());
             return HSE;
         }
         // SAFETY: 0 is the reset value: HSI, nothing divided.

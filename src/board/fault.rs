@@ -6,15 +6,19 @@
 
 use core::panic::PanicInfo;
 
+use cortex_m::peripheral::SCB;
 use stairscan::answer::Reason;
 use stairscan::report::Sentence;
 use stm32f4xx_hal::pac;
 
+use super::clock;
 use super::retained::{self, Crash, Record};
 use super::uart;
 
 /// EN of the motor's driver, active low: GPIOC pin 8.
 const ENABLE_PIN: u32 = 8;
+/// SCB_CFSR (PM0214 4.4.13): what broke the memory protection.
+const MEMORY_VIOLATIONS: u32 = 0xff;
 
 macro_rules! last_resort {
     ($name:ident, $crash:expr) => {
@@ -36,6 +40,10 @@ macro_rules! last_resort {
 
 last_resort!(HardFault, Crash::HardFault);
 last_resort!(DefaultHandler, Crash::Stray);
+// The supply falls.
+last_resort!(PVD, Crash::Supply);
+// The crystal has stopped.
+last_resort!(NonMaskableInt, Crash::Clock);
 last_resort!(stairscan_panicked, Crash::Panic);
 
 /// No path of the image leads here as long as the check of its symbols passes; a test build's does.
@@ -51,11 +59,15 @@ extern "C" fn end(crash: u32) -> ! {
     let port = unsafe { &*pac::GPIOC::ptr() };
     // SAFETY: sets one pin and leaves the others.
     port.bsrr().write(|w| unsafe { w.bits(1 << ENABLE_PIN) });
-    let crash = match crash {
-        1 => Crash::Panic,
-        2 => Crash::HardFault,
-        _ => Crash::Stray,
+    // SAFETY: the processor's own registers, always there; reading this one changes nothing.
+    let violations = unsafe { (*SCB::PTR).cfsr.read() } & MEMORY_VIOLATIONS;
+    let crash = match Crash::from_number(crash) {
+        Crash::HardFault if violations != 0 => Crash::Memory,
+        crash => crash,
     };
+    if crash == Crash::Clock {
+        slow_down();
+    }
     retained::store(Record {
         crash,
         ..retained::load()
@@ -67,5 +79,16 @@ extern "C" fn end(crash: u32) -> ! {
     }
     .write();
     uart::send_last(line.as_bytes());
-    cortex_m::peripheral::SCB::sys_reset()
+    SCB::sys_reset()
+}
+
+/// Without the crystal the chip runs from its own oscillator: the last sentence needs that one's divider.
+fn slow_down() {
+    // SAFETY: a device's registers, always there; whoever owns them never runs again.
+    let (rcc, usart) = unsafe { (&*pac::RCC::ptr(), &*pac::USART2::ptr()) };
+    // SAFETY: 0 is the reset value: that oscillator, nothing divided.
+    rcc.cfgr().write(|w| unsafe { w.bits(0) });
+    let divider = clock::brr(clock::HSI.apb1_hz, uart::REPORT_BAUD);
+    // SAFETY: a divider that the tests of `clock` check.
+    usart.brr().write(|w| unsafe { w.bits(divider as u16) });
 }

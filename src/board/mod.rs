@@ -3,6 +3,8 @@
 //! Pins, levels and connectors are in `docs/hardware.md`.
 
 pub mod clock;
+pub mod march;
+pub mod protection;
 pub mod retained;
 
 #[cfg(target_os = "none")]
@@ -14,9 +16,13 @@ pub mod motor;
 #[cfg(all(target_os = "none", feature = "provoke"))]
 pub mod provoke;
 #[cfg(target_os = "none")]
+pub mod seal;
+#[cfg(target_os = "none")]
 pub mod serial_number;
 #[cfg(target_os = "none")]
 mod start;
+#[cfg(target_os = "none")]
+pub mod supply;
 #[cfg(target_os = "none")]
 pub mod time;
 #[cfg(target_os = "none")]

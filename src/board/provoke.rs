@@ -12,6 +12,8 @@ const OVERFLOW: u8 = 0x01;
 const PANIC: u8 = 0x02;
 /// Never comes back: the watchdog's case.
 const HANG: u8 = 0x03;
+/// Executes what lies in RAM.
+const EXECUTE: u8 = 0x04;
 
 /// The report port with a trap in front.
 #[derive(Debug)]
@@ -28,6 +30,7 @@ impl<P: BytePort> BytePort for Trap<P> {
             HANG => loop {
                 cortex_m::asm::nop();
             },
+            EXECUTE => execute(),
             _ => {}
         }
         Some(byte)
@@ -40,6 +43,16 @@ impl<P: BytePort> BytePort for Trap<P> {
     fn errors(&self) -> u16 {
         self.0.errors()
     }
+}
+
+/// Calls an instruction that lies on the stack: `bx lr`.
+fn execute() {
+    let code = black_box([0x4770_u16; 2]);
+    // Code of this instruction set has odd addresses.
+    let place = (&raw const code).addr() + 1;
+    // SAFETY: whether it is ever executed is what is tested; it would only return.
+    let function: extern "C" fn() = unsafe { core::mem::transmute(place) };
+    function();
 }
 
 /// Recursion without end: each call keeps something on the stack that the next one needs.

@@ -14,6 +14,31 @@ pub enum Crash {
     HardFault = 2,
     /// An interrupt without a handler.
     Stray = 3,
+    /// The memory protection was broken: the stack's end reached, or code executed in RAM.
+    Memory = 4,
+    /// The supply fell.
+    Supply = 5,
+    /// The crystal stopped.
+    Clock = 6,
+}
+
+impl Crash {
+    const ALL: [Self; 7] = [
+        Self::None,
+        Self::Panic,
+        Self::HardFault,
+        Self::Stray,
+        Self::Memory,
+        Self::Supply,
+        Self::Clock,
+    ];
+
+    /// The crash of this number; a stray interrupt for any other.
+    #[cfg_attr(not(target_os = "none"), allow(dead_code))]
+    pub fn from_number(number: u32) -> Self {
+        let found = Self::ALL.iter().find(|crash| **crash as u32 == number);
+        found.copied().unwrap_or(Self::Stray)
+    }
 }
 
 /// What the next boot is to know.
@@ -66,12 +91,7 @@ impl Record {
         if check != Self::check(&words) {
             return Self::FRESH;
         }
-        let crash = match (flags >> 8) & 0xff {
-            1 => Crash::Panic,
-            2 => Crash::HardFault,
-            3 => Crash::Stray,
-            _ => Crash::None,
-        };
+        let crash = Crash::from_number((flags >> 8) & 0xff);
         Self {
             stopped: flags & 1 == 1,
             crash,
@@ -125,7 +145,7 @@ mod tests {
     #[test]
     fn survives_as_written() {
         for stopped in [false, true] {
-            for crash in [Crash::None, Crash::Panic, Crash::HardFault, Crash::Stray] {
+            for crash in Crash::ALL {
                 for settings in [None, Some(0), Some(u32::MAX)] {
                     let record = Record {
                         stopped,

@@ -1,12 +1,13 @@
 //! From reset to a scanner's hardware.
 
-use core::sync::atomic::AtomicU16;
+use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
 
-use cortex_m::peripheral::{SCB, SYST};
+use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::answer::{Reason, Reasons};
 use stairscan::report::command::Measure;
 use stairscan::scan::frame::LINK_BAUD;
 use stairscan::scan::link::FrameLink;
+use stairscan::scan::seal::Verdict;
 use stairscan::scan::store::{Store, StoreError};
 use stairscan::scan::{Board, Identity, Micros, Settings};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, PinState, PushPull, Speed, gpiob, gpioc};
@@ -19,8 +20,12 @@ use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 use super::clock::{self, brr};
 use super::flash::ChipFlash;
+use super::march;
 use super::motor::{self, Motor};
+use super::protection;
 use super::retained::{self, Crash, Record};
+use super::seal;
+use super::supply;
 use super::time::{self, Time};
 use super::uart::{self, LinkPort, LinkQueue, REPORT_BAUD, Receiver, ReportPort, ReportQueue};
 
@@ -195,6 +200,9 @@ fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Reasons) {
         Crash::Panic => return ("panic", crashed),
         Crash::HardFault => return ("hard-fault", crashed),
         Crash::Stray => return ("stray-interrupt", crashed),
+        Crash::Memory => return ("memory-fault", crashed),
+        Crash::Supply => return ("supply", Reasons::NONE.with(Reason::Supply)),
+        Crash::Clock => return ("clock", crashed),
         Crash::None => {}
     }
     if flags.wdgrstf().bit_is_set() {
@@ -208,6 +216,26 @@ fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Reasons) {
     } else {
         ("unknown", Reasons::NONE)
     }
+}
+
+/// What is wrong with processor, memory, clock and supply as long as this boot lasts.
+#[inline(never)]
+fn standing(internal: bool, supplied: bool) -> Reasons {
+    let verdict = seal::verdict();
+    let found = [
+        (verdict == Verdict::Damaged, Reason::ImageDamaged),
+        (verdict == Verdict::Blank, Reason::ImageUnsealed),
+        (!march::passed(), Reason::MemoryDamaged),
+        (!supplied, Reason::Supply),
+        (internal, Reason::InternalClock),
+    ];
+    let mut all = Reasons::NONE;
+    for (wrong, reason) in found {
+        if wrong {
+            all.add(reason);
+        }
+    }
+    all
 }
 
 /// A port: 8 data bits, no parity, 1 stop bit. Divider 16 and above.
@@ -250,7 +278,12 @@ fn start_motor(
 }
 
 /// Starts everything. The interrupts come once they are unmasked.
-pub fn start(timer: SYST, p: pac::Peripherals, queues: &'static mut Queues) -> (Parts, Interrupts) {
+pub fn start(
+    (timer, mpu): (SYST, &MPU),
+    p: pac::Peripherals,
+    queues: &'static mut Queues,
+) -> (Parts, Interrupts) {
+    protection::start(mpu);
     let before = retained::load();
     let (reset, reasons) = reset_cause(&p.RCC, before.crash);
     let (record, reasons) = this_boot(before, reasons);
@@ -266,6 +299,7 @@ pub fn start(timer: SYST, p: pac::Peripherals, queues: &'static mut Queues) -> (
     );
     let (mut syscfg, mut exti) = (p.SYSCFG.constrain(&mut rcc), p.EXTI);
     let pins = start_motor(b, c, &mut syscfg, &mut exti);
+    let standing = standing(clocks == clock::HSI, supply::start(&p.PWR, &exti, &mut rcc));
     let link_pins = (
         a.pa9.into_alternate::<7>().speed(Speed::High),
         a.pa10.into_alternate::<7>().internal_pull_up(true),
@@ -313,6 +347,7 @@ pub fn start(timer: SYST, p: pac::Peripherals, queues: &'static mut Queues) -> (
             // Read once interrupts are on (`serial_number`).
             serial: [0; 3],
             reasons,
+            standing,
         },
         watchdog: Watchdog {
             iwdg,

@@ -122,6 +122,17 @@ impl Likelihood {
         self
     }
 
+    /// The echoes of a scan of a chair that stands, after its last row, in place of
+    /// [`Estimator::conclude`]; none when that has been.
+    pub fn echoes(&mut self, map: &PolarMap, config: &Config) -> &[Echo] {
+        self.echoes.clear();
+        if let Phase::Rows(collector) = &mut self.phase {
+            let echoes = &mut self.echoes;
+            collector.finish(map, config, self.params, &Drive::STANDING, echoes);
+        }
+        &self.echoes
+    }
+
     /// The same without the posterior: the search's best flight is the answer, no cell is doubted more
     /// than another, and nothing may stand there besides. To see what the particles are good for.
     pub const fn without_particles(mut self) -> Self {

@@ -18,10 +18,14 @@
 //! | `get,KEY` | | `CONF` |
 //! | `set,KEY,VALUE` | framed; from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
 //! | `save` | framed, when stopped: the settings outlive the power ([`crate::scan::store`]) | `DONE` |
+//! | `calibrate,WALL_MM,DATE` | framed, when stopped: a scan of a flat floor and a wall, date as YYYYMMDD; sets and saves how the scanner is mounted ([`crate::calibration`]) | later `CONF` with the range scale (1e-6), `DONE`, else `FAIL` |
 //! | `reset` | forgets what earlier scans said: the next answer is a first one | `DONE` |
 //! | `MOTION,…` | the chair's own motion, always framed ([`super::motion`]) | none |
 //!
 //! Whatever is wrong gets one `FAIL` that names the field, and changes nothing.
+
+use core::iter::Filter;
+use core::str::Split;
 
 use super::motion;
 use super::sentence::{Line, ParseError, Writer, crc32};
@@ -59,8 +63,19 @@ pub enum Command<'a> {
     Set(&'static str, &'a str),
     /// Keep the settings over loss of power.
     Save,
+    /// Find out how the scanner is mounted.
+    Calibrate(Calibration),
     /// The chair's motion.
     Motion(Reading),
+}
+
+/// What `calibrate` is told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Calibration {
+    /// Horizontal distance from the mirror's centre to the wall, mm.
+    pub wall_mm: u16,
+    /// Today's year, month and day as one number: 20261122.
+    pub date: u32,
 }
 
 /// Diagnostic values that `get` reads.
@@ -102,6 +117,7 @@ impl Command<'_> {
             Command::GetAll | Command::Get(_) | Command::Measure(_) => "get",
             Command::Set(..) => "set",
             Command::Save => "save",
+            Command::Calibrate(_) => "calibrate",
             Command::Motion(_) => "MOTION",
         }
     }
@@ -121,6 +137,22 @@ fn bad(command: &'static str, field: &'static str, expected: &'static str) -> Ba
     BadCommand { command, error }
 }
 
+/// The words of a line.
+type Words<'a> = Filter<Split<'a, [char; 2]>, fn(&&'a str) -> bool>;
+
+/// The next word. Out of line, for there are many of them.
+#[inline(never)]
+fn next<'a>(words: &mut Words<'a>) -> Option<&'a str> {
+    words.next()
+}
+
+/// The next word, if it is a whole number.
+#[inline(never)]
+fn next_number(words: &mut Words<'_>) -> Option<u32> {
+    let number: i64 = next(words)?.parse().ok()?;
+    number.try_into().ok()
+}
+
 /// Parses one line without its end.
 pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
     let body = unframe(line)?;
@@ -133,8 +165,8 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             bad("MOTION", field, "a motion sentence's field")
         });
     }
-    let mut words = body.split([',', ' ']).filter(|word| !word.is_empty());
-    let command = match words.next() {
+    let mut words: Words<'_> = body.split([',', ' ']).filter(|word| !word.is_empty());
+    let command = match next(&mut words) {
         Some("start") => Command::Start,
         Some("stop") => Command::Stop,
         Some("scan") => Command::Scan,
@@ -143,7 +175,8 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         Some("selftest") => Command::SelfTest,
         Some("save") => Command::Save,
         Some("reset") => Command::Reset,
-        Some("get") => match words.next() {
+        Some("calibrate") => Command::Calibrate(calibration(&mut words)?),
+        Some("get") => match next(&mut words) {
             None => Command::GetAll,
             Some(key) => match Measure::find(key) {
                 Some(measure) => Command::Measure(measure),
@@ -151,17 +184,18 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             },
         },
         Some("set") => {
-            let key = words.next().unwrap_or("");
+            let key = next(&mut words).unwrap_or("");
             let key = known_key("set", key)?;
-            let value = words.next();
+            let value = next(&mut words);
             Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
         }
         _ => {
-            let expected = "start stop scan status version selftest reset get set or save";
+            let expected =
+                "start stop scan status version selftest reset get set save or calibrate";
             return Err(bad("-", "command", expected));
         }
     };
-    match words.next() {
+    match next(&mut words) {
         None => Ok(command),
         Some(_) => Err(bad(command.word(), "arguments", "no more of them")),
     }
@@ -190,6 +224,21 @@ pub fn is_framed(line: &str) -> bool {
 /// Whether a line is a motion sentence, a damaged one perhaps: it comes too often to be answered.
 pub fn is_motion(line: &str) -> bool {
     line.starts_with(motion::PREFIX)
+}
+
+/// The arguments of `calibrate`.
+#[inline(never)]
+fn calibration(words: &mut Words<'_>) -> Result<Calibration, BadCommand> {
+    let wall_mm = next_number(words).and_then(|wall| wall.try_into().ok());
+    let wall_mm = wall_mm.ok_or(bad("calibrate", "wall", "a distance in mm"))?;
+    let valid = |date: &u32| {
+        let (month, day) = (date / 100 % 100, date % 100);
+        let years = (20_000_000..100_000_000).contains(date);
+        years && (1..=12).contains(&month) && (1..=31).contains(&day)
+    };
+    let date = next_number(words).filter(valid);
+    let date = date.ok_or(bad("calibrate", "date", "year, month and day: YYYYMMDD"))?;
+    Ok(Calibration { wall_mm, date })
 }
 
 fn known_key(command: &'static str, key: &str) -> Result<&'static str, BadCommand> {
@@ -314,6 +363,11 @@ mod tests {
             ("startle", "-", "command"),
             ("start now", "start", "arguments"),
             ("get nothing", "get", "key"),
+            ("calibrate", "calibrate", "wall"),
+            ("calibrate 1500", "calibrate", "date"),
+            ("calibrate 70000 20261122", "calibrate", "wall"),
+            ("calibrate 1500 20261322", "calibrate", "date"),
+            ("calibrate 1500 20261122 1", "calibrate", "arguments"),
             ("set", "set", "key"),
             ("set seed", "set", "seed"),
             ("set seed 1 2", "set", "arguments"),

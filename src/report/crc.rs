@@ -4,6 +4,16 @@
 /// some eight instructions a byte.
 pub static CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
+/// CRC-32 of all parts, one behind the other.
+#[inline(never)]
+pub fn of_parts(parts: &[&[u8]]) -> u32 {
+    let mut digest = CRC32.digest();
+    for part in parts {
+        digest.update(part);
+    }
+    digest.finalize()
+}
+
 /// CRC-32 of words, each little-endian.
 #[inline(never)]
 pub fn of_words(words: &[u32]) -> u32 {

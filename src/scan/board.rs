@@ -99,6 +99,12 @@ pub struct Identity {
     /// [`Reason::CrashLoop`](crate::answer::Reason::CrashLoop) the scanner stands still until it is
     /// told to start.
     pub reasons: Reasons,
+    /// What is wrong with the processor, its memory, clock and supply as long as this boot lasts. With
+    /// [`Reason::ImageUnsealed`](crate::answer::Reason::ImageUnsealed) no answer is `ok`; with any other the
+    /// scanner does not scan, but for
+    /// [`Reason::InternalClock`](crate::answer::Reason::InternalClock) where the setting `internal-clock`
+    /// allows it.
+    pub standing: Reasons,
 }
 
 /// The scanner's hardware, each piece behind its trait.

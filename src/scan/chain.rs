@@ -2,6 +2,7 @@
 
 use crate::Iq;
 use crate::answer::Outcome;
+use crate::calibration::Mounting;
 use crate::config::{Config, ConfigError};
 use crate::drive::Drive;
 
@@ -24,6 +25,12 @@ pub trait DataPath {
     fn finish(&mut self) -> Outcome {
         self.conclude(&Drive::STANDING)
     }
+    /// How the scanner is mounted, after the last row of a scan of a flat floor and a wall `wall_m` from the
+    /// mirror, instead of [`DataPath::conclude`].
+    ///
+    /// # Errors
+    /// Says what of instrument or scene is not as it must be.
+    fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError>;
     /// Whether a known-answer chirp comes out of the arithmetic as it must.
     fn self_test(&mut self) -> bool;
 }
@@ -48,6 +55,10 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
 
     fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
         (**self).conclude(drive)
+    }
+
+    fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
+        (**self).calibrate(wall_m)
     }
 
     fn self_test(&mut self) -> bool {

@@ -27,7 +27,7 @@
 
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig};
-use crate::report::crc::CRC32;
+use crate::report::crc;
 
 /// Version of the format.
 pub const VERSION: u8 = 1;
@@ -113,7 +113,7 @@ pub fn encode<const N: usize>(
     let header = [MAGIC[0], MAGIC[1], VERSION, kind as u8, s0, s1, l0, l1];
     let _ = out.extend_from_slice(&header);
     let _ = out.extend_from_slice(payload);
-    let crc = CRC32.checksum(out);
+    let crc = crc::of_parts(&[out]);
     let _ = out.extend_from_slice(&crc.to_le_bytes());
 }
 
@@ -236,7 +236,7 @@ impl Decoder {
             .bytes
             .split_at_checked(body)
             .ok_or(FrameError::Length)?;
-        if trailer == CRC32.checksum(body).to_le_bytes() {
+        if trailer == crc::of_parts(&[body]).to_le_bytes() {
             Ok(())
         } else {
             Err(FrameError::Crc)
@@ -304,8 +304,8 @@ mod tests {
             [0x53, 0x52, 1, 2, 1, 2, 4, 0, 0xE0, 0xB1, 0xFF, 0xFF]
         );
         // The CRC's own check value pins the polynomial, its reflection and its final inversion.
-        assert_eq!(CRC32.checksum(b"123456789"), 0xCBF4_3926);
-        assert_eq!(bytes[12..], CRC32.checksum(&bytes[..12]).to_le_bytes());
+        assert_eq!(crc::of_parts(&[b"123456789"]), 0xCBF4_3926);
+        assert_eq!(bytes[12..], crc::of_parts(&[&bytes[..12]]).to_le_bytes());
     }
 
     #[test]

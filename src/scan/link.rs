@@ -65,6 +65,10 @@ struct Request {
     strangers: bool,
 }
 
+/// Most bytes that are read in one go, so that a module that never falls silent cannot hold the scanner up
+/// beyond a deadline: more than a port's queue holds.
+const MOST_READ: u32 = 4096;
+
 /// The radar link over [`frame`]s on a serial port.
 #[derive(Debug)]
 pub struct FrameLink<P> {
@@ -92,8 +96,12 @@ impl<P: BytePort> FrameLink<P> {
     fn send(&mut self, now: Micros, kind: Kind, answer: Kind, payload: &[u8], timeout_us: u32) {
         self.sequence = self.sequence.wrapping_add(1);
         self.decoder.reset();
-        // What is still in the port answers an earlier request.
-        while self.port.read().is_some() {}
+        // What is still in the port answers an earlier request. A module that babbles fills it again.
+        for _ in 0..MOST_READ {
+            if self.port.read().is_none() {
+                break;
+            }
+        }
         frame::encode(kind, self.sequence, payload, &mut self.out);
         self.sent = 0;
         self.pump();
@@ -112,13 +120,14 @@ impl<P: BytePort> FrameLink<P> {
         }
     }
 
-    /// Reads on until there is an answer, an error, or nothing more to read.
+    /// Reads on until there is an answer, an error, nothing more to read, or [`MOST_READ`] bytes.
     fn poll(&mut self, now: Micros) -> Poll<Result<(), LinkError>> {
         self.pump();
         let Some(request) = self.request else {
             return Poll::Ready(Err(LinkError::Timeout));
         };
-        while let Some(byte) = self.port.read() {
+        for _ in 0..MOST_READ {
+            let Some(byte) = self.port.read() else { break };
             let result = match self.decoder.push(byte) {
                 Ok(Progress::Partial) => continue,
                 Ok(Progress::Complete) => self.judge(request.kind),
@@ -265,6 +274,31 @@ mod tests {
         answer(&mut link, Kind::Chirp, 3, &[1, 0, 2, 0, 3, 0, 4, 0]);
         assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
         assert_eq!(samples, [Iq::new(1, 2), Iq::new(3, 4)]);
+    }
+
+    /// A port that always has another byte.
+    struct Babble(u64);
+
+    impl BytePort for Babble {
+        fn read(&mut self) -> Option<u8> {
+            self.0 += 1;
+            Some(0)
+        }
+        fn write(&mut self, bytes: &[u8]) -> usize {
+            bytes.len()
+        }
+    }
+
+    #[test]
+    fn a_module_that_never_falls_silent_is_a_timeout() {
+        let mut link = FrameLink::new(Babble(0));
+        let mut samples = [Iq::default(); 2];
+        link.trigger(NOW, 0, 1000);
+        assert!(link.port.0 <= u64::from(MOST_READ));
+        while link.poll_chirp(NOW.plus(999), &mut samples).is_pending() && link.port.0 < 1 << 20 {}
+        let late = link.poll_chirp(NOW.plus(1000), &mut samples);
+        assert!(matches!(late, Poll::Ready(Err(_))), "{late:?}");
+        assert!(link.port.0 <= (1 << 20) + u64::from(2 * MOST_READ));
     }
 
     #[test]

@@ -11,6 +11,7 @@
 //! | [`time`] | microseconds that wrap |
 //! | [`settings`] | configuration, time-outs and motor data, by key |
 //! | [`record`] | settings as text: their hash, and what a record of them holds |
+//! | [`seal`] | a checksum over the whole image |
 //! | [`store`] | settings that outlive the power: records in two sectors of flash |
 //! | [`schedule`] | which microstep belongs to which row |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
@@ -35,6 +36,7 @@ pub mod ramp;
 pub mod record;
 pub mod scanner;
 pub mod schedule;
+pub mod seal;
 pub mod settings;
 pub mod store;
 pub mod sweep;

@@ -121,6 +121,7 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::scan::ramp::COMPUTED;
     use core::cell::Cell;
     use core::convert::Infallible;
 
@@ -140,6 +141,43 @@ mod tests {
             self.0.set((true, rises + u32::from(!level)));
             Ok(())
         }
+    }
+
+    /// STEP: intervals that were computed while it was high, one after the other.
+    #[derive(Default)]
+    struct Wide {
+        up: u32,
+        widths: std::vec::Vec<u32>,
+    }
+
+    impl embedded_hal::digital::ErrorType for &mut Wide {
+        type Error = Infallible;
+    }
+
+    impl OutputPin for &mut Wide {
+        fn set_low(&mut self) -> Result<(), Infallible> {
+            self.widths.push(COMPUTED.get() - self.up);
+            Ok(())
+        }
+        fn set_high(&mut self) -> Result<(), Infallible> {
+            self.up = COMPUTED.get();
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn the_last_pulse_is_as_wide_as_the_others() {
+        let (mut step, dir, enable) = (Wide::default(), Cell::default(), Cell::default());
+        let ramp = Ramp {
+            speed: 1000,
+            acceleration: 10_000,
+        };
+        let mut pulser = Pulser::new(&mut step, Pin(&dir), Pin(&enable), 1_000_000);
+        for target in [1, 40, 39] {
+            pulser.begin(target, ramp);
+            while pulser.tick().is_some() {}
+        }
+        assert_eq!(step.widths, [1; 41]);
     }
 
     #[test]

@@ -11,6 +11,12 @@ pub struct Ramp {
     pub acceleration: u32,
 }
 
+/// How many intervals this thread has computed, for the tests of who computes one while a pulse stands.
+#[cfg(test)]
+std::thread_local! {
+    pub(super) static COMPUTED: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };
+}
+
 impl Ramp {
     /// Time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`.
     ///
@@ -18,6 +24,8 @@ impl Ramp {
     /// ends that is a triangle for a short move and a trapezoid for a long one, with no state to
     /// carry and no error to accumulate. One square root and one division a step.
     pub fn interval(&self, k: u32, total: u32, tick_hz: u32) -> u32 {
+        #[cfg(test)]
+        COMPUTED.with(|count| count.set(count.get() + 1));
         let to_go = total.saturating_sub(1).saturating_sub(k);
         let way = k.min(to_go) as f32 + 0.5;
         let top = self.speed.max(1) as f32;

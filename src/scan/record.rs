@@ -46,16 +46,22 @@ fn is_pace(key: &str) -> bool {
         "fault-hold",
         "speed",
     ];
-    const MOVES: [&str; 2] = ["acceleration", "search-speed"];
+    const MOVES: [&str; 5] = [
+        "acceleration",
+        "search-speed",
+        "internal-clock",
+        "calibrated",
+        "calibrated-chip",
+    ];
     PACE.contains(&key) || MOVES.contains(&key)
 }
 
 impl Settings {
     /// CRC-32 (ISO-HDLC) of the values that decide an answer, in the order of `get`, as 32-bit
     /// little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE float, words as their
-    /// place in the list of `docs/hardware.md`, from 0. Left at 0: `settle`, the radar module's time-outs, `retries`,
-    /// `max-lost`, `fault-hold`, `speed`, `search-speed`, `acceleration` and what the radar module
-    /// says (`radar-...`).
+    /// place in the list of `docs/hardware.md`, from 0. Left at 0: `settle`, the radar module's time-outs,
+    /// `retries`, `max-lost`, `fault-hold`, `speed`, `search-speed`, `acceleration`, `internal-clock`,
+    /// `calibrated`, `calibrated-chip` and what the radar module says (`radar-...`).
     ///
     /// ```
     /// use stairscan::scan::Settings;

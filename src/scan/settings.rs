@@ -33,6 +33,8 @@
 //! | `home-angle` | 0.001° | shaft angle of the home switch |
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
 //! | `acceleration` | microsteps/s² | of moves |
+//! | `internal-clock` | `on`, `off` | whether to scan without the crystal |
+//! | `calibrated`, `calibrated-chip` | YYYYMMDD; | when the mounting was calibrated, and the CRC-32 of the number of the chip that did |
 //!
 //! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
 
@@ -72,6 +74,8 @@ pub struct Timing {
     pub chirp_duration: u32,
     /// A motion sentence that is older says nothing any more, microseconds.
     pub motion_timeout: u32,
+    /// Whether to scan from the internal oscillator: somebody knows that it is good enough.
+    pub internal_clock: Switch,
 }
 
 impl Default for Timing {
@@ -89,6 +93,7 @@ impl Default for Timing {
             // 200 samples at 200 kHz, as in the recordings.
             chirp_duration: 1_000,
             motion_timeout: drive::odometry::OLDEST_US,
+            internal_clock: Switch::Off,
         }
     }
 }
@@ -119,6 +124,22 @@ impl Default for MotorConfig {
     }
 }
 
+/// When the scanner was calibrated, and which chip then belonged to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Calibrated {
+    /// Year, month and day as one number: 20261122; 0: never.
+    pub date: u32,
+    /// CRC-32 of the chip's serial number.
+    pub chip: u32,
+}
+
+impl Calibrated {
+    /// Whether it may be that of the scanner with this chip.
+    pub fn fits(&self, chip: u32) -> bool {
+        self.date == 0 || self.chip == chip
+    }
+}
+
 /// Everything that can be set.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Settings {
@@ -134,6 +155,8 @@ pub struct Settings {
     pub motion: drive::Mode,
     /// Whether earlier scans have a say.
     pub fusion: Switch,
+    /// When and where the mounting was calibrated.
+    pub calibrated: Calibrated,
 }
 
 impl Settings {
@@ -178,6 +201,9 @@ impl Settings {
         "speed",
         "acceleration",
         "search-speed",
+        "internal-clock",
+        "calibrated",
+        "calibrated-chip",
     ];
 
     fn slot(&mut self, key: &str) -> Option<Slot<'_>> {
@@ -222,6 +248,9 @@ impl Settings {
             "speed" => Slot::U32(&mut motor.speed),
             "acceleration" => Slot::U32(&mut motor.acceleration),
             "search-speed" => Slot::U32(&mut motor.search_speed),
+            "internal-clock" => Slot::Switch(&mut timing.internal_clock),
+            "calibrated" => Slot::U32(&mut self.calibrated.date),
+            "calibrated-chip" => Slot::U32(&mut self.calibrated.chip),
             _ => return None,
         })
     }

@@ -7,6 +7,7 @@ use std::task::Poll;
 
 use stairscan::Iq;
 use stairscan::answer::{Outcome, Reasons};
+use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError, RadarConfig};
 use stairscan::drive::{Drive, Odometry};
 use stairscan::report::command::{Measure, framed};
@@ -27,6 +28,8 @@ pub struct World {
     pub stopped: bool,
     pub before: Option<u32>,
     pub saved: Option<Settings>,
+    /// What a calibration finds.
+    pub mounting: Option<Mounting>,
     pub flash_broken: bool,
     pub survived: bool,
     // Mirror.
@@ -183,6 +186,18 @@ impl DataPath for Data {
     fn conclude(&mut self, _: &Drive<'_>) -> Outcome {
         Outcome::clear()
     }
+    fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
+        self.0.0.borrow().mounting.map_or(
+            Err(ConfigError {
+                field: "scene",
+                expected: "a wall",
+            }),
+            |found| {
+                assert_eq!(wall_m, 1.5);
+                Ok(found)
+            },
+        )
+    }
     fn self_test(&mut self) -> bool {
         !self.0.0.borrow().arithmetic_broken
     }
@@ -204,6 +219,7 @@ pub const IDENTITY: Identity = Identity {
     boots: 3,
     serial: [0x0012_3456, 0x789a_bcde, 0xf012_3456],
     reasons: Reasons::NONE,
+    standing: Reasons::NONE,
 };
 
 impl Bench {

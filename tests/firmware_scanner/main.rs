@@ -7,6 +7,7 @@ use bench::{Bench, IDENTITY, World};
 use stairscan::answer::{Reason, Reasons, Status};
 use stairscan::config::RadarConfig;
 use stairscan::report::Sentence;
+use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
 use stairscan::scan::{Identity, LinkError, Settings};
 
@@ -364,4 +365,62 @@ fn a_stuck_port_is_owed_one_live_at_most() {
     bench.world.0.borrow_mut().port_stuck = false;
     let told = live(&mut bench, 100);
     assert!(told.len() <= 1, "{told:?}");
+}
+
+/// What is wrong with processor, memory or supply is told again and again, and nothing moves.
+#[test]
+fn an_unfit_board_never_scans() {
+    for reason in [
+        Reason::ImageDamaged,
+        Reason::MemoryDamaged,
+        Reason::Supply,
+        Reason::InternalClock,
+    ] {
+        let identity = Identity {
+            standing: Reasons::NONE.with(reason),
+            ..IDENTITY
+        };
+        let mut bench = Bench::boot(Some(Settings::default()), identity, |_| ());
+        for _ in 0..2 {
+            let scan = bench.scan();
+            assert_eq!((scan.scan, scan.status), (0, Status::Fault), "{reason:?}");
+            assert!(scan.reasons.has(reason), "{scan:?}");
+        }
+        assert_eq!(bench.ask("stop"), "DONE,stop");
+        let refused = bench.ask("selftest");
+        let expected = format!("FAIL,selftest,{},", reason.as_str());
+        assert!(refused.starts_with(&expected), "{refused}");
+        assert!(bench.world.0.borrow().triggers.is_empty());
+        assert!(!bench.world.0.borrow().enabled);
+    }
+}
+
+/// The internal oscillator will do where somebody has said so, and until he says otherwise.
+#[test]
+fn the_internal_oscillator_is_allowed_by_a_setting() {
+    let identity = Identity {
+        standing: Reasons::NONE.with(Reason::InternalClock),
+        ..IDENTITY
+    };
+    let mut settings = Settings::default();
+    settings.set("internal-clock", "on").unwrap();
+    let mut bench = Bench::boot(Some(settings), identity, |_| ());
+    assert_eq!(bench.scan().status, Status::Ok);
+    let off = framed(&["set", "internal-clock", "off"]);
+    bench.ask(off.trim_end());
+    let scans = (0..3).map(|_| bench.scan());
+    let last = scans.last().unwrap();
+    assert!(last.reasons.has(Reason::InternalClock), "{last:?}");
+}
+
+#[test]
+fn an_unsealed_image_is_never_ok() {
+    let identity = Identity {
+        standing: Reasons::NONE.with(Reason::ImageUnsealed),
+        ..IDENTITY
+    };
+    let mut bench = Bench::boot(Some(Settings::default()), identity, |_| ());
+    let scan = bench.scan();
+    assert_eq!((scan.scan, scan.status), (1, Status::Degraded));
+    assert!(scan.reasons.has(Reason::ImageUnsealed));
 }

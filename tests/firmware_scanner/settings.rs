@@ -1,11 +1,14 @@
 //! Settings over commands, resets and a flash: who vouches for them, and who is told.
 
 use stairscan::answer::{Reason, Reasons, Status};
+use stairscan::calibration::Mounting;
+use stairscan::estimate::Estimate;
+use stairscan::report::Sentence;
 use stairscan::report::command::framed;
-use stairscan::scan::Settings;
 use stairscan::scan::record::MOUNTING;
+use stairscan::scan::{Identity, LinkError, Settings};
 
-use super::bench::{Bench, IDENTITY};
+use super::bench::{Bench, IDENTITY, World};
 
 /// The command of `FAIL,…,crc,send …`, as a person would paste it.
 fn offered(answer: &str) -> &str {
@@ -154,4 +157,81 @@ fn a_scan_names_its_own_settings() {
     assert_eq!(first, Settings::default().hash());
     assert_ne!(second, first);
     assert!(status.ends_with(&format!(",{second:08X}")), "{status}");
+}
+
+/// What a calibration finds: 2 mm lower, 1.25° off.
+const FOUND: Mounting = Mounting {
+    height_m: Estimate::new(0.398, 1e-3),
+    offset_rad: Estimate::new(0.021_816_6, 1e-4),
+    scale: Estimate::new(1.0125, 1e-4),
+    mirror_echo_m: Estimate::new(0.2205, 1e-4),
+    floor_echoes: 9,
+};
+const CALIBRATE: [&str; 3] = ["calibrate", "1500", "20261122"];
+
+#[test]
+fn a_calibration_is_saved_with_its_date_and_the_chip() {
+    let mut bench = Bench::new(|w| (w.stopped, w.mounting) = (true, Some(FOUND)));
+    let answer = bench.ask("calibrate 1500 20261122");
+    assert!(answer.starts_with("FAIL,calibrate,crc,send $PSTC,calibrate,1500,20261122*"));
+    let home: i32 = bench
+        .ask("get,home-angle")
+        .split(',')
+        .next_back()
+        .unwrap()
+        .parse()
+        .unwrap();
+    bench.type_line(offered(&answer));
+    let done = bench.until(|s| matches!(s, Sentence::Done { .. }));
+    assert!(done.iter().all(|line| !line.contains(",SCAN,")), "{done:?}");
+    assert!(done[0].contains("CONF,range-scale,1012500*"), "{done:?}");
+    let saved = bench.world.0.borrow().saved.unwrap();
+    assert_eq!(saved.config.mount.mount_height, 39_800);
+    assert_eq!(saved.config.mount.mirror_echo, 22_050);
+    assert_eq!(saved.motor.home_angle, home + 1_250);
+    assert_eq!(saved.calibrated.date, 20_261_122);
+    assert_eq!(bench.ask("get,mount-height"), "CONF,mount-height,39800");
+    assert!(!bench.world.0.borrow().homed, "home is elsewhere now");
+
+    // The same chip finds them again, another one does not.
+    let mut bench = Bench::boot(Some(saved), IDENTITY, |_| ());
+    assert_eq!(bench.scan().status, Status::Ok);
+    let other = Identity {
+        serial: [1, 2, 3],
+        ..IDENTITY
+    };
+    let mut bench = Bench::boot(Some(saved), other, |_| ());
+    assert!(bench.scan().reasons.has(Reason::Unconfigured));
+}
+
+#[test]
+fn a_calibration_that_fails_changes_nothing() {
+    let line = framed(&CALIBRATE);
+    let refused = |prepare: &dyn Fn(&mut World), field: &str| {
+        let mut bench = Bench::new(|w| {
+            (w.stopped, w.mounting) = (true, Some(FOUND));
+            prepare(w);
+        });
+        let before = bench.ask("status");
+        let answer = bench.ask(line.trim_end());
+        assert!(
+            answer.starts_with(&format!("FAIL,calibrate,{field},")),
+            "{answer}"
+        );
+        let hash = |status: &str| status.split(',').next_back().unwrap().to_owned();
+        assert_eq!(hash(&bench.ask("status")), hash(&before), "{field}");
+        assert!(bench.world.0.borrow().saved.is_none());
+        assert_eq!(bench.world.0.borrow().begun.len() > 0, field != "self-test");
+    };
+    refused(&|w| w.mounting = None, "scene");
+    refused(&|w| w.flash_broken = true, "flash");
+    refused(&|w| w.errors = [Some(LinkError::Timeout); 3].into(), "rows");
+    refused(&|w| w.arithmetic_broken = true, "self-test");
+    // Only from a standstill, and only of a scanner that knows roughly how it is mounted.
+    let mut bench = Bench::new(|w| w.mounting = Some(FOUND));
+    let answer = bench.ask(line.trim_end());
+    assert!(answer.starts_with("FAIL,calibrate,state,"), "{answer}");
+    let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
+    let answer = bench.ask(line.trim_end());
+    assert!(answer.starts_with("FAIL,calibrate,plane,"), "{answer}");
 }

@@ -14,6 +14,7 @@ pub mod profile;
 pub mod replay;
 pub mod report;
 pub mod score;
+pub mod seal;
 pub mod sequences;
 pub mod snr;
 pub mod soak;

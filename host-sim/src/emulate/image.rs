@@ -8,6 +8,7 @@ use anyhow::{Context, Result, ensure};
 use object::read::{Object, ObjectSection, ObjectSymbol};
 use object::{RelocationTarget, SectionFlags, SectionKind, SymbolKind};
 
+use super::seal::seal;
 use super::tools::{TARGET, Tool};
 use crate::recording::regular;
 
@@ -17,10 +18,12 @@ pub fn workspace() -> PathBuf {
     here.parent().unwrap_or(here).to_owned()
 }
 
-/// Builds the image as `cargo firmware` does and returns its path. `features` are for test builds,
+/// Builds the image as `cargo firmware` does, seals it, and returns its path. `features` are for test builds,
 /// which go to a directory of their own.
 pub fn build(features: &[&str]) -> Result<PathBuf> {
-    build_bin("stairscan", "stairscan", features)
+    let elf = build_bin("stairscan", "stairscan", features)?;
+    seal(&elf)?;
+    Ok(elf)
 }
 
 /// Builds any program for the chip with the firmware's profile; returns its ELF file.

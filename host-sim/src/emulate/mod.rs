@@ -9,11 +9,13 @@
 //! | [`shaft`] | the motor: STEP and DIR from the log, home switch by injected edges |
 //! | [`session`] | boot, configure, scan |
 //! | [`image`] | building the image and reading its sizes and symbols |
+//! | [`seal`] | the checksum by which an image knows that it is whole |
 //! | [`tools`] | whether compiler and emulator are there, and how to get them |
 
 pub mod image;
 pub mod module;
 pub mod qemu;
+pub mod seal;
 pub mod session;
 pub mod shaft;
 pub mod tools;

@@ -14,6 +14,8 @@ use super::tools::{EMULATOR, Tool};
 
 /// Where the interrupt controller's edge inputs are.
 const EXTI: &str = "/machine/unattached/device[0]/exti";
+/// Where the processor's interrupt controller is.
+const NVIC: &str = "/machine/unattached/device[0]/armv7m";
 /// From the start of the process to its connections.
 const CONNECT: Duration = Duration::from_secs(30);
 
@@ -129,6 +131,22 @@ impl Qemu {
         );
         self.qtest.write_all(line.as_bytes())?;
         // Its acknowledgements are of no interest, but must not fill the socket.
+        let mut sink = [0; 256];
+        while read_some(&mut self.qtest, &mut sink)? > 0 {}
+        Ok(())
+    }
+
+    /// Raises an interrupt of the chip by its number, or the one that cannot be masked.
+    pub fn interrupt(&mut self, number: Option<u32>) -> Result<()> {
+        let line = match number {
+            Some(number) => format!("unnamed-gpio-in {number}"),
+            None => "NMI 0".to_owned(),
+        };
+        // A pulse: a line that stayed would interrupt the next boot as well.
+        for level in [1, 0] {
+            let command = format!("set_irq_in {NVIC} {line} {level}\n");
+            self.qtest.write_all(command.as_bytes())?;
+        }
         let mut sink = [0; 256];
         while read_some(&mut self.qtest, &mut sink)? > 0 {}
         Ok(())

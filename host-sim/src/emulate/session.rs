@@ -309,6 +309,8 @@ impl<'a> Session<'a> {
 
     /// Brings the image to `settings` and the waits that the emulator needs.
     pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
+        // The emulator has no crystal.
+        self.set("internal-clock", "on")?;
         for (key, value) in [
             ("connect-timeout", waits.connect),
             ("configure-timeout", waits.configure),
@@ -325,7 +327,7 @@ impl<'a> Session<'a> {
         let changed: Vec<_> = Settings::KEYS
             .iter()
             .filter(|key| !key.starts_with("radar-") && !waits.contains(key))
-            .filter(|key| **key != "search-speed")
+            .filter(|key| !["search-speed", "internal-clock"].contains(key))
             .filter(|key| settings.get(key) != default.get(key) || MOUNTING.contains(key))
             .collect();
         let sweep = ["angle-count", "first-angle", "angle-step"];
@@ -442,6 +444,11 @@ impl<'a> Session<'a> {
     /// Forgets what has been printed so far.
     pub fn skip_lines(&mut self) {
         self.read = self.lines.len();
+    }
+
+    /// Raises an interrupt of the chip by its number, or the one that cannot be masked.
+    pub fn interrupt(&mut self, number: Option<u32>) -> Result<()> {
+        self.qemu.interrupt(number)
     }
 
     /// Drives the driver's stall output.

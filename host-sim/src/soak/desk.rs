@@ -4,14 +4,14 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use anyhow::{Context, Result, bail, ensure};
-use stairscan::answer::Reasons;
 use stairscan::drive::Odometry;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::framed;
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::{Hardware, Identity, Micros, Reports, Scanner, Settings};
+use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
 
 use super::stage::{Link, Shaft, Shared, Stage};
+use crate::volatile::{Volatile, identity};
 
 /// Time from step to step: any mirror has come to rest.
 const STEP_US: u32 = 10_000;
@@ -55,7 +55,7 @@ pub struct Told {
 pub struct Desk<'a> {
     /// What stands before it.
     pub stage: Rc<RefCell<Stage>>,
-    scanner: Scanner<'a, Shaft, Link, Shared, Shared, &'a mut Pipeline>,
+    scanner: Scanner<'a, Shaft, Link, Shared, Volatile, &'a mut Pipeline>,
     now: Micros,
     /// The scan that is being told.
     telling: Option<Told>,
@@ -63,16 +63,6 @@ pub struct Desk<'a> {
     told: Option<Told>,
     replies: Vec<String>,
 }
-
-const IDENTITY: Identity = Identity {
-    version: env!("CARGO_PKG_VERSION"),
-    revision: "soak",
-    reset: "none",
-    clock: "host",
-    boots: 1,
-    serial: [0; 3],
-    reasons: Reasons::NONE,
-};
 
 impl<'a> Desk<'a> {
     /// A scanner that has just booted, and stands.
@@ -82,14 +72,14 @@ impl<'a> Desk<'a> {
         let hardware = Hardware {
             mirror: Shaft::new(shared.clone()),
             link: Link::new(shared.clone()),
-            port: shared.clone(),
-            board: shared,
+            port: shared,
+            board: Volatile::STOPPED,
         };
         let now = Micros(0);
         let lent = (&mut memory.reports, &mut memory.odometry);
         let data = &mut *memory.pipeline;
         Self {
-            scanner: Scanner::new(hardware, data, lent, Some(settings), IDENTITY, now),
+            scanner: Scanner::new(hardware, data, lent, Some(settings), identity("soak"), now),
             stage,
             now,
             telling: None,

@@ -9,11 +9,9 @@ use std::task::Poll;
 use anyhow::{Result, anyhow};
 use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
-use stairscan::report::command::Measure;
 use stairscan::scan::settings::MotorConfig;
-use stairscan::scan::store::StoreError;
 use stairscan::scan::{
-    Board, BytePort, LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings,
+    BytePort, LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings,
 };
 
 use crate::playback::{SimShaft, row_at};
@@ -88,7 +86,6 @@ pub struct Stage {
     pub printed: Vec<u8>,
     /// Whether a scan has been asked for and no chirp of it yet.
     asked: bool,
-    stopped: bool,
 }
 
 impl Stage {
@@ -101,7 +98,6 @@ impl Stage {
             typed: VecDeque::new(),
             printed: Vec::new(),
             asked: true,
-            stopped: true,
         }
     }
 
@@ -229,31 +225,5 @@ impl BytePort for Shared {
     fn write(&mut self, bytes: &[u8]) -> usize {
         self.0.borrow_mut().printed.extend(bytes);
         bytes.len()
-    }
-}
-
-impl Board for Shared {
-    fn stopped(&self) -> bool {
-        self.0.borrow().stopped
-    }
-
-    fn set_stopped(&mut self, stopped: bool) {
-        self.0.borrow_mut().stopped = stopped;
-    }
-
-    fn settings_before(&self) -> Option<u32> {
-        None
-    }
-
-    fn note_settings(&mut self, _: u32) {}
-
-    fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
-        Err(StoreError::Controller)
-    }
-
-    fn survived(&mut self) {}
-
-    fn measure(&self, _: Measure) -> u32 {
-        0
     }
 }

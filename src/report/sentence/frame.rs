@@ -1,6 +1,6 @@
 //! What all sentences have in common: their frame, and lengths.
 
-use crate::report::crc::CRC32;
+use crate::report::crc;
 
 /// Longest sentence with its line end, bytes.
 pub const MAX_SENTENCE: usize = 224;
@@ -14,7 +14,7 @@ pub const PREFIX: &str = "$PSTR,";
 /// CRC-32 (ISO-HDLC) of a sentence's body: what stands between `$` and `*`.
 #[inline(never)]
 pub fn crc32(body: &str) -> u32 {
-    CRC32.checksum(body.as_bytes())
+    crc::of_parts(&[body.as_bytes()])
 }
 
 /// A length in tenths of a millimetre, as sentences carry it.

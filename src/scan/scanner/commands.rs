@@ -12,6 +12,10 @@ use crate::scan::mirror::Mirror;
 use crate::scan::settings::{self, Settings};
 use crate::scan::time::Micros;
 
+/// Most bytes that are read in one go, so that who never falls silent cannot hold the scanner up: more than a
+/// port's queue holds.
+const MOST_READ: u32 = 1024;
+
 /// The line that comes in over the report port, and the list that goes out.
 #[derive(Debug)]
 pub(super) struct Console {
@@ -101,7 +105,10 @@ impl Console {
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
     ) {
-        while self.held.is_none() {
+        for _ in 0..MOST_READ {
+            if self.held.is_some() {
+                break;
+            }
             let Some(byte) = machine.hardware.port.read() else {
                 return;
             };
@@ -184,6 +191,16 @@ impl Console {
             }
             Command::Save if command::is_framed(self.reader.line()) => save(machine),
             Command::Save => machine.reports.offer("save", &["save"]),
+            Command::Calibrate(task) if command::is_framed(self.reader.line()) => {
+                machine.calibrate(now, task);
+            }
+            Command::Calibrate(task) => {
+                let [wall, date] = [task.wall_mm.into(), task.date].map(i64::from);
+                let [wall, date] = [wall, date].map(settings::number);
+                machine
+                    .reports
+                    .offer("calibrate", &["calibrate", &wall, &date]);
+            }
             // Taken in before: `drive`.
             Command::Motion(_) => {}
             Command::Measure(measure) => {

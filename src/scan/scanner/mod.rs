@@ -18,12 +18,16 @@
 //! | file | what it does | over |
 //! |---|---|---|
 //! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`super::record`] |
+//! | `fitness` | whether processor, memory, clock and supply are fit to scan | |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`super::outbox`] |
 //! | `pulse` | when `LIVE` is due, and its times | [`super::time`] |
 //! | `states` | the machine above: what is under way, and until when | `keeper`, `reports`, [`super::sweep`] |
+//! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::calibration`] |
 //! | `commands` | lines of the report port, carried out on the machine; `LIVE` | `states`, `reports`, `pulse` |
 
+mod calibrating;
 mod commands;
+mod fitness;
 mod keeper;
 mod pulse;
 mod reports;

@@ -2,12 +2,15 @@
 
 use core::task::Poll;
 
+use super::fitness;
 use super::keeper::{Keeper, ScanSettings};
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::ConfigError;
 use crate::drive::{Drive, Memory, Odometry};
 use crate::report::Sentence;
+use crate::report::command::Calibration;
+use crate::report::crc;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::link::RadarLink;
@@ -63,7 +66,7 @@ enum Until {
 #[derive(Debug)]
 pub(super) struct Machine<'a, M, L, P, B, D> {
     pub hardware: Hardware<M, L, P, B>,
-    data: D,
+    pub(super) data: D,
     pub reports: &'a mut Reports,
     pub odometry: &'a mut Odometry,
     pub settings: Keeper,
@@ -84,6 +87,8 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub answered: Option<Micros>,
     /// Requests that the module did not answer as it should.
     pub link_errors: u16,
+    /// What the next scan is for, where it is for no answer.
+    pub(super) calibration: Option<Calibration>,
 }
 
 /// After so long, and a scan, crashes before this boot are forgotten: 60 s.
@@ -161,6 +166,9 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         identity: Identity,
         now: Micros,
     ) -> Self {
+        // What was calibrated with another chip's mirror and mounting is not this one's.
+        let chip = crc::of_words(&identity.serial);
+        let stored = stored.filter(|settings| settings.calibrated.fits(chip));
         let settings = Keeper::new(stored, hardware.board.settings_before());
         let mut machine = Self {
             scan: ScanSettings::of(&settings),
@@ -180,6 +188,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
             forgets: false,
             answered: None,
             link_errors: 0,
+            calibration: None,
         };
         machine.note();
         machine
@@ -218,6 +227,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     pub fn stop(&mut self) {
         self.hardware.board.set_stopped(true);
         self.hardware.mirror.disable();
+        self.calibration = None;
         self.state = State::Idle;
         self.reports.done("stop");
     }
@@ -292,9 +302,10 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     /// Begins a scan, or the self-test if home or link is unknown.
     #[inline(never)]
-    fn begin(&mut self, now: Micros, errand: Errand) {
+    pub(super) fn begin(&mut self, now: Micros, errand: Errand) {
         self.deadline = now.plus(POLL_US);
-        if !self.hardware.mirror.homed() || !self.connected {
+        let unfit = fitness::unfit(self.identity.standing, self.settings.get()).is_some();
+        if unfit || !self.hardware.mirror.homed() || !self.connected {
             self.state = State::SelfTest(Test::Arithmetic, errand);
             return;
         }
@@ -325,6 +336,9 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     fn self_test(&mut self, now: Micros, test: Test, errand: Errand) {
         match test {
             Test::Arithmetic => {
+                if let Some(unfit) = fitness::unfit(self.identity.standing, self.settings.get()) {
+                    return self.fail_test(now, unfit, errand);
+                }
                 if !self.data.self_test() {
                     return self.fail_test(now, Reason::SelfTest, errand);
                 }
@@ -406,11 +420,21 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     /// A failed self-test is told as scan 0: the scanner has no answer, and says why.
     fn fail_test(&mut self, now: Micros, reason: Reason, errand: Errand) {
+        if self.calibration.take().is_some() {
+            self.refuse_calibration(ConfigError {
+                field: reason.as_str(),
+                expected: "a test that passes",
+            });
+        }
         if errand == Errand::Answer {
             self.reports
                 .refuse("selftest", reason.as_str(), "a test that passes");
         }
-        self.reasons = Reasons::NONE.with(reason);
+        self.reasons = match self.scans {
+            // Why the chip was reset is told as long as it has not scanned.
+            0 => self.identity.reasons.with(reason),
+            _ => Reasons::NONE.with(reason),
+        };
         self.enter_fault(now, false);
     }
 
@@ -444,6 +468,10 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     #[inline(never)]
     fn conclude(&mut self, now: Micros, rows: Rows) {
         self.odometry.finish(now);
+        if let Some(task) = self.calibration.take() {
+            self.calibrated(&rows, task);
+            return self.resume(now);
+        }
         let ScanSettings {
             motion,
             fusion,
@@ -467,6 +495,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         if outcome.status != Status::Fault {
             self.answered = Some(now);
         }
+        outcome.doubt(fitness::doubts(self.identity.standing));
         if !self.scan.configured {
             outcome.doubt(Reasons::NONE.with(Reason::Unconfigured));
         }

@@ -3,12 +3,13 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
+use host_sim::volatile::identity;
 use stairscan::answer::{Reasons, Status};
 use stairscan::drive::Odometry;
 use stairscan::report::Sentence;
 use stairscan::scan::link::FrameLink;
 use stairscan::scan::mirror::Stepper;
-use stairscan::scan::{Hardware, Identity, Micros, Reports, Scanner, Settings};
+use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
 
 use super::world::{Module, RADAR, Rows, Shared, World};
 
@@ -21,16 +22,6 @@ const PATIENCE: u32 = 4_000;
 const ROUNDS: u32 = 3;
 
 type Parts<'a> = Scanner<'a, Stepper<Shared>, FrameLink<Module>, Shared, Shared, Rows>;
-
-const IDENTITY: Identity = Identity {
-    version: "0",
-    revision: "fuzz",
-    reset: "none",
-    clock: "host",
-    boots: 1,
-    serial: [0; 3],
-    reasons: Reasons::NONE,
-};
 
 /// Scanner and world, and what the scanner has said so far.
 pub struct Bench<'a> {
@@ -64,7 +55,14 @@ impl<'a> Bench<'a> {
         let now = Micros(u32::MAX - 1_000_000);
         let data = Rows::new(world.clone());
         Self {
-            scanner: Scanner::new(hardware, data, memory, Some(settings()), IDENTITY, now),
+            scanner: Scanner::new(
+                hardware,
+                data,
+                memory,
+                Some(settings()),
+                identity("fuzz"),
+                now,
+            ),
             world,
             now,
             scan: 0,

@@ -1,0 +1,41 @@
+//! `seal ELF`: makes an image that knows whether it is whole.
+
+use std::path::PathBuf;
+use std::process::{Command, ExitCode};
+
+use anyhow::{Context, Result};
+
+use super::emit;
+use crate::emulate::seal::seal;
+
+/// Arguments of `seal`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// The image
+    elf: PathBuf,
+    /// Then write it to the board and show its log, as `cargo flash` does
+    #[arg(long)]
+    flash: bool,
+}
+
+/// What writes to the board, and its arguments before the image's name.
+const PROBE: [&str; 4] = ["probe-rs", "run", "--chip", "STM32F405RGTx"];
+
+/// Seals the image, and flashes it if asked to.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let [.., crc] = seal(&args.elf)?;
+    emit(&format!(
+        "{}: sealed, CRC-32 {crc:08X}\n",
+        args.elf.display()
+    ));
+    if !args.flash {
+        return Ok(ExitCode::SUCCESS);
+    }
+    let [program, rest @ ..] = PROBE;
+    let status = Command::new(program).args(rest).arg(&args.elf).status();
+    let status = status.with_context(|| format!("{program} (https://probe.rs installs it)"))?;
+    Ok(match status.success() {
+        true => ExitCode::SUCCESS,
+        false => ExitCode::FAILURE,
+    })
+}

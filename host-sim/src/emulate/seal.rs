@@ -1,0 +1,88 @@
+//! Sealing an image: the checksum by which it knows at boot that it is whole (`stairscan::scan::seal`).
+
+use std::fs::{self, OpenOptions};
+use std::io::{Seek, SeekFrom, Write};
+use std::path::Path;
+
+use anyhow::{Context, Result, bail, ensure};
+use object::Endianness;
+use object::read::elf::{ElfFile32, ProgramHeader};
+use object::read::{Object, ObjectSection};
+use stairscan::scan::seal::{CODE, SECTION, VECTORS, WORDS, seal as of_parts};
+
+use crate::recording::regular;
+
+/// What a seal takes in the file.
+const BYTES: usize = WORDS * size_of::<u32>();
+
+/// Puts the seal into an ELF file, unless it is there already; returns the seal. Only those few bytes are
+/// written, so that who reads the file meanwhile reads a whole one.
+///
+/// # Errors
+/// Says what makes the file none that can be sealed.
+pub fn seal(elf: &Path) -> Result<[u32; WORDS]> {
+    regular(elf)?;
+    let name = || elf.display().to_string();
+    let bytes = fs::read(elf).with_context(name)?;
+    let (place, seal) = of_file(&bytes).with_context(name)?;
+    let words = seal.map(u32::to_le_bytes);
+    if bytes.get(place..place + BYTES) != Some(words.as_flattened()) {
+        let mut file = OpenOptions::new()
+            .write(true)
+            .open(elf)
+            .with_context(name)?;
+        file.seek(SeekFrom::Start(place as u64))?;
+        file.write_all(words.as_flattened()).with_context(name)?;
+    }
+    Ok(seal)
+}
+
+/// Where the seal stands in the file, and what it must be.
+fn of_file(bytes: &[u8]) -> Result<(usize, [u32; WORDS])> {
+    let file = ElfFile32::<Endianness>::parse(bytes).context("no ELF file of 32 bits")?;
+    let section = file
+        .section_by_name(SECTION)
+        .with_context(|| format!("no section {SECTION}: no image of this scanner"))?;
+    let (place, size) = section.file_range().context("an empty seal")?;
+    ensure!(
+        size == BYTES as u64,
+        "a seal of {size} bytes instead of {BYTES}"
+    );
+    let mut loaded = loaded(&file)?;
+    loaded.sort_by_key(|(address, _)| *address);
+    let seal_at = u32::try_from(section.address())?;
+    let vectors = joined(&loaded, VECTORS, seal_at)?;
+    let code = joined(&loaded, CODE, u32::MAX)?;
+    let seal = of_parts(&vectors, &code).context("longer than the flash has room")?;
+    Ok((usize::try_from(place)?, seal))
+}
+
+/// What the file brings into flash: addresses, bytes.
+fn loaded<'data>(file: &ElfFile32<'data, Endianness>) -> Result<Vec<(u32, &'data [u8])>> {
+    let (endian, data) = (file.endian(), file.data());
+    let mut parts = Vec::new();
+    for header in file.elf_program_headers() {
+        let load = header.p_type(endian) == object::elf::PT_LOAD;
+        if load && header.p_filesz(endian) > 0 {
+            let bytes = header.data(endian, data);
+            let bytes = bytes.map_err(|()| anyhow::anyhow!("a segment beyond the file's end"))?;
+            parts.push((header.p_paddr(endian), bytes));
+        }
+    }
+    Ok(parts)
+}
+
+/// The bytes from `from` on up to `to` or the last one, without a gap.
+fn joined(parts: &[(u32, &[u8])], from: u32, to: u32) -> Result<Vec<u8>> {
+    let mut all = Vec::new();
+    for (address, bytes) in parts.iter().filter(|(at, _)| (from..to).contains(at)) {
+        let at = (address - from) as usize;
+        if at != all.len() {
+            bail!("a gap in the image before 0x{address:08x}");
+        }
+        let room = (to - address) as usize;
+        all.extend(bytes.iter().take(room));
+    }
+    ensure!(!all.is_empty(), "nothing at 0x{from:08x}");
+    Ok(all)
+}

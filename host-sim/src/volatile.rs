@@ -1,0 +1,59 @@
+//! A board without any memory of its own, for scanners on the host.
+
+use stairscan::answer::Reasons;
+use stairscan::report::command::Measure;
+use stairscan::scan::store::StoreError;
+use stairscan::scan::{Board, Identity, Settings};
+
+/// A board that nothing survives: no reset, no flash.
+#[derive(Clone, Copy, Debug)]
+pub struct Volatile {
+    stopped: bool,
+}
+
+impl Volatile {
+    /// Under a scanner that scans on by itself.
+    pub const SCANNING: Self = Self { stopped: false };
+    /// Under one that stands until it is told to start.
+    pub const STOPPED: Self = Self { stopped: true };
+}
+
+/// Who a scanner on the host is, built for `what`.
+pub const fn identity(what: &'static str) -> Identity {
+    Identity {
+        version: env!("CARGO_PKG_VERSION"),
+        revision: what,
+        reset: "none",
+        clock: "host",
+        boots: 1,
+        serial: [0; 3],
+        reasons: Reasons::NONE,
+        standing: Reasons::NONE,
+    }
+}
+
+impl Board for Volatile {
+    fn stopped(&self) -> bool {
+        self.stopped
+    }
+
+    fn set_stopped(&mut self, stopped: bool) {
+        self.stopped = stopped;
+    }
+
+    fn settings_before(&self) -> Option<u32> {
+        None
+    }
+
+    fn note_settings(&mut self, _: u32) {}
+
+    fn save(&mut self, _: &Settings) -> Result<(), StoreError> {
+        Err(StoreError::Controller)
+    }
+
+    fn survived(&mut self) {}
+
+    fn measure(&self, _: Measure) -> u32 {
+        0
+    }
+}

@@ -1,0 +1,132 @@
+//! The image's watch over processor, supply and itself, in the emulator.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use host_sim::emulate::session::Waits;
+use host_sim::emulate::tools::Tool;
+use host_sim::emulate::{Session, image, seal};
+use host_sim::playback::Playback;
+use host_sim::recording::Recording;
+use object::read::{Object, ObjectSection};
+use stairscan::answer::{Reason, Status};
+use stairscan::config::Config;
+use stairscan::report::{ScanLine, Sentence};
+use stairscan::scan::seal::{BLANK, SECTION};
+
+mod common;
+
+use common::tools;
+
+/// A copy of the image with something changed; it goes when it is dropped.
+struct Copy(PathBuf);
+
+impl Copy {
+    /// `change` gets the file's bytes and where a section lies in it.
+    fn of(elf: &Path, name: &str, section: &str, change: impl Fn(&mut [u8])) -> Self {
+        let mut bytes = fs::read(elf).unwrap();
+        let file = object::File::parse(&*bytes).unwrap();
+        let (at, size) = file.section_by_name(section).unwrap().file_range().unwrap();
+        change(&mut bytes[at as usize..(at + size) as usize]);
+        let path = std::env::temp_dir().join(format!("stairscan-{name}-{}", std::process::id()));
+        fs::write(&path, bytes).unwrap();
+        Self(path)
+    }
+}
+
+impl Drop for Copy {
+    fn drop(&mut self) {
+        let _ = fs::remove_file(&self.0);
+    }
+}
+
+fn recording() -> Recording {
+    let full = Recording::read(&image::workspace().join("recordings/empty")).unwrap();
+    let rows: Vec<usize> = (0..full.chirps()).step_by(6).collect();
+    let mut thin = full.clone();
+    thin.meta.angles_deg = rows.iter().map(|&k| full.meta.angles_deg[k]).collect();
+    let chirps = rows.iter().flat_map(|&k| full.chirp(k).unwrap().to_vec());
+    thin.samples = chirps.collect();
+    thin
+}
+
+fn head(sentences: &[String]) -> ScanLine {
+    match Sentence::parse(&sentences[0]) {
+        Ok(Sentence::Scan(scan)) => scan,
+        other => panic!("{other:?} is no SCAN"),
+    }
+}
+
+/// One bit of a constant or of the code, and the image says at boot that it is not what was built, again and
+/// again, and never moves; without a seal it scans, but is never `ok`.
+#[test]
+fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
+    if !tools(&[Tool::Target, Tool::Emulator]) {
+        return;
+    }
+    let elf = image::build(&[]).unwrap();
+    let recording = recording();
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    // Neither is used before the image has been checked.
+    for (section, back) in [(".rodata", 1), (".data", 1), (".vector_table", 1)] {
+        let damaged = Copy::of(&elf, &format!("damaged{section}"), section, |bytes| {
+            let at = bytes.len() - back;
+            bytes[at] ^= 0x10;
+        });
+        let mut session = Session::boot(&damaged.0, &playback).unwrap();
+        session.set("internal-clock", "on").unwrap();
+        session.set("fault-hold", "100000").unwrap();
+        session.skip_lines();
+        for _ in 0..2 {
+            let scan = head(&session.scan().unwrap());
+            assert_eq!((scan.scan, scan.status), (0, Status::Fault), "{section}");
+            assert!(
+                scan.reasons.has(Reason::ImageDamaged),
+                "{section}: {scan:?}"
+            );
+        }
+        assert_eq!(session.shaft.pulses(), 0, "moved");
+    }
+    let blank = Copy::of(&elf, "blank", SECTION, |bytes| {
+        let words = BLANK.map(u32::to_le_bytes);
+        bytes.copy_from_slice(words.as_flattened());
+    });
+    let mut session = Session::boot(&blank.0, &playback).unwrap();
+    session
+        .configure(&playback.settings(), Waits::default())
+        .unwrap();
+    session.skip_lines();
+    session.connect().unwrap();
+    let scan = head(&session.scan().unwrap());
+    assert_eq!((scan.scan, scan.status), (1, Status::Degraded));
+    assert!(scan.reasons.has(Reason::ImageUnsealed), "{scan:?}");
+    // The seal puts right what was blank, and nothing else.
+    seal::seal(&blank.0).unwrap();
+    assert!(fs::read(&blank.0).unwrap() == fs::read(&elf).unwrap());
+}
+
+/// Without its crystal the scanner does not move before somebody says that the internal oscillator will do;
+/// a supply that falls and a crystal that stops end in the fault path.
+#[test]
+fn clock_and_supply_are_watched() {
+    if !tools(&[Tool::Target, Tool::Emulator]) {
+        return;
+    }
+    let elf = image::build(&[]).unwrap();
+    let recording = recording();
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let mut session = Session::boot(&elf, &playback).unwrap();
+    let scan = head(&session.scan().unwrap());
+    assert_eq!((scan.scan, scan.status), (0, Status::Fault));
+    assert!(scan.reasons.has(Reason::InternalClock), "{scan:?}");
+    assert_eq!(session.shaft.pulses(), 0, "moved");
+    /// The supply's detector (RM0090, vector table).
+    const PVD: u32 = 1;
+    for (line, reset) in [(Some(PVD), ",supply,hsi-16,2,"), (None, ",clock,hsi-16,3,")] {
+        session.interrupt(line).unwrap();
+        session.next_halt().unwrap();
+        let boot = session.wait_for("another boot", |s| matches!(s, Sentence::Boot { .. }));
+        let boot = boot.unwrap();
+        assert!(boot.contains(reset), "{boot}");
+    }
+}

@@ -1,0 +1,328 @@
+//! The memory's own test at boot, before anything is kept in it: March C-, word by word.
+//!
+//! March C- finds every cell that sticks, every address that reaches another cell or none, and every cell
+//! that a change of another one changes, over any two words. Within a word it does so for what the
+//! backgrounds tell apart: with six of them each two of the 32 bits differ in one at least.
+
+use core::hint::black_box;
+
+/// Memory of words, as the march sees it.
+pub trait Words {
+    /// How many there are.
+    fn count(&self) -> u32;
+    /// Word `k`.
+    fn read(&self, k: u32) -> u32;
+    /// Changes word `k`.
+    fn write(&mut self, k: u32, word: u32);
+}
+
+/// What the words are filled with: each two bits differ in one of these.
+const BACKGROUNDS: [u32; 6] = [
+    0,
+    0x5555_5555,
+    0x3333_3333,
+    0x0f0f_0f0f,
+    0x00ff_00ff,
+    0x0000_ffff,
+];
+
+/// Whether every word keeps what it is told and nothing else. What stood there is lost.
+// Out of line, as what it calls: it is called for several ranges.
+#[inline(never)]
+pub fn march(memory: &mut impl Words) -> bool {
+    BACKGROUNDS.iter().all(|&word| march_over(memory, word))
+}
+
+/// March C- over one background: write; upwards read and turn, twice; downwards read and turn, twice; read.
+#[inline(never)]
+fn march_over(memory: &mut impl Words, word: u32) -> bool {
+    // What stood there before is of no interest.
+    turn(memory, !word, false);
+    [
+        (word, false),
+        (!word, false),
+        (word, true),
+        (!word, true),
+        (word, false),
+    ]
+    .iter()
+    .all(|&(from, down)| turn(memory, from, down))
+}
+
+/// Reads each word, which must be `from`, and inverts it.
+#[inline(never)]
+fn turn(memory: &mut impl Words, from: u32, down: bool) -> bool {
+    let count = memory.count();
+    let (mut k, step) = if down {
+        (count, u32::MAX)
+    } else {
+        (u32::MAX, 1)
+    };
+    let mut wrong = 0;
+    for _ in 0..count {
+        // So that the loop stays one: unrolled it is ten times as long.
+        k = black_box(k.wrapping_add(step));
+        wrong |= memory.read(k) ^ from;
+        memory.write(k, !from);
+    }
+    wrong == 0
+}
+
+/// Whether every word keeps each of its bits, for words that must not be lost: each is put back before the
+/// next one is touched. What words do to one another is not seen.
+pub fn each_keeps(memory: &mut impl Words) -> bool {
+    (0..memory.count()).all(|k| {
+        let before = memory.read(k);
+        let keeps = [before, !before, before].iter().all(|&word| {
+            memory.write(k, word);
+            memory.read(k) == word
+        });
+        memory.write(k, before);
+        keeps
+    })
+}
+
+#[cfg(target_os = "none")]
+mod chip {
+    use super::{Words, each_keeps, march};
+    use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
+
+    /// Words from an address on.
+    struct Range {
+        from: *mut u32,
+        count: u32,
+    }
+
+    impl Range {
+        fn between(from: *const u32, to: *const u32) -> Self {
+            Self {
+                from: from.cast_mut(),
+                count: (to as u32).saturating_sub(from as u32) / 4,
+            }
+        }
+    }
+
+    impl Words for Range {
+        fn count(&self) -> u32 {
+            self.count
+        }
+
+        fn read(&self, k: u32) -> u32 {
+            // SAFETY: within the range, which is RAM that nobody uses yet (`__pre_init`).
+            unsafe { self.from.add(k as usize).read_volatile() }
+        }
+
+        fn write(&mut self, k: u32, word: u32) {
+            // SAFETY: as above.
+            unsafe { self.from.add(k as usize).write_volatile(word) }
+        }
+    }
+
+    /// What the march leaves when all is well.
+    const PASSED: u32 = 0x5061_7373;
+    /// Bytes below the stack pointer that the march leaves alone: its own frames, some 100 bytes.
+    const FRAMES: u32 = 512;
+
+    // SAFETY: the start-up code leaves the section as it is, and any bits are a word.
+    #[unsafe(link_section = ".uninit.MARCHED")]
+    static MARCHED: AtomicU32 = AtomicU32::new(0);
+
+    unsafe extern "C" {
+        static mut _stack_start: u32;
+        static mut _stack_bottom: u32;
+        static mut _ram_start: u32;
+        static mut _ram_end: u32;
+        static mut __suninit: u32;
+        static mut __euninit: u32;
+    }
+
+    /// The start-up code calls this before it fills any memory: nothing but the stack's uppermost words and
+    /// what outlives a reset (`.uninit`) holds anything.
+    // SAFETY: the name is that of the start-up code's hook, which has this signature. It runs before
+    // statics are initialised and uses none but `MARCHED`, which is never initialised.
+    #[unsafe(no_mangle)]
+    unsafe extern "C" fn __pre_init() {
+        let stack = (&raw const _stack_start).wrapping_byte_sub(FRAMES as usize);
+        let (kept, behind) = (&raw const __suninit, &raw const __euninit);
+        let passed = march(&mut Range::between(&raw const _stack_bottom, stack))
+            && march(&mut Range::between(&raw const _ram_start, kept))
+            && march(&mut Range::between(behind, &raw const _ram_end))
+            && each_keeps(&mut Range::between(kept, behind));
+        MARCHED.store(if passed { PASSED } else { 0 }, Relaxed);
+    }
+
+    /// Whether the march has passed at this boot.
+    pub fn passed() -> bool {
+        MARCHED.swap(0, Relaxed) == PASSED
+    }
+}
+
+#[cfg(target_os = "none")]
+pub use chip::passed;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// What is wrong with a memory.
+    #[derive(Clone, Copy, Debug)]
+    enum Defect {
+        None,
+        /// A bit always reads as this.
+        Stuck(bool),
+        /// It cannot be changed to this any more.
+        Slow(bool),
+        /// Its change to this inverts another bit.
+        Inverts(bool, (u32, u32)),
+        /// Its change to this forces another bit to that.
+        Forces(bool, (u32, u32), bool),
+        /// While it is this another bit reads as that.
+        Holds(bool, (u32, u32), bool),
+        /// Its word's address reaches another word as well.
+        Both(u32),
+        /// Its word's address reaches another word instead.
+        Other(u32),
+    }
+
+    struct Memory {
+        words: Vec<u32>,
+        at: (u32, u32),
+        defect: Defect,
+    }
+
+    const COUNT: u32 = 13;
+
+    impl Memory {
+        fn new(at: (u32, u32), defect: Defect) -> Self {
+            let words = (0..COUNT).map(|k| k.wrapping_mul(0x9e37_79b9)).collect();
+            Self { words, at, defect }
+        }
+
+        fn bit(&self, (k, bit): (u32, u32)) -> bool {
+            self.words[k as usize] >> bit & 1 == 1
+        }
+
+        fn put(&mut self, (k, bit): (u32, u32), value: bool) {
+            let word = &mut self.words[k as usize];
+            *word = *word & !(1 << bit) | u32::from(value) << bit;
+        }
+
+        fn place(&self, k: u32) -> u32 {
+            match self.defect {
+                Defect::Other(other) if k == self.at.0 => other,
+                _ => k,
+            }
+        }
+    }
+
+    impl Words for Memory {
+        fn count(&self) -> u32 {
+            COUNT
+        }
+
+        fn read(&self, k: u32) -> u32 {
+            let mut word = self.words[self.place(k) as usize];
+            let mut shows = |(at, bit): (u32, u32), value: bool| {
+                if at == k {
+                    word = word & !(1 << bit) | u32::from(value) << bit;
+                }
+            };
+            match self.defect {
+                Defect::Stuck(value) => shows(self.at, value),
+                Defect::Holds(when, victim, value) if self.bit(self.at) == when => {
+                    shows(victim, value);
+                }
+                _ => {}
+            }
+            word
+        }
+
+        fn write(&mut self, k: u32, word: u32) {
+            let before = self.bit(self.at);
+            let place = self.place(k);
+            self.words[place as usize] = word;
+            if let Defect::Both(other) = self.defect
+                && k == self.at.0
+            {
+                self.words[other as usize] = word;
+            }
+            let after = self.bit(self.at);
+            if before == after {
+                return;
+            }
+            match self.defect {
+                Defect::Slow(to) if after == to => self.put(self.at, before),
+                Defect::Inverts(to, victim) if after == to => {
+                    let value = self.bit(victim);
+                    self.put(victim, !value);
+                }
+                Defect::Forces(to, victim, value) if after == to => self.put(victim, value),
+                _ => {}
+            }
+        }
+    }
+
+    #[test]
+    fn sound_memory_passes() {
+        assert!(march(&mut Memory::new((3, 7), Defect::None)));
+        let mut memory = Memory::new((3, 7), Defect::None);
+        let before = memory.words.clone();
+        assert!(each_keeps(&mut memory));
+        assert_eq!(memory.words, before, "nothing is lost");
+    }
+
+    #[test]
+    fn a_bit_that_sticks_or_changes_no_more_is_found_anywhere() {
+        for at in (0..COUNT).flat_map(|k| [0, 1, 13, 31].map(|bit| (k, bit))) {
+            for value in [false, true] {
+                for defect in [Defect::Stuck(value), Defect::Slow(value)] {
+                    assert!(!march(&mut Memory::new(at, defect)), "{at:?} {defect:?}");
+                    let kept = each_keeps(&mut Memory::new(at, defect));
+                    assert!(!kept, "{at:?} {defect:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn words_that_change_one_another_are_found() {
+        for (from, to) in [(0, 12), (12, 0), (5, 6), (6, 5)] {
+            for (bit, other) in [(0, 0), (0, 1), (31, 4), (17, 17)] {
+                let (at, victim) = ((from, bit), (to, other));
+                for when in [false, true] {
+                    let mut defects = Vec::from([Defect::Inverts(when, victim)]);
+                    for value in [false, true] {
+                        defects.push(Defect::Forces(when, victim, value));
+                        defects.push(Defect::Holds(when, victim, value));
+                    }
+                    for defect in defects {
+                        assert!(!march(&mut Memory::new(at, defect)), "{at:?} {defect:?}");
+                    }
+                }
+            }
+            for defect in [Defect::Both(to), Defect::Other(to)] {
+                assert!(
+                    !march(&mut Memory::new((from, 0), defect)),
+                    "{from} {defect:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn bits_of_one_word_that_hold_one_another_are_found() {
+        for (bit, other) in (0..32).flat_map(|a| (0..32).map(move |b| (a, b))) {
+            if bit == other {
+                continue;
+            }
+            for (when, value) in [(false, false), (false, true), (true, false), (true, true)] {
+                let defect = Defect::Holds(when, (4, other), value);
+                assert!(
+                    !march(&mut Memory::new((4, bit), defect)),
+                    "{bit} {defect:?}"
+                );
+            }
+        }
+    }
+}

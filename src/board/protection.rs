@@ -1,0 +1,130 @@
+//! The memory protection unit: RAM holds no code, and the stack has an end.
+//!
+//! Three regions over the processor's default map, of which the one with the higher number counts where two
+//! overlap: nothing in RAM's half gigabyte is executed; the lowest 32 bytes of the stack belong to nobody,
+//! so that a stack that grows into them faults before it leaves the memory; and the core-coupled memory,
+//! which nobody uses, neither. What breaks this comes to the fault path as `memory-fault`.
+
+/// A region: where it begins, its size as a power of two, and whether it may be read and written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Region {
+    /// First address, a multiple of the size.
+    pub base: u32,
+    /// Bytes, as a power of two: 5 at least.
+    pub log2_size: u32,
+    /// Whether it may be read and written; code is executed from none of them.
+    pub open: bool,
+}
+
+/// All of them, by number.
+pub const REGIONS: [Region; 3] = [
+    // SRAM and all its aliases.
+    Region {
+        base: 0x2000_0000,
+        log2_size: 29,
+        open: true,
+    },
+    // The guard below the stack: `memory.x` keeps `_stack_end` above it.
+    Region {
+        base: 0x2000_0000,
+        log2_size: 5,
+        open: false,
+    },
+    // Core-coupled memory.
+    Region {
+        base: 0x1000_0000,
+        log2_size: 16,
+        open: false,
+    },
+];
+
+/// MPU_CTRL (PM0214 4.5.5): on, outside the regions the default map, and off within hard faults.
+#[cfg_attr(not(target_os = "none"), allow(dead_code))]
+pub const CONTROL: u32 = 1 << 2 | 1;
+
+impl Region {
+    /// MPU_RBAR (PM0214 4.2.8): the address, and the region's number with the flag that it is given.
+    pub const fn rbar(self, number: u32) -> u32 {
+        self.base | 1 << 4 | number
+    }
+
+    /// MPU_RASR (PM0214 4.2.9): no execution, access by all or none, shared and cached as internal RAM is.
+    pub const fn rasr(self) -> u32 {
+        const EXECUTE_NEVER: u32 = 1 << 28;
+        const ALL: u32 = 0b011 << 24;
+        const SHARED: u32 = 1 << 18;
+        const CACHED: u32 = 1 << 17;
+        let access = if self.open { ALL } else { 0 };
+        EXECUTE_NEVER | access | SHARED | CACHED | (self.log2_size - 1) << 1 | 1
+    }
+}
+
+#[cfg(target_os = "none")]
+mod apply {
+    use super::{CONTROL, REGIONS};
+    use cortex_m::peripheral::MPU;
+
+    /// Puts the regions in force.
+    pub fn start(mpu: &MPU) {
+        for (number, region) in (0..).zip(REGIONS) {
+            // SAFETY: registers of the processor, with values checked by this module's tests; nothing
+            // that runs is in these regions, and all that is kept in them is in the open one.
+            unsafe {
+                mpu.rbar.write(region.rbar(number));
+                mpu.rasr.write(region.rasr());
+            }
+        }
+        // SAFETY: as above.
+        unsafe { mpu.ctrl.write(CONTROL) };
+        cortex_m::asm::dsb();
+        cortex_m::asm::isb();
+    }
+}
+
+#[cfg(target_os = "none")]
+pub use apply::start;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn registers_hold_what_the_programming_manual_says() {
+        let field = |value: u32, low: u32, bits: u32| (value >> low) & ((1 << bits) - 1);
+        for (number, region) in (0..).zip(REGIONS) {
+            assert!(region.log2_size >= 5);
+            assert_eq!(region.base & ((1 << region.log2_size) - 1), 0, "aligned");
+            let (rbar, rasr) = (region.rbar(number), region.rasr());
+            assert_eq!(rbar & !0x1f, region.base);
+            assert_eq!(
+                (field(rbar, 4, 1), field(rbar, 0, 4)),
+                (1, number),
+                "VALID, REGION"
+            );
+            assert_eq!(field(rasr, 28, 1), 1, "XN");
+            assert_eq!(
+                field(rasr, 24, 3),
+                if region.open { 0b011 } else { 0 },
+                "AP"
+            );
+            assert_eq!(
+                1_u64 << (field(rasr, 1, 5) + 1),
+                1 << region.log2_size,
+                "SIZE"
+            );
+            assert_eq!(field(rasr, 8, 8), 0, "no subregion is left out");
+            assert_eq!(field(rasr, 0, 1), 1, "ENABLE");
+        }
+        assert_eq!(CONTROL, 0b101, "PRIVDEFENA, not HFNMIENA, ENABLE");
+    }
+
+    #[test]
+    fn memory_x_leaves_the_guard_out_of_the_stack() {
+        let memory = include_str!("../../memory.x");
+        assert!(memory.contains("_stack_bottom = ORIGIN(STACK);"));
+        assert!(memory.contains("_stack_end = ORIGIN(STACK) + 32;"));
+        assert!(memory.contains("STACK : ORIGIN = 0x20000000"));
+        let [_, guard, _] = REGIONS;
+        assert_eq!((guard.base, 1 << guard.log2_size), (0x2000_0000, 32));
+    }
+}

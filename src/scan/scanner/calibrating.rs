@@ -1,0 +1,85 @@
+//! `calibrate`: a scan of a floor and a wall sets how the scanner is mounted.
+
+use super::states::{Errand, Machine};
+use crate::config::ConfigError;
+use crate::math::{RAD_PER_DEG, round};
+use crate::report::command::Calibration;
+use crate::report::crc;
+use crate::scan::board::{Board, BytePort};
+use crate::scan::chain::DataPath;
+use crate::scan::link::RadarLink;
+use crate::scan::mirror::Mirror;
+use crate::scan::settings;
+use crate::scan::sweep::Rows;
+use crate::scan::time::Micros;
+
+/// 0.01 mm in a metre, 0.001° in a degree, and parts of a million.
+const METRE: f32 = 1e5;
+const DEGREE: f32 = 1e3;
+const MILLION: f32 = 1e6;
+
+impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
+    /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.
+    #[inline(never)]
+    pub fn calibrate(&mut self, now: Micros, task: Calibration) {
+        if !self.stands() {
+            return self.refuse_calibration(ConfigError {
+                field: "state",
+                expected: "idle: stop first",
+            });
+        }
+        // Plane and mirror's offset are not seen, and height and angle only near what they are.
+        match self.settings.fit_to_save() {
+            Ok(()) => {
+                self.calibration = Some(task);
+                self.begin(now, Errand::Once);
+            }
+            Err(error) => self.refuse_calibration(error),
+        }
+    }
+
+    /// What follows from the scan: saved settings, or a refusal that changes nothing.
+    #[inline(never)]
+    pub(super) fn calibrated(&mut self, rows: &Rows, task: Calibration) {
+        match self.take_calibration(rows, task) {
+            Ok(()) => self.reports.done("calibrate"),
+            Err(error) => self.refuse_calibration(error),
+        }
+    }
+
+    fn take_calibration(&mut self, rows: &Rows, task: Calibration) -> Result<(), ConfigError> {
+        if rows.lost > 0 || rows.fault.is_some() {
+            return Err(ConfigError {
+                field: "rows",
+                expected: "a scan without lost rows or faults",
+            });
+        }
+        let found = self.data.calibrate(f32::from(task.wall_mm) / 1e3)?;
+        let mut settings = *self.settings.get();
+        let fixed = |value: f32, unit: f32| round(value * unit) as i32;
+        let mount = &mut settings.config.mount;
+        mount.mount_height = fixed(found.height_m.value, METRE);
+        mount.mirror_echo = fixed(found.mirror_echo_m.value, METRE);
+        let offset = fixed(found.offset_rad.value / RAD_PER_DEG, DEGREE);
+        settings.motor.home_angle = settings.motor.home_angle.saturating_add(offset);
+        settings.calibrated.date = task.date;
+        settings.calibrated.chip = crc::of_words(&self.identity.serial);
+        settings.validate()?;
+        let saved = self.hardware.board.save(&settings);
+        saved.map_err(|error| ConfigError {
+            field: "flash",
+            expected: error.expected(),
+        })?;
+        self.change("mount-height", &settings)?;
+        // Where home is has another angle now.
+        self.hardware.mirror.disable();
+        let scale = settings::number(i64::from(fixed(found.scale.value, MILLION)));
+        self.reports.value("range-scale", &scale);
+        Ok(())
+    }
+
+    pub(super) fn refuse_calibration(&mut self, error: ConfigError) {
+        self.reports
+            .refuse("calibrate", error.field, error.expected);
+    }
+}
