@@ -64,7 +64,7 @@ pub fn progress(length: u64) -> ProgressBar {
 }
 
 /// The recordings that `paths` name: each once, those of a directory in order, and what is none, as `*` of a
-/// shell names it, skipped with a line on stderr.
+/// shell names it, skipped with a line on stderr. A single path is taken at its word.
 ///
 /// # Errors
 /// A directory that cannot be read or holds none, or paths none of which may be a recording.
@@ -73,7 +73,7 @@ pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
     for path in paths {
         if path.is_dir() {
             found.extend(recording::list(path)?);
-        } else if recording::may_be(path) {
+        } else if paths.len() == 1 || recording::may_be(path) {
             found.push(recording::meta_path(path));
         } else {
             eprintln!("skipped: {}: no recording", path.display());
