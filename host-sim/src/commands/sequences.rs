@@ -248,8 +248,11 @@ fn faults(jobs: Vec<Job>, count: u64) -> Result<ExitCode> {
     let moves =
         |job: &Job| !matches!(job.source, Source::Drawn(_, _, Way::Stops(_, step)) if step == 0.0);
     let moving = jobs.into_iter().filter(moves);
-    // An approach and a drive to each seed: one of them, by turns.
-    let some = |(k, job): (usize, Job)| (k % 4 == 0 || k % 4 == 3).then_some(job);
+    // An approach and a drive to each seed: one of them, by turns. Those that are read, all.
+    let some = |(k, job): (usize, Job)| {
+        let read = matches!(job.source, Source::Read(_));
+        (read || k % 4 == 0 || k % 4 == 3).then_some(job)
+    };
     let mut chosen: Vec<Job> = moving.enumerate().filter_map(some).collect();
     chosen.truncate(count as usize);
     let kinds: Vec<Option<Fault>> = std::iter::once(None)
