@@ -11,7 +11,7 @@ pub struct Ramp {
     pub acceleration: u32,
 }
 
-/// How many intervals this thread has computed, for the tests of who computes one while a pulse stands.
+// How many intervals this thread has computed, for the tests of who computes one while a pulse stands.
 #[cfg(test)]
 std::thread_local! {
     pub(super) static COMPUTED: core::cell::Cell<u32> = const { core::cell::Cell::new(0) };

@@ -87,7 +87,7 @@ mod tests {
     use std::vec::Vec;
 
     fn image() -> (Vec<u8>, Vec<u8>) {
-        let bytes = |n: u32| (0..n).map(|k| (k * 31 >> 3) as u8).collect();
+        let bytes = |n: u32| (0..n).map(|k| ((k * 31) >> 3) as u8).collect();
         (bytes(0x188), bytes(1000))
     }
 

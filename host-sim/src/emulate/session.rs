@@ -309,8 +309,10 @@ impl<'a> Session<'a> {
 
     /// Brings the image to `settings` and the waits that the emulator needs.
     pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
-        // The emulator has no crystal.
+        // The emulator has no crystal. The first search for home begins at once, while it is still fast.
         self.set("internal-clock", "on")?;
+        self.command("stop")?;
+        self.command("start")?;
         for (key, value) in [
             ("connect-timeout", waits.connect),
             ("configure-timeout", waits.configure),
