@@ -95,7 +95,12 @@ extern "C" {
     X(SETTINGS_DAMAGED, "settings-damaged", "The settings in memory are no longer those that were set: only a reset helps.") \
     X(WATCHDOG, "watchdog", "The watchdog had to reset the chip.") \
     X(CRASH, "crash", "The firmware panicked or took a hardware fault.") \
-    X(CRASH_LOOP, "crash-loop", "Crashes followed one another: the scanner stands still until it is told to start.")
+    X(CRASH_LOOP, "crash-loop", "Crashes followed one another: the scanner stands still until it is told to start.") \
+    X(IMAGE_DAMAGED, "image-damaged", "The image in flash is not what was built.") \
+    X(IMAGE_UNSEALED, "image-unsealed", "Nobody has sealed the image: whether it is whole cannot be told.") \
+    X(MEMORY_DAMAGED, "memory-damaged", "The memory does not keep what is written to it.") \
+    X(SUPPLY, "supply", "The supply is too low, or was before the reset.") \
+    X(INTERNAL_CLOCK, "internal-clock", "The crystal does not run, and nobody has said that the internal oscillator will do.")
 
 /* Keys of settings: for `get` and `set`. */
 #define STAIRSCAN_KEYS(X) \
@@ -133,10 +138,14 @@ extern "C" {
     X("motion") \
     X("fusion") \
     X("chirp-duration") \
+    X("motion-timeout") \
     X("home-angle") \
     X("speed") \
     X("acceleration") \
-    X("search-speed")
+    X("search-speed") \
+    X("internal-clock") \
+    X("calibrated") \
+    X("calibrated-chip")
 
 /* Keys of what is measured: for `get`. */
 #define STAIRSCAN_MEASURES(X) \

@@ -45,6 +45,7 @@ use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
 use crate::drive::{self, Drive};
 use crate::echoes::{Collector, Echo, Echoes, Floor, Sweeps, calibrate};
+use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::fusion::{Memory, Outlook};
 use crate::grid::{Geometry, PolarMap};
@@ -274,37 +275,33 @@ fn ascend(
         (flight, rise)
     });
     observer.event(Event::Done(Stage::Search));
-    let accepted = best
-        .as_ref()
-        .filter(|(f, _)| f.score + odds >= p.accept_up_nats);
-    let mut measured = accepted.map(|(flight, rise)| {
-        dimensions::ascending(&stairs, flight, (*rise, odds), &chart, found.bias_sigma_rad)
-    });
-    let mut best = best.map(|b| b.0);
+    let mut best = best;
+    let mut measured = None;
+    let instrument = (&chart, found.bias_sigma_rad);
+    if let Some((flight, rise)) = best.as_ref()
+        && flight.score + odds >= p.accept_up_nats
+    {
+        measure(&stairs, flight, (*rise, odds), instrument, &mut measured);
+    }
     let mut belief = Belief::default();
     if let Some(posterior) = posterior {
         belief = posterior.judge(measured.as_ref());
-        let steps = measured.as_ref().map_or(&[][..], |m| &m.outcome.steps);
-        let next_m = posterior.next_step(steps);
-        let longer = best.as_ref().zip(next_m);
-        let longer = longer.and_then(|(flight, next_m)| flight.longer(search.at(next_m)));
-        if let Some(mut flight) = longer {
-            let (rise, score) = stairs.rise(&flight);
-            flight.score = score;
-            let whole =
-                dimensions::ascending(&stairs, &flight, (rise, odds), &chart, found.bias_sigma_rad);
-            belief = posterior.judge(Some(&whole));
-            (measured, best) = (Some(whole), Some(flight));
+        let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior);
+        if let Some((flight, rise)) = &longer {
+            measure(&stairs, flight, (*rise, odds), instrument, &mut measured);
+            belief = posterior.judge(measured.as_ref());
+            best = longer;
         }
         posterior.tell(observer);
     }
+    let best = best.as_ref().map(|b| &b.0);
     if let Some(past) = &mut past {
         let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
         past.combine(steps.unwrap_or(&mut []));
     }
     let ended = Ended {
         search: &search,
-        best: best.as_ref(),
+        best,
         measured,
         accept: p.accept_up_nats,
         geometry,
@@ -312,6 +309,40 @@ fn ascend(
     };
     ended.tell(echoes, observer);
     ended.conclude(past.map(|past| &mut past.outlook), observer)
+}
+
+/// Measures a flight into `out`, so that no second answer stands on the stack.
+#[inline(never)]
+fn measure(
+    stairs: &Ascending<'_>,
+    flight: &Flight<ascending::Shape>,
+    rise: (Estimate, f32),
+    (chart, bias_sigma_rad): (&Chart<'_>, f32),
+    out: &mut Option<Measured>,
+) {
+    *out = Some(dimensions::ascending(
+        stairs,
+        flight,
+        rise,
+        chart,
+        bias_sigma_rad,
+    ));
+}
+
+/// The flight with one more step behind those that were measured, where the particles are sure of it and
+/// echoes stand there; and the height of its risers.
+#[inline(never)]
+fn longer(
+    search: &Search<'_, Ascending<'_>>,
+    best: Option<&(Flight<ascending::Shape>, Estimate)>,
+    measured: Option<&Measured>,
+    posterior: &Posterior,
+) -> Option<(Flight<ascending::Shape>, Estimate)> {
+    let next_m = posterior.next_step(&measured?.outcome.steps)?;
+    let mut flight = best?.0.longer(search.at(next_m))?;
+    let (rise, score) = search.stairs.rise(&flight);
+    flight.score = score;
+    Some((flight, rise))
 }
 
 /// The same for stairs going down.

@@ -84,8 +84,10 @@ pub struct Session<'a> {
     pub lines: Vec<String>,
     /// Every `LIVE` since boot; they are not among the other lines.
     pub live: Vec<String>,
-    /// Lines that [`Session::next_line`] has handed out.
+    /// Lines that [`Session::next_line`] has handed out …
     read: usize,
+    /// … and those that were skipped.
+    skipped: usize,
     partial: Vec<u8>,
 }
 
@@ -117,6 +119,7 @@ impl<'a> Session<'a> {
             lines: Vec::new(),
             live: Vec::new(),
             read: 0,
+            skipped: 0,
             partial: Vec::new(),
         };
         session.wait_for("the boot sentence", |s| matches!(s, Sentence::Boot { .. }))?;
@@ -309,10 +312,6 @@ impl<'a> Session<'a> {
 
     /// Brings the image to `settings` and the waits that the emulator needs.
     pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
-        // The emulator has no crystal. The first search for home begins at once, while it is still fast.
-        self.set("internal-clock", "on")?;
-        self.command("stop")?;
-        self.command("start")?;
         for (key, value) in [
             ("connect-timeout", waits.connect),
             ("configure-timeout", waits.configure),
@@ -321,6 +320,11 @@ impl<'a> Session<'a> {
         ] {
             self.set(key, &value.to_string())?;
         }
+        // The emulator has no crystal: up to here nothing has moved. The search for home begins at once, at
+        // the speed that has just been set.
+        self.set("internal-clock", "on")?;
+        self.command("stop")?;
+        self.command("start")?;
         let default = Settings::default();
         // A scan of three angles around the middle is valid in every plane, so that no order of
         // the other keys passes through an invalid one.
@@ -428,9 +432,9 @@ impl<'a> Session<'a> {
             .any(|s| matches!(s, Ok(Sentence::Scan(_))))
     }
 
-    /// Hands out again what has been printed since the boot sentence.
+    /// Hands out again what has been printed since [`Session::skip_lines`].
     pub fn rewind(&mut self) {
-        self.read = 1;
+        self.read = self.skipped;
     }
 
     /// Waits for the sentence of a crash.
@@ -446,6 +450,7 @@ impl<'a> Session<'a> {
     /// Forgets what has been printed so far.
     pub fn skip_lines(&mut self) {
         self.read = self.lines.len();
+        self.skipped = self.read;
     }
 
     /// Raises an interrupt of the chip by its number, or the one that cannot be masked.
