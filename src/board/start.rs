@@ -1,6 +1,6 @@
 //! From reset to a scanner's hardware.
 
-use core::sync::atomic::{AtomicU16, Ordering::Relaxed};
+use core::sync::atomic::AtomicU16;
 
 use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::answer::{Reason, Reasons};
