@@ -148,7 +148,7 @@ mod tests {
             assert!(Settings::key(key).is_some() && !is_pace(key), "{key}");
         }
         let pace = Settings::KEYS.iter().filter(|key| is_pace(key)).count();
-        assert_eq!(pace, 13, "every name that is left out is a key");
+        assert_eq!(pace, 16, "every name that is left out is a key");
     }
 
     proptest! {
