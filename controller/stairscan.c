@@ -22,7 +22,8 @@ static const char *const STATUSES[] = {"ok", "degraded", "fault"};
 static const char *const DIRECTIONS[] = {"none", "up", "down"};
 /* In the order of enum stairscan_command. */
 static const char *const COMMANDS[] = {"start",    "stop", "scan",  "status", "version", "selftest",
-                                       "save",     "reset", "get",  "set",    "MOTION"};
+                                       "save",     "reset", "get",  "set",    "calibrate",
+                                       "MOTION"};
 
 static const char *word_at(const char *const *words, size_t count, uint32_t at) {
     return at < count ? words[at] : "";
@@ -161,6 +162,14 @@ static bool strip(stairscan_text_t *text, char sign) {
 static bool read_number(stairscan_text_t text, uint32_t largest, uint32_t *value) {
     (void)strip(&text, '+');
     return read_digits(text, largest, value);
+}
+
+/* The same as the words of commands say it: with either sign. */
+static bool read_count(stairscan_text_t text, uint32_t largest, uint32_t *value) {
+    if (strip(&text, '-')) {
+        return read_digits(text, 0, value);
+    }
+    return read_number(text, largest, value);
 }
 
 static bool read_pitch(stairscan_text_t text, int32_t *pitch) {
@@ -341,6 +350,10 @@ static const struct form FORMS[] = {
 
 static const struct field MOTION[] = {
     M("sequence", U16, sequence), M("travel", LENGTH, travel), M("pitch", PITCH, pitch)};
+
+#define W(name, type, place) {name, type, offsetof(stairscan_calibration_t, place)}
+
+static const struct field CALIBRATION[] = {W("wall", U16, wall_mm), W("date", U32, date)};
 
 /* ---- reading ---- */
 
@@ -724,6 +737,9 @@ void stairscan_write_command(const stairscan_command_t *command, stairscan_line_
     if (command->kind == STAIRSCAN_COMMAND_MOTION) {
         push_fields(line, MOTION, COUNT(MOTION), &command->motion);
     }
+    if (command->kind == STAIRSCAN_COMMAND_CALIBRATE) {
+        push_fields(line, CALIBRATION, COUNT(CALIBRATION), &command->calibration);
+    }
     finish(line);
 }
 
@@ -812,9 +828,27 @@ static const char *parse_setting(stairscan_text_t *left, stairscan_command_t *co
     return command->value.length > 0 ? NULL : KEYS[key];
 }
 
+/* Whether a number reads as year, month and day. */
+static bool is_date(uint32_t date) {
+    uint32_t month = date / 100 % 100;
+    uint32_t day = date % 100;
+    return date >= 20000000 && date < 100000000 && month >= 1 && month <= 12 && day >= 1 && day <= 31;
+}
+
+/* Reads the arguments of `calibrate`; NULL, or the field that is wrong. */
+static const char *parse_calibration(stairscan_text_t *left, stairscan_calibration_t *calibration) {
+    if (!read_count(next_word(left), 65535, &calibration->wall_mm)) {
+        return "wall";
+    }
+    if (!read_count(next_word(left), UINT32_MAX, &calibration->date) || !is_date(calibration->date)) {
+        return "date";
+    }
+    return NULL;
+}
+
 stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
                                             stairscan_command_t *command) {
-    static const stairscan_command_t none = {0, {NULL, 0}, {NULL, 0}, {0, 0, {false, 0}}};
+    static const stairscan_command_t none = {0, {NULL, 0}, {NULL, 0}, {0, 0, {false, 0}}, {0, 0}};
     stairscan_text_t whole = {line, length};
     stairscan_text_t left = whole;
     const char *wrong;
@@ -835,6 +869,9 @@ stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
     }
     if (command->kind == STAIRSCAN_COMMAND_GET || command->kind == STAIRSCAN_COMMAND_SET) {
         wrong = parse_setting(&left, command);
+    }
+    if (command->kind == STAIRSCAN_COMMAND_CALIBRATE) {
+        wrong = parse_calibration(&left, &command->calibration);
     }
     if (wrong == NULL && next_word(&left).length > 0) {
         wrong = "arguments";

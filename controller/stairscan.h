@@ -355,6 +355,7 @@ enum stairscan_command {
     STAIRSCAN_COMMAND_RESET,
     STAIRSCAN_COMMAND_GET, /* `key`, or all of them where it is empty */
     STAIRSCAN_COMMAND_SET, /* `key`, `value` */
+    STAIRSCAN_COMMAND_CALIBRATE, /* `calibration` */
     STAIRSCAN_COMMAND_MOTION
 };
 
@@ -365,11 +366,18 @@ typedef struct {
     stairscan_optional_t pitch; /* 0.001 degrees, nose up positive, within 45 degrees */
 } stairscan_motion_t;
 
+/* calibrate: a scan of a flat floor and a wall. */
+typedef struct {
+    uint32_t wall_mm; /* from the mirror, 0 to 65535 */
+    uint32_t date;    /* year, month and day: YYYYMMDD */
+} stairscan_calibration_t;
+
 typedef struct {
     uint32_t kind; /* enum stairscan_command */
     stairscan_text_t key;
     stairscan_text_t value;
     stairscan_motion_t motion;
+    stairscan_calibration_t calibration;
 } stairscan_command_t;
 
 /* Why a line is no command; both NULL where it is one. */
@@ -381,8 +389,8 @@ typedef struct {
 /* Text of a string that is closed with a zero: for `key` and `value`. */
 stairscan_text_t stairscan_text(const char *string);
 
-/* Writes a command or a motion sentence in its frame with CRC and CR LF. The scanner takes no `set` and
- * no `save` without them. */
+/* Writes a command or a motion sentence in its frame with CRC and CR LF. The scanner takes no `set`,
+ * `save` and `calibrate` without them. */
 void stairscan_write_command(const stairscan_command_t *command, stairscan_line_t *line);
 
 /* Parses a command, framed or not, as the scanner does: for test benches. */

@@ -280,8 +280,8 @@ static void lines_end_anyhow_and_never_overflow(void) {
 }
 
 static void commands_are_written(void) {
-    stairscan_command_t set = {STAIRSCAN_COMMAND_SET, {NULL, 0}, {NULL, 0}, {0, 0, {false, 0}}};
-    stairscan_command_t motion = {STAIRSCAN_COMMAND_MOTION, {NULL, 0}, {NULL, 0}, {7, 1234, {true, -250}}};
+    stairscan_command_t set = {STAIRSCAN_COMMAND_SET, {NULL, 0}, {NULL, 0}, {0, 0, {false, 0}}, {0, 0}};
+    stairscan_command_t motion = {STAIRSCAN_COMMAND_MOTION, {NULL, 0}, {NULL, 0}, {7, 1234, {true, -250}}, {0, 0}};
     stairscan_line_t line;
     set.key = stairscan_text("seed");
     set.value = stairscan_text("7");

@@ -214,7 +214,8 @@ static void report(struct out *out, const char *line, size_t length) {
 
 static void command(struct out *out, const char *line, size_t length) {
     static const char *const names[] = {"start", "stop",  "scan", "status", "version", "selftest",
-                                        "save",  "reset", "get",  "set",    "MOTION"};
+                                        "save",  "reset", "get",  "set",    "calibrate",
+                                        "MOTION"};
     stairscan_command_t command;
     stairscan_line_t again;
     stairscan_refusal_t refusal = stairscan_parse_command(line, length, &command);
@@ -234,6 +235,10 @@ static void command(struct out *out, const char *line, size_t length) {
         whole(out, " sequence=", command.motion.sequence);
         whole(out, " travel=", command.motion.travel);
         optional(out, " pitch=", command.motion.pitch);
+    }
+    if (command.kind == STAIRSCAN_COMMAND_CALIBRATE) {
+        whole(out, " wall=", command.calibration.wall_mm);
+        whole(out, " date=", command.calibration.date);
     }
     stairscan_write_command(&command, &again);
     say_line(out, &again);

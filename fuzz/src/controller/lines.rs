@@ -88,6 +88,8 @@ const ODD: &[&str] = &[
     "set",
     "get",
     "seed",
+    "calibrate",
+    "20261122",
     "stack-used",
     "plane",
     "$",
@@ -110,7 +112,19 @@ struct Origin {
 
 /// What has fields; all else is of one kind.
 const KINDS: &[&str] = &[
-    "SCAN", "STEP", "MAYBE", "BOOT", "STAT", "LIVE", "CONF", "DONE", "FAIL", "HALT", "get", "set",
+    "SCAN",
+    "STEP",
+    "MAYBE",
+    "BOOT",
+    "STAT",
+    "LIVE",
+    "CONF",
+    "DONE",
+    "FAIL",
+    "HALT",
+    "get",
+    "set",
+    "calibrate",
     "MOTION",
 ];
 

@@ -2,7 +2,7 @@
 
 use stairscan::answer::{Direction, Reasons, Status};
 use stairscan::drive::Reading;
-use stairscan::report::command::{self, Command, Input, LineReader, framed};
+use stairscan::report::command::{self, Calibration, Command, Input, LineReader, framed};
 use stairscan::report::{
     LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
 };
@@ -178,6 +178,10 @@ fn command(line: &[u8]) -> String {
         Command::Set(key, value) => (
             format!(" key=[{key}] value=[{value}]"),
             framed(&[word, key, value]),
+        ),
+        Command::Calibrate(Calibration { wall_mm, date }) => (
+            format!(" wall={wall_mm} date={date}"),
+            framed(&[word, &wall_mm.to_string(), &date.to_string()]),
         ),
         Command::Motion(reading) => (of_motion(&reading), motion::write(&reading)),
         _ => (String::new(), framed(&[word])),

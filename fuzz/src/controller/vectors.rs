@@ -327,6 +327,7 @@ fn commands() -> Vec<String> {
         };
         lines.push(motion::write(&reading).trim_end().to_owned());
     }
+    lines.extend(CALIBRATIONS.map(|words| sentence(&words)));
     lines.extend(BAD_COMMANDS.map(str::to_owned));
     let bodies = [
         "XXXX,start",
@@ -351,7 +352,18 @@ fn commands() -> Vec<String> {
     lines
 }
 
-const BAD_COMMANDS: [&str; 16] = [
+const CALIBRATIONS: [[&str; 3]; 8] = [
+    ["calibrate", "1500", "20261122"],
+    ["calibrate", "+0", "99991231"],
+    ["calibrate", "-0", "20000101"],
+    ["calibrate", "-1", "20261122"],
+    ["calibrate", "65536", "20261122"],
+    ["calibrate", "1500", "20261301"],
+    ["calibrate", "1500", "20261200"],
+    ["calibrate", "1500", "4294967296"],
+];
+
+const BAD_COMMANDS: [&str; 18] = [
     "",
     " ,, status , ",
     "Start",
@@ -363,6 +375,8 @@ const BAD_COMMANDS: [&str; 16] = [
     "set stack-used 1",
     "set seed",
     "set seed 1 2",
+    "calibrate",
+    "calibrate 1500 20261122 1",
     "MOTION,1,2.0,3",
     "$PSTC,start",
     "$PSTC,start*00000000",
