@@ -80,6 +80,12 @@ impl Answer {
         self.scan.status == Status::Fault
     }
 
+    /// Which scan of the recording it is, from 0.
+    pub fn scan_of_recording(&self) -> usize {
+        self.part
+            .map_or(0, |part| (part as usize).saturating_sub(1))
+    }
+
     /// Recording and scan for headings: `NAME`, or `NAME scan K` where there are several.
     pub fn name(&self) -> String {
         match self.part {

@@ -61,6 +61,7 @@ pub(super) const LANDING_M: f32 = 0.28;
 pub(super) const WALLS: usize = 2;
 /// See [`WALLS`].
 const WALL_DB: f32 = 8.0;
+
 /// A flight of the search as a staircase.
 fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
     let mut s = Staircase::nothing();

@@ -269,13 +269,12 @@ fn ascend(
         None => best.map(|flight| Chosen { flight, odds: 0.0 }),
     };
     let odds = chosen.as_ref().map_or(0.0, |c| c.odds);
-    let best = chosen.map(|Chosen { mut flight, .. }| {
+    let mut best = chosen.map(|Chosen { mut flight, .. }| {
         let (rise, score) = stairs.rise(&flight);
         flight.score = score;
         (flight, rise)
     });
     observer.event(Event::Done(Stage::Search));
-    let mut best = best;
     let mut measured = None;
     let instrument = (&chart, found.bias_sigma_rad);
     if let Some((flight, rise)) = best.as_ref()

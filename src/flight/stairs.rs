@@ -130,8 +130,10 @@ impl<S: Clone> Flight<S> {
     /// The same with one more face behind the last one, if echoes stand there and there is room.
     pub fn longer(&self, next: Link) -> Option<Self> {
         let behind = self.chain.last().is_some_and(|l| l.along_m < next.along_m);
+        if !behind || next.column.is_none() {
+            return None;
+        }
         let mut longer = self.clone();
-        (behind && next.column.is_some()).then_some(())?;
         longer.chain.push(next).ok()?;
         Some(longer)
     }

@@ -30,10 +30,10 @@ const fn layout() -> u32 {
     hash
 }
 
-/// Whether `key` says only how fast and how patiently a scan is made, not what comes of it; or stands
-/// with the radar module, which tells it at every scan.
+/// Whether `key` says only how fast, how patiently and by which clock a scan is made or who calibrated it, not
+/// what comes of it; or stands with the radar module, which tells it at every scan.
 fn is_pace(key: &str) -> bool {
-    const PACE: [&str; 11] = [
+    const PACE: [&str; 16] = [
         "radar-carrier",
         "radar-bandwidth",
         "radar-samples",
@@ -45,15 +45,13 @@ fn is_pace(key: &str) -> bool {
         "max-lost",
         "fault-hold",
         "speed",
-    ];
-    const MOVES: [&str; 5] = [
         "acceleration",
         "search-speed",
         "internal-clock",
         "calibrated",
         "calibrated-chip",
     ];
-    PACE.contains(&key) || MOVES.contains(&key)
+    PACE.contains(&key)
 }
 
 impl Settings {

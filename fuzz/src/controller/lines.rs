@@ -8,7 +8,7 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 use super::{Way, vectors};
 use crate::mutate::Mutator;
 
-/// Fields at which parsers go wrong.
+/// Fields at which parsers go wrong, besides the [`KINDS`].
 const ODD: &[&str] = &[
     "",
     "-",
@@ -72,23 +72,9 @@ const ODD: &[&str] = &[
     "0123456",
     "012345678",
     "0123456789abcdefABCDEF00",
-    "SCAN",
-    "STEP",
-    "MAYBE",
-    "BOOT",
-    "STAT",
-    "LIVE",
-    "CONF",
-    "DONE",
-    "FAIL",
-    "HALT",
     "PSTR",
     "PSTC",
-    "MOTION",
-    "set",
-    "get",
     "seed",
-    "calibrate",
     "20261122",
     "stack-used",
     "plane",
@@ -100,15 +86,6 @@ const ODD: &[&str] = &[
     " ",
     "  x",
 ];
-
-/// A golden vector, taken apart.
-#[derive(Clone, Debug)]
-struct Origin {
-    way: Way,
-    framed: bool,
-    /// What stands in the frame, or would.
-    fields: Vec<String>,
-}
 
 /// What has fields; all else is of one kind.
 const KINDS: &[&str] = &[
@@ -127,6 +104,15 @@ const KINDS: &[&str] = &[
     "calibrate",
     "MOTION",
 ];
+
+/// A golden vector, taken apart.
+#[derive(Clone, Debug)]
+struct Origin {
+    way: Way,
+    framed: bool,
+    /// What stands in the frame, or would.
+    fields: Vec<String>,
+}
 
 impl Origin {
     fn new((way, line): (Way, String)) -> Self {
@@ -206,7 +192,11 @@ impl<'a> Lines<'a> {
                 let other = self.origin(from).fields;
                 fields[at] = other.get(at).cloned().unwrap_or_default();
             }
-            6 | 7 => fields[at] = ODD[self.below(ODD.len())].to_owned(),
+            6 | 7 => {
+                let k = self.below(ODD.len() + KINDS.len());
+                let odd = ODD.iter().chain(KINDS).nth(k);
+                fields[at] = odd.copied().unwrap_or_default().to_owned();
+            }
             8 if fields.len() > 1 => drop(fields.remove(at)),
             9 => fields.insert(at, fields[at].clone()),
             10 => {

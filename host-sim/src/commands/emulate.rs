@@ -52,8 +52,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let mut good = true;
         let result = Recording::read(path).and_then(|recording| {
             emulate(&elf, &recording, args, |a| {
-                let scan = a.part.map_or(0, |part| part as usize - 1);
-                good &= show(Ok(a), recording.truth(scan), args.format);
+                let truth = recording.truth(a.scan_of_recording());
+                good &= show(Ok(a), truth, args.format);
             })
         });
         if let Err(error) = result {

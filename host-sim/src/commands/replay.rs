@@ -71,36 +71,38 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     };
     let mut code = ExitCode::SUCCESS;
     for path in &recordings(&args.recordings)? {
-        let mut pictures = Vec::new();
-        let mut truths = Vec::new();
-        let answers = Recording::read(path).and_then(|recording| {
-            truths.extend((0..recording.scans()).map(|k| recording.truth(k).cloned()));
-            replay::answers(&recording, &options, |scanned| {
-                // A recording of one scan that is scanned again and again looks the same again.
-                if let Some(dir) = &args.plots
-                    && pictures.len() < recording.scans()
-                {
-                    pictures.push(draw(dir, scanned));
-                }
-            })
-        });
-        let mut shown = true;
-        match answers {
-            Ok(answers) => answers.into_iter().enumerate().for_each(|(k, answer)| {
-                // A recording of one scan may be scanned again and again.
-                let truth = truths.get(k % truths.len().max(1)).and_then(Option::as_ref);
-                shown &= show(Ok(answer), truth, args.format);
-            }),
-            Err(error) => shown = show(Err(error), None, args.format),
-        }
-        if !pictures.is_empty() {
-            shown &= list(pictures, args.format);
-        }
-        if !shown {
+        let shown = scan(path, args, &options);
+        if !shown.unwrap_or_else(|error| show(Err(error), None, args.format)) {
             code = ExitCode::FAILURE;
         }
     }
     Ok(code)
+}
+
+/// Scans one recording and prints what comes of it; whether that is answers without a fault, and pictures.
+fn scan(path: &Path, args: &Args, options: &replay::Options) -> Result<bool> {
+    let recording = Recording::read(path)?;
+    let mut pictures = Vec::new();
+    let answers = replay::answers(&recording, options, |scanned| {
+        // A recording of one scan that is scanned again and again looks the same again.
+        if let Some(dir) = &args.plots
+            && pictures.len() < recording.scans()
+        {
+            pictures.push(draw(dir, scanned));
+        }
+    });
+    let mut good = true;
+    match answers {
+        Ok(answers) => answers.into_iter().for_each(|answer| {
+            let truth = recording.truth(answer.scan_of_recording());
+            good &= show(Ok(answer), truth, args.format);
+        }),
+        Err(error) => good = show(Err(error), None, args.format),
+    }
+    if !pictures.is_empty() {
+        good &= list(pictures, args.format);
+    }
+    Ok(good)
 }
 
 /// Draws a scan's pictures.

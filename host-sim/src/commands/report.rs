@@ -1,6 +1,6 @@
 //! `report REC… -o FILE`: scans as one page for any browser.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
@@ -8,9 +8,8 @@ use rayon::prelude::*;
 
 use super::{Settings, emit, progress, recordings};
 use crate::html::{self, Entry, Rank};
-use crate::playback::Playback;
-use crate::recording::{Recording, write_whole};
-use crate::replay::{self, Options};
+use crate::recording::{Recording, name_of, write_whole};
+use crate::replay::Options;
 
 /// Arguments of `report`.
 #[derive(clap::Args, Debug)]
@@ -39,9 +38,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let entries: Vec<Entry> = paths
         .par_iter()
         .map(|path| {
-            let entry = entry(path, &options);
+            let entry = Recording::read(path).and_then(|r| html::entry(&r, &options));
             bar.inc(1);
-            entry.unwrap_or_else(|error| html::failed(&name(path), &format!("{error:#}")))
+            entry.unwrap_or_else(|error| html::failed(&name_of(path), &format!("{error:#}")))
         })
         .collect();
     bar.finish_and_clear();
@@ -62,21 +61,4 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     } else {
         ExitCode::SUCCESS
     })
-}
-
-/// What the page shows of the recording at `path`.
-fn entry(path: &Path, options: &Options) -> Result<Entry> {
-    let recording = Recording::read(path)?;
-    let settings = Playback::new(&recording, &options.config)?.settings();
-    let mut scans = Vec::new();
-    replay::answers(&recording, options, |scanned| {
-        scans.push(html::scan(scanned));
-    })?;
-    Ok(html::recording(&recording, &settings, scans))
-}
-
-/// A path's base name without suffix.
-fn name(path: &Path) -> String {
-    let stem = path.file_stem().unwrap_or(path.as_os_str());
-    stem.to_string_lossy().into_owned()
 }

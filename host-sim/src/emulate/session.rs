@@ -312,28 +312,28 @@ impl<'a> Session<'a> {
 
     /// Brings the image to `settings` and the waits that the emulator needs.
     pub fn configure(&mut self, settings: &Settings, waits: Waits) -> Result<()> {
-        for (key, value) in [
-            ("connect-timeout", waits.connect),
-            ("configure-timeout", waits.configure),
-            ("chirp-timeout", waits.chirp),
-            ("search-speed", waits.search_speed),
-        ] {
-            self.set(key, &value.to_string())?;
+        let emulators = [
+            ("connect-timeout", waits.connect.to_string()),
+            ("configure-timeout", waits.configure.to_string()),
+            ("chirp-timeout", waits.chirp.to_string()),
+            ("search-speed", waits.search_speed.to_string()),
+            // There is no crystal: up to here nothing has moved. The search for home begins at once, at the
+            // speed that has just been set.
+            ("internal-clock", "on".to_owned()),
+        ];
+        for (key, value) in &emulators {
+            self.set(key, value)?;
         }
-        // The emulator has no crystal: up to here nothing has moved. The search for home begins at once, at
-        // the speed that has just been set.
-        self.set("internal-clock", "on")?;
         self.command("stop")?;
         self.command("start")?;
         let default = Settings::default();
         // A scan of three angles around the middle is valid in every plane, so that no order of
         // the other keys passes through an invalid one.
         // How the scanner is mounted is told in any case: without that no answer is `ok`.
-        let waits = ["connect-timeout", "configure-timeout", "chirp-timeout"];
         let changed: Vec<_> = Settings::KEYS
             .iter()
-            .filter(|key| !key.starts_with("radar-") && !waits.contains(key))
-            .filter(|key| !["search-speed", "internal-clock"].contains(key))
+            .filter(|key| !key.starts_with("radar-"))
+            .filter(|key| !emulators.iter().any(|(set, _)| set == *key))
             .filter(|key| settings.get(key) != default.get(key) || MOUNTING.contains(key))
             .collect();
         let sweep = ["angle-count", "first-angle", "angle-step"];

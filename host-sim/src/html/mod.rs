@@ -14,7 +14,7 @@ mod view;
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
-pub use view::{failed, recording, scan};
+pub use view::{entry, failed};
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");

@@ -3,21 +3,18 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::*;
-use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::replay::{self, Options};
 
-/// The entry of a recording of the repository.
-fn entry(name: &str) -> Entry {
+/// A recording of the repository.
+fn recorded(name: &str) -> Recording {
     let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
-    let recorded = Recording::read(&dir.join(name)).unwrap();
-    let options = Options::default();
-    let settings = Playback::new(&recorded, &options.config)
-        .unwrap()
-        .settings();
-    let mut scans = Vec::new();
-    replay::answers(&recorded, &options, |scanned| scans.push(scan(scanned))).unwrap();
-    recording(&recorded, &settings, scans)
+    Recording::read(&dir.join(name)).unwrap()
+}
+
+/// Its entry.
+fn shown(name: &str) -> Entry {
+    entry(&recorded(name), &Options::default()).unwrap()
 }
 
 /// The data of a page, as its script reads them.
@@ -29,11 +26,9 @@ fn data(page: &str) -> Value {
 
 #[test]
 fn a_page_holds_what_replay_prints() {
-    let page = page(vec![entry("stair_a")]).unwrap();
+    let page = page(vec![shown("stair_a")]).unwrap();
     let scan = &data(&page)["recordings"][0]["scans"][0];
-    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
-    let recorded = Recording::read(&dir.join("stair_a")).unwrap();
-    let answer = replay::answer(&recorded, &Options::default()).unwrap();
+    let answer = replay::answer(&recorded("stair_a"), &Options::default()).unwrap();
     let told = answer.json();
     for key in ["status", "steps", "horizon_m", "confidence", "reasons"] {
         assert_eq!(scan[key], told[key], "{key}");
@@ -48,7 +43,7 @@ fn a_page_holds_what_replay_prints() {
 
 #[test]
 fn a_page_asks_no_network_for_anything() {
-    let page = page(vec![entry("empty")]).unwrap();
+    let page = page(vec![shown("empty")]).unwrap();
     for foreign in ["http:", "https:", "//cdn", "src=", "@import", "fetch("] {
         assert!(!page.contains(foreign), "{foreign}");
     }
@@ -59,7 +54,7 @@ fn a_page_asks_no_network_for_anything() {
 fn what_fails_stands_first_and_no_text_ends_the_script() {
     let evil = "</script><script>alert(1)</script>";
     let page = page(vec![
-        entry("stair_a"),
+        shown("stair_a"),
         failed(evil, "expected <b>samples</b>"),
     ])
     .unwrap();

@@ -1,5 +1,6 @@
 //! What a page shows of a recording.
 
+use anyhow::Result;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
@@ -12,8 +13,9 @@ use stairscan::scan::Settings;
 use super::{Entry, Rank};
 use crate::answer::Answer;
 use crate::inspect::Inspection;
+use crate::playback::Playback;
 use crate::recording::{Recording, TrueStep, Truth};
-use crate::replay::Scanned;
+use crate::replay::{self, Options, Scanned};
 use crate::score;
 
 /// A recording that could not be read or scanned, and why.
@@ -24,8 +26,14 @@ pub fn failed(name: &str, why: &str) -> Entry {
     }
 }
 
-/// A recording with its scans as [`scan`] gives them.
-pub fn recording(recording: &Recording, settings: &Settings, scans: Vec<(Value, Rank)>) -> Entry {
+/// A recording with its scans, each as the scanner answers it.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
+    let settings = Playback::new(recording, &options.config)?.settings();
+    let mut scans = Vec::new();
+    replay::answers(recording, options, |scanned| scans.push(scan(scanned)))?;
     let worst = scans.iter().map(|(_, rank)| *rank).min();
     let rank = worst.unwrap_or(Rank::Unreadable);
     let values: Vec<Value> = Settings::KEYS
@@ -34,7 +42,7 @@ pub fn recording(recording: &Recording, settings: &Settings, scans: Vec<(Value, 
         .collect();
     let scans: Vec<Value> = scans.into_iter().map(|(value, _)| value).collect();
     let meta = &recording.meta;
-    Entry {
+    Ok(Entry {
         data: json!({
             "name": recording.name,
             "description": meta.description,
@@ -43,11 +51,11 @@ pub fn recording(recording: &Recording, settings: &Settings, scans: Vec<(Value, 
             "scans": scans,
         }),
         rank,
-    }
+    })
 }
 
 /// One scan, and how bad it is.
-pub fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
+fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
     let answer = scanned.answer;
     let alone = scanned.recording();
     let truth = alone.meta.truth.as_ref();

@@ -44,6 +44,12 @@ pub fn meta_path(path: &Path) -> PathBuf {
     with_suffix(path, META_SUFFIX)
 }
 
+/// The name of the recording whose metadata file is `meta_file`: without directory and suffix.
+pub fn name_of(meta_file: &Path) -> String {
+    let stem = meta_file.file_stem().unwrap_or_default();
+    stem.to_string_lossy().into_owned()
+}
+
 fn with_suffix(path: &Path, suffix: &str) -> PathBuf {
     match path.extension().and_then(|e| e.to_str()) {
         Some(META_SUFFIX | DATA_SUFFIX) => path.with_extension(suffix),
@@ -136,13 +142,8 @@ impl Recording {
         let meta = metadata(&text, &meta_file)?;
         let data_file = with_suffix(path, DATA_SUFFIX);
         let samples = samples(&read_data(&data_file, &meta)?);
-        let name = meta_file
-            .file_stem()
-            .unwrap_or_default()
-            .to_string_lossy()
-            .into_owned();
         Ok(Self {
-            name,
+            name: name_of(&meta_file),
             meta,
             samples,
         })
