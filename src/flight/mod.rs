@@ -64,7 +64,7 @@ use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use judgement::Belief;
 use readings::Roles;
 use roles::Role;
-use scene::Scene;
+use scene::{Mark, Scene};
 use search::{Beginnings, Search};
 use stairs::{Explanation, Flight, Stairs};
 use trace::{Hypothesis, Scatterer, Stage};
@@ -188,11 +188,14 @@ impl Estimator for Likelihood {
             Plane::Depth => Phase::Up(Beginnings::new()),
             Plane::Height => Phase::Down(Beginnings::new()),
         };
-        let level = geometry.plane == Plane::Height || {
-            let floor = Floor::of(echoes, geometry.bin_m, p);
-            observer.event(Event::Floor(floor));
-            floor.in_place(p)
+        let floor = match geometry.plane {
+            Plane::Height => None,
+            Plane::Depth => Some(Floor::of(echoes, geometry.bin_m, p)),
         };
+        if let Some(floor) = floor {
+            observer.event(Event::Floor(floor));
+        }
+        let level = floor.is_none_or(|floor| floor.in_place(p));
         let mut outcome = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {
@@ -205,7 +208,9 @@ impl Estimator for Likelihood {
                 let posterior = self.particles.then_some(&mut self.posterior);
                 let off = drive.memory == drive::Memory::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
-                ascend(echoes, chart, p, (memory, posterior, past), observer)
+                let parts = (memory, posterior, past);
+                let firm = floor.is_some_and(|floor| floor.here > floor.elsewhere);
+                ascend(echoes, (chart, firm), p, parts, observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
             Phase::Rows(_) => Outcome::fault(Reason::Silent),
@@ -214,6 +219,7 @@ impl Estimator for Likelihood {
         if !level {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
+        let level = !outcome.reasons.has(Reason::Mount);
         let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
         let changed = past.as_ref().is_some_and(|past| past.changed());
         if changed {
@@ -234,11 +240,12 @@ impl Estimator for Likelihood {
     }
 }
 
-/// The best stairs going up, if they explain the echoes better than everything else.
+/// The best stairs going up, if they explain the echoes better than everything else. Where the floor does not
+/// show that the mounting is as it is said to be (`firm`), their first corner must.
 #[inline(never)]
 fn ascend(
     echoes: &mut [Echo],
-    chart: Chart<'_>,
+    (chart, firm): (Chart<'_>, bool),
     p: &Params,
     (memory, mut posterior, mut past): (
         &mut Beginnings<ascending::Shape>,
@@ -307,7 +314,12 @@ fn ascend(
         belief,
     };
     ended.tell(echoes, observer);
-    ended.conclude(past.map(|past| &mut past.outlook), observer)
+    let astray = !firm && ended.corner_astray();
+    let mut outcome = ended.conclude(past.map(|past| &mut past.outlook), observer);
+    if astray {
+        outcome.doubt(Reasons::NONE.with(Reason::Mount));
+    }
+    outcome
 }
 
 /// Measures a flight into `out`, so that no second answer stands on the stack.
@@ -434,6 +446,28 @@ impl<S: Stairs> Ended<'_, S> {
         promise(&mut outcome, vouch);
         outcome.maybes = self.belief.maybes;
         outcome
+    }
+
+    /// Whether the corner of floor and first riser, where there is one to rely on, is seen above the floor or
+    /// below it.
+    #[inline(never)]
+    fn corner_astray(&self) -> bool {
+        let Some(measured) = &self.measured else {
+            return false;
+        };
+        let scene = self.search.stairs.scene();
+        let p = scene.params;
+        let Some(first) = measured.outcome.steps.first() else {
+            return false;
+        };
+        let foot = |(m, role): &(&Mark, &Role)| {
+            let there = (m.x_m - first.distance_m).abs() < p.foot_reach_m;
+            let low = m.y_m < 0.5 * first.height_m;
+            **role == Role::Corner && there && low && m.snr_db > p.corner_astray_db
+        };
+        let feet = scene.marks.iter().zip(&measured.roles).filter(foot);
+        let foot = feet.reduce(|a, b| if b.0.snr_db > a.0.snr_db { b } else { a });
+        foot.is_some_and(|(m, _)| m.y_m.abs() > p.corner_astray_rad * m.range_m)
     }
 
     /// What each mark is taken for: by the flight that was measured, or on the bare ground.

@@ -292,17 +292,17 @@ impl Health {
                 MOST,
             );
             sign(Reason::BlockedView, levels.near as i32, P.near_rows as i32);
-            // By calibration, or else by the mirror's offset.
-            let (right_m, within_m) = match config.mount.mirror_echo {
-                0 => (config.mount.mirror_offset_m(), P.mirror_place_m),
-                echo => (echo as f32 * 1e-5, P.mirror_moved_m),
+            // By the mirror's offset, which distances count from, and closer by calibration.
+            let seen_m = self.mirror_echo_m(config);
+            let mut place = |right_m: f32, within_m: f32| {
+                let off = (seen_m - right_m).abs();
+                let (off, within) = ((off * 1e5) as i32, (within_m * 1e5) as i32);
+                sign(Reason::RangeScale, off, within);
             };
-            let off = (self.mirror_echo_m(config) - right_m).abs();
-            sign(
-                Reason::RangeScale,
-                (off * 1e5) as i32,
-                (within_m * 1e5) as i32,
-            );
+            place(config.mount.mirror_offset_m(), P.mirror_place_m);
+            if config.mount.mirror_echo > 0 {
+                place(config.mount.mirror_echo as f32 * 1e-5, P.mirror_moved_m);
+            }
         }
         self.converter.signs(each);
         self.turning.signs(map, each);
@@ -426,6 +426,16 @@ mod tests {
         assert!(health.doubts(&config, &map, true).has(Reason::RangeScale));
         config.mount.mirror_echo = 22_600;
         assert!(!health.doubts(&config, &map, true).has(Reason::RangeScale));
+        // Calibrated, and then somebody set another offset, which all distances count from.
+        for (place, doubted) in [(40, false), (60, true)] {
+            stats.mirror_place = place;
+            health.row(1, &[sample; 64], &stats, &[cell; 64]);
+            let seen_m = health.mirror_echo_m(&config);
+            assert_eq!(seen_m - 0.22 > P.mirror_place_m, doubted, "{seen_m}");
+            config.mount.mirror_echo = (seen_m * 1e5) as i32;
+            let doubts = health.doubts(&config, &map, true);
+            assert_eq!(doubts.has(Reason::RangeScale), doubted);
+        }
     }
 
     #[test]

@@ -99,6 +99,12 @@ params! {
         floor_steep_steps = 20.0, "", Derived, "4 degrees off, and 4 steps";
         /// A floor elsewhere may have so much more support, in weights of echoes.
         floor_elsewhere = 1.4, "", Hand, "own scenes: 99 of 100 answers that are ok have less";
+        /// Where the floor itself is not seen better in its place than elsewhere, its corner may be so far off …
+        corner_astray_rad = 0.7 * RAD_PER_DEG, "rad", Hand, "own scenes: 5 of 506 answers that are ok have more, 1 of them without a floor";
+        /// … if it stands so near the first step …
+        foot_reach_m = 0.06, "m", Derived, "what 3 degrees at 1.2 m do to a distance";
+        /// … and so far above the noise.
+        corner_astray_db = 15.0, "dB", Derived, "angle known to 0.2 degrees";
     }
     "scene: places of echoes" {
         /// Height error of an echo whatever its range.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::scene::command::random_scan;
 use crate::scene::random::Kind;
+use stairscan::answer::{Reason, Status};
 
 fn clean() -> Recording {
     random_scan(Kind::Ascending, Kind::Ascending.variety(), 3).unwrap()
@@ -39,4 +40,26 @@ fn sequences_are_refused() {
     recording.meta.sequence.scans = 2;
     let error = ALL[0].on(&recording, 1.0, 1).unwrap_err().to_string();
     assert!(error.contains("2 scans: expected one"), "{error}");
+}
+
+/// The floor before these stairs is too smooth to show where it is; their first corner is not.
+#[test]
+fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
+    let dir = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    for name in ["stair_a", "stair_b", "stair_c"] {
+        let clean = Recording::read(&dir.join(name)).unwrap();
+        let options = crate::replay::Options::default();
+        let answer = crate::replay::answer(&clean, &options).unwrap();
+        assert!(!answer.scan.reasons.has(Reason::Mount), "{name}");
+        for off_deg in [-2.0, 2.0] {
+            let mut off = clean.clone();
+            off.meta
+                .angles_deg
+                .iter_mut()
+                .for_each(|angle| *angle += off_deg);
+            let answer = crate::replay::answer(&off, &options).unwrap();
+            assert_eq!(answer.scan.status, Status::Degraded, "{name} {off_deg}");
+            assert!(answer.scan.reasons.has(Reason::Mount), "{name} {off_deg}");
+        }
+    }
 }
