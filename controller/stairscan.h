@@ -107,6 +107,8 @@ extern "C" {
     X("plane") \
     X("mirror-offset") \
     X("mirror-echo") \
+    X("mirror-level") \
+    X("range-scale") \
     X("mount-height") \
     X("beamwidth") \
     X("first-angle") \

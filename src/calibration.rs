@@ -21,6 +21,7 @@ use core::fmt;
 use crate::config::{Config, Plane};
 use crate::echoes::Echo;
 use crate::estimate::Estimate;
+use crate::health::MirrorEcho;
 use crate::math::{self, RAD_PER_DEG};
 use crate::params::Params;
 
@@ -136,6 +137,8 @@ pub struct Mounting {
     pub scale: Estimate,
     /// Range at which the mirror's own echo is seen, metres from the radar, as `mirror-echo` has it.
     pub mirror_echo_m: Estimate,
+    /// Its level, dB relative to full scale.
+    pub mirror_level_db: f32,
     /// Echoes of the floor that it rests on.
     pub floor_echoes: u8,
 }
@@ -416,14 +419,14 @@ impl Scene {
 
 /// How the scanner is mounted, from the echoes of a scan of a floor and a wall `wall_m` from the mirror's
 /// centre. The echoes are those that were placed with `config`, and with nothing taken out yet;
-/// `mirror_echo_m` is where the mirror's own echo was seen, metres from the radar.
+/// `mirror` is the mirror's own echo with the same configuration.
 ///
 /// # Errors
 /// Says what of the scene is not as it must be.
 pub fn calibrate(
     echoes: &[Echo],
     config: &Config,
-    mirror_echo_m: f32,
+    mirror: MirrorEcho,
     wall_m: f32,
 ) -> Result<Mounting, Refusal> {
     let p = &Params::DEFAULT;
@@ -447,7 +450,12 @@ pub fn calibrate(
         height_m: Estimate::new(fit.state.height_m, height),
         offset_rad: Estimate::new(fit.state.offset_rad, offset),
         scale: Estimate::new(1.0 + fit.state.stretch, math::hypot(stretch, tape)),
-        mirror_echo_m: Estimate::new(mirror_echo_m, MIRROR_BINS * config.radar.bin_spacing_m()),
+        // Where it will be seen with the scale that was found.
+        mirror_echo_m: Estimate::new(
+            mirror.range_m * (1.0 + fit.state.stretch),
+            MIRROR_BINS * config.radar.bin_spacing_m(),
+        ),
+        mirror_level_db: mirror.level_db,
         floor_echoes: fit.floor,
     })
 }

@@ -86,6 +86,14 @@ impl RadarConfig {
         SPEED_OF_LIGHT / (2000.0 * self.bandwidth_khz.max(1) as f32)
     }
 
+    /// The same with ranges larger by `scale` parts of a million: a sweep that is narrower than it is said to be.
+    pub fn scaled(self, scale: i32) -> Self {
+        Self {
+            bandwidth_khz: (self.bandwidth_khz as f32 / (1.0 + scale as f32 * 1e-6)) as u32,
+            ..self
+        }
+    }
+
     /// Length of the transform: the next power of two that holds a chirp.
     pub fn fft_len(&self) -> usize {
         usize::from(self.samples)
@@ -117,6 +125,11 @@ pub struct MountConfig {
     /// Range at which the mirror's own echo was seen when the scanner was calibrated, 0.01 mm; 0 before
     /// that.
     pub mirror_echo: i32,
+    /// Level of the mirror's own echo when the scanner was calibrated, 0.001 dB relative to full scale; 0 before
+    /// that.
+    pub mirror_level: i32,
+    /// By how much ranges are larger than the module's bandwidth says, parts of a million: its sweep is narrower.
+    pub range_scale: i32,
     /// Mirror centre above the surface that the wheelchair stands on, 0.01 mm.
     pub mount_height: i32,
     /// Full two-sided 3 dB width of the beam leaving the mirror, 0.001°.
@@ -130,6 +143,8 @@ impl Default for MountConfig {
         Self {
             mirror_offset: 22_000,
             mirror_echo: 0,
+            mirror_level: 0,
+            range_scale: 0,
             mount_height: 40_000,
             beamwidth: 5_000,
             plane: Plane::Depth,
@@ -149,6 +164,16 @@ impl MountConfig {
             (0..=200_000).contains(&self.mirror_echo),
             "mirror-echo",
             "0 to 2 m in 0.01 mm",
+        )?;
+        check(
+            (-150_000..=0).contains(&self.mirror_level),
+            "mirror-level",
+            "-150 to 0 dB in 0.001",
+        )?;
+        check(
+            (-100_000..=100_000).contains(&self.range_scale),
+            "range-scale",
+            "-100000 to 100000 parts of a million",
         )?;
         check(
             (1_000..=500_000).contains(&self.mount_height),
@@ -440,6 +465,8 @@ impl Config {
         mount: MountConfig {
             mirror_offset: 0,
             mirror_echo: 0,
+            mirror_level: 0,
+            range_scale: 0,
             mount_height: 0,
             beamwidth: 0,
             plane: Plane::Depth,

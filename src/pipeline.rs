@@ -147,6 +147,11 @@ fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
 
 impl DataPath for Pipeline {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
+        // Everything behind measures with the sweep that was calibrated.
+        let config = &Config {
+            radar: config.radar.scaled(config.mount.range_scale),
+            ..*config
+        };
         self.range.configure_scan(config)?;
         self.finder.begin(config)?;
         self.scan = scan;
@@ -175,7 +180,10 @@ impl DataPath for Pipeline {
 
     #[inline(never)]
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
-        let (config, health) = (&self.config, &self.health);
+        let (config, health) = (&mut self.config, &self.health);
+        // Another mirror's echo has another level, which is what is to be found.
+        config.mount.mirror_level = 0;
+        let config = &*config;
         let doubts = health.doubts(config, self.finder.map(), true);
         // What calibration is there to take out is no doubt about the instrument.
         let doubts = doubts.without(Reason::Mount).without(Reason::RangeScale);
@@ -186,9 +194,8 @@ impl DataPath for Pipeline {
                 expected: "an instrument that is well",
             });
         }
-        let mirror_echo_m = health.mirror_echo_m(config);
-        let echoes = self.finder.echoes(config);
-        calibrate(echoes, config, mirror_echo_m, wall_m).map_err(|refusal| ConfigError {
+        let (mirror, echoes) = (health.mirror_seen(config), self.finder.echoes(config));
+        calibrate(echoes, config, mirror, wall_m).map_err(|refusal| ConfigError {
             field: "scene",
             expected: refusal.expected(),
         })

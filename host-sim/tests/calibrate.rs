@@ -2,12 +2,16 @@
 
 mod common;
 
+use std::path::Path;
+
 use common::{Scratch, sim};
+use host_sim::answer::{Answer, metres};
 use host_sim::commands::calibrate::mounting;
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
-use host_sim::replay::Options;
+use host_sim::replay::{self, Options};
 use host_sim::scene::Scene;
+use stairscan::answer::Reason;
 use stairscan::calibration::Mounting;
 use stairscan::config::Config;
 use stairscan::pipeline::Pipeline;
@@ -102,8 +106,56 @@ fn known_errors_are_found_within_their_standard_errors() {
             );
         }
         let echo = f64::from(found.mirror_echo_m.value);
-        assert!((echo - 0.22 / scale).abs() < 0.022, "{echo}");
+        assert!((echo - 0.22).abs() < 0.022, "{echo}");
     }
+}
+
+/// The repository's stair A with samples changed by `change`, scanned with `config`.
+fn stairs(config: Config, change: impl Fn(&mut Recording)) -> Answer {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    let mut recording = Recording::read(&dir.join("stair_a")).unwrap();
+    change(&mut recording);
+    let options = Options {
+        config,
+        ..Options::default()
+    };
+    replay::answer(&recording, &options).unwrap()
+}
+
+#[test]
+fn a_calibrated_sweep_gives_distances_as_they_are() {
+    let wide = |recording: &mut Recording| recording.meta.bandwidth_hz *= 1.02;
+    let first = |answer: &Answer| metres(answer.steps[0].distance);
+    let off = stairs(Config::default(), wide);
+    assert!((first(&off) - 0.5).abs() > 0.01, "{}", first(&off));
+    let mut config = Config::default();
+    config.mount.range_scale = 20_000;
+    let right = stairs(config, wide);
+    assert!((first(&right) - 0.5).abs() < 0.002, "{}", first(&right));
+    assert_eq!(right.steps.len(), 3);
+}
+
+#[test]
+fn a_calibrated_level_betrays_a_gain_that_is_lost() {
+    let halve = |recording: &mut Recording| {
+        for sample in &mut recording.samples {
+            (sample.i, sample.q) = (sample.i / 2, sample.q / 2);
+        }
+    };
+    let mut level = 0.0;
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    let clean = Recording::read(&dir.join("stair_a")).unwrap();
+    replay::answers(&clean, &Options::default(), |scanned| {
+        level = scanned.pipeline.health().mirror_level_db();
+    })
+    .unwrap();
+    assert!((-100.0..0.0).contains(&level), "{level}");
+    let mut config = Config::default();
+    let drifts = |answer: Answer| answer.scan.reasons.has(Reason::GainDrift);
+    assert!(!drifts(stairs(config, halve)), "nobody has calibrated it");
+    config.mount.mirror_level = (level * 1e3) as i32;
+    assert!(!drifts(stairs(config, |_| ())));
+    assert!(drifts(stairs(config, halve)));
 }
 
 #[test]

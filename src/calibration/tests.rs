@@ -1,6 +1,11 @@
 use super::*;
 use std::vec::Vec;
 
+const MIRROR: MirrorEcho = MirrorEcho {
+    range_m: 0.2205,
+    level_db: -30.0,
+};
+
 /// How a scanner is really mounted.
 #[derive(Clone, Copy)]
 struct Real {
@@ -46,7 +51,7 @@ fn scene(wall_m: f32, real: Real) -> Vec<Echo> {
 }
 
 fn of(echoes: &[Echo], wall_m: f32) -> Result<Mounting, Refusal> {
-    calibrate(echoes, &Config::default(), 0.2205, wall_m)
+    calibrate(echoes, &Config::default(), MIRROR, wall_m)
 }
 
 #[test]
@@ -69,7 +74,9 @@ fn what_is_off_is_found() {
             );
             assert!(estimate.sigma() < 2.0 * within, "{estimate:?}");
         }
-        assert_eq!(found.mirror_echo_m.value, 0.2205);
+        let echo_m = 0.2205 * found.scale.value;
+        assert!((found.mirror_echo_m.value - echo_m).abs() < 1e-6);
+        assert_eq!(found.mirror_level_db, -30.0);
         assert!(found.floor_echoes >= 5);
     }
 }
@@ -148,5 +155,5 @@ fn scenes_that_do_not_fit_are_refused() {
     );
     let mut config = Config::default();
     config.mount.plane = Plane::Height;
-    assert_eq!(calibrate(&whole, &config, 0.22, 1.5), Err(Refusal::Plane));
+    assert_eq!(calibrate(&whole, &config, MIRROR, 1.5), Err(Refusal::Plane));
 }

@@ -15,6 +15,7 @@
 //! trusted.
 
 mod converter;
+mod mirror;
 mod sign;
 mod standing;
 mod turning;
@@ -26,6 +27,7 @@ use crate::grid::PolarMap;
 use crate::params::Params;
 use crate::range::RowStats;
 use converter::Converter;
+pub use mirror::MirrorEcho;
 pub use sign::Sign;
 use sign::{PER_CENT, units};
 use standing::Standing;
@@ -257,12 +259,6 @@ impl Health {
         missing.then_some(Reason::MirrorMissing)
     }
 
-    /// Range at which the mirror's own echo was seen, metres from the radar: mean over the rows.
-    pub fn mirror_echo_m(&self, config: &Config) -> f32 {
-        let place = self.levels.place as f32 / (16.0 * self.rows.max(1) as f32);
-        config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
-    }
-
     /// What is looked at in the whole scan, one after the other: an answer is not to be trusted where more
     /// is seen than may be. `config` is that of the scan that filled `map`.
     pub fn signs(&self, config: &Config, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
@@ -292,17 +288,7 @@ impl Health {
                 MOST,
             );
             sign(Reason::BlockedView, levels.near as i32, P.near_rows as i32);
-            // By the mirror's offset, which distances count from, and closer by calibration.
-            let seen_m = self.mirror_echo_m(config);
-            let mut place = |right_m: f32, within_m: f32| {
-                let off = (seen_m - right_m).abs();
-                let (off, within) = ((off * 1e5) as i32, (within_m * 1e5) as i32);
-                sign(Reason::RangeScale, off, within);
-            };
-            place(config.mount.mirror_offset_m(), P.mirror_place_m);
-            if config.mount.mirror_echo > 0 {
-                place(config.mount.mirror_echo as f32 * 1e-5, P.mirror_moved_m);
-            }
+            self.mirror_signs(config, &mut sign);
         }
         self.converter.signs(each);
         self.turning.signs(map, each);

@@ -5,6 +5,8 @@
 //! | `plane` | `depth`, `height` | plane that the mirror sweeps |
 //! | `mirror-offset`, `mount-height` | 0.01 mm | how the scanner is mounted |
 //! | `mirror-echo` | 0.01 mm | range of the mirror's own echo when it was calibrated; 0: never |
+//! | `mirror-level` | 0.001 dB | level of that echo, relative to full scale, when it was calibrated; 0: never |
+//! | `range-scale` | 1e-6 | by how much ranges are larger than the module's bandwidth says |
 //! | `beamwidth` | 0.001° | full two-sided 3 dB width of the beam |
 //! | `first-angle`, `angle-step` | 0.001° | angles of a scan |
 //! | `angle-count` | | number of angles |
@@ -165,6 +167,8 @@ impl Settings {
         "plane",
         "mirror-offset",
         "mirror-echo",
+        "mirror-level",
+        "range-scale",
         "mount-height",
         "beamwidth",
         "first-angle",
@@ -212,6 +216,8 @@ impl Settings {
             "plane" => Slot::Plane(&mut config.mount.plane),
             "mirror-offset" => Slot::I32(&mut config.mount.mirror_offset),
             "mirror-echo" => Slot::I32(&mut config.mount.mirror_echo),
+            "mirror-level" => Slot::I32(&mut config.mount.mirror_level),
+            "range-scale" => Slot::I32(&mut config.mount.range_scale),
             "mount-height" => Slot::I32(&mut config.mount.mount_height),
             "beamwidth" => Slot::I32(&mut config.mount.beamwidth),
             "first-angle" => Slot::I32(&mut config.sweep.first_angle),

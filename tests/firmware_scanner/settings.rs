@@ -165,6 +165,7 @@ const FOUND: Mounting = Mounting {
     offset_rad: Estimate::new(0.021_816_6, 1e-4),
     scale: Estimate::new(1.0125, 1e-4),
     mirror_echo_m: Estimate::new(0.2205, 1e-4),
+    mirror_level_db: -31.25,
     floor_echoes: 9,
 };
 const CALIBRATE: [&str; 3] = ["calibrate", "1500", "20261122"];
@@ -186,10 +187,12 @@ fn a_calibration_is_saved_with_its_date_and_the_chip() {
     assert!(done.iter().all(|line| !line.contains(",SCAN,")), "{done:?}");
     let mut told = done.iter().filter(|line| !line.contains(",LIVE,"));
     let scale = told.next().unwrap();
-    assert!(scale.contains("CONF,range-scale,1012500*"), "{done:?}");
+    assert!(scale.contains("CONF,range-scale,12500*"), "{done:?}");
     let saved = bench.world.0.borrow().saved.unwrap();
     assert_eq!(saved.config.mount.mount_height, 39_800);
     assert_eq!(saved.config.mount.mirror_echo, 22_050);
+    assert_eq!(saved.config.mount.mirror_level, -31_250);
+    assert_eq!(saved.config.mount.range_scale, 12_500);
     assert_eq!(saved.motor.home_angle, home + 1_250);
     assert_eq!(saved.calibrated.date, 20_261_122);
     assert_eq!(bench.ask("get,mount-height"), "CONF,mount-height,39800");

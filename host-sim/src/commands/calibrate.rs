@@ -96,9 +96,9 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
     collector.begin(map);
     (0..map.rows()).for_each(|row| collector.row(map, row));
     collector.finish(map, config, &Params::DEFAULT, &Drive::STANDING, &mut echoes);
-    let mirror_echo_m = health.mirror_echo_m(config);
+    let mirror = health.mirror_seen(config);
     let refused = |refusal: Refusal| anyhow::anyhow!("{refusal}");
-    calibrate(&echoes, config, mirror_echo_m, wall_m).map_err(refused)
+    calibrate(&echoes, config, mirror, wall_m).map_err(refused)
 }
 
 /// The settings to make, as commands with their CRC.
@@ -109,6 +109,8 @@ fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
         ("mount-height", fixed(mounting.height_m.value, 1e-5)?),
         ("home-angle", home_angle.saturating_add(offset)),
         ("mirror-echo", fixed(mounting.mirror_echo_m.value, 1e-5)?),
+        ("mirror-level", fixed(mounting.mirror_level_db, 1e-3)?),
+        ("range-scale", fixed(mounting.scale.value - 1.0, 1e-6)?),
     ];
     let line = |(key, value)| {
         let body = format!("PSTC,set,{key},{value}");
@@ -135,11 +137,15 @@ fn text(name: &str, m: &Mounting, commands: &[String]) -> String {
     out += &line("angle offset", pair(m.offset_rad, degree), 3, "degrees");
     out += &line("range scale", pair(m.scale, 1.0), 4, "");
     out += &line("mirror echo", pair(m.mirror_echo_m, 1e3), 2, "mm");
+    out += &format!(
+        "  {:<14}{:9.1} dB below full scale\n",
+        "its level", -m.mirror_level_db
+    );
     out += "\ncommands\n";
     commands
         .iter()
         .for_each(|command| out += &format!("  {command}\n"));
-    out + "\nNo setting takes the range scale: it is the module's sweep that is off.\n"
+    out
 }
 
 fn json(name: &str, m: &Mounting, commands: &[String]) -> String {
@@ -153,6 +159,7 @@ fn json(name: &str, m: &Mounting, commands: &[String]) -> String {
         "angle_offset_rad": entry(m.offset_rad),
         "range_scale": entry(m.scale),
         "mirror_echo_m": entry(m.mirror_echo_m),
+        "mirror_level_db": m.mirror_level_db,
         "floor_echoes": m.floor_echoes,
         "commands": commands,
     });

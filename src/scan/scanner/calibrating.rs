@@ -17,6 +17,8 @@ use crate::scan::time::Micros;
 const METRE: f32 = 1e5;
 const DEGREE: f32 = 1e3;
 const MILLION: f32 = 1e6;
+/// 0.001 dB in a decibel.
+const MILLI: f32 = 1e3;
 
 impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
     /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.
@@ -60,6 +62,11 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'_, M,
         let mount = &mut settings.config.mount;
         mount.mount_height = fixed(found.height_m.value, METRE);
         mount.mirror_echo = fixed(found.mirror_echo_m.value, METRE);
+        // 0 stands for a level that was never calibrated.
+        mount.mirror_level = fixed(found.mirror_level_db, MILLI).min(-1);
+        // What was found comes on top of the scale that the scan was made with.
+        let scale = (1.0 + mount.range_scale as f32 / MILLION) * found.scale.value;
+        mount.range_scale = fixed(scale - 1.0, MILLION);
         let offset = fixed(found.offset_rad.value / RAD_PER_DEG, DEGREE);
         settings.motor.home_angle = settings.motor.home_angle.saturating_add(offset);
         settings.calibrated.date = task.date;
@@ -73,7 +80,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'_, M,
         self.change("mount-height", &settings)?;
         // Where home is has another angle now.
         self.hardware.mirror.disable();
-        let scale = settings::number(i64::from(fixed(found.scale.value, MILLION)));
+        let scale = settings::number(i64::from(settings.config.mount.range_scale));
         self.reports.value("range-scale", &scale);
         Ok(())
     }

@@ -381,6 +381,7 @@ impl DataPath for Rows {
         );
         match self.world.0.borrow().verdict % 3 {
             0 => Ok(Mounting {
+                mirror_level_db: -30.0,
                 height_m: Estimate::new(wall_m, 1e-3),
                 offset_rad: Estimate::new(0.1 * wall_m, 1e-3),
                 scale: Estimate::new(1.0, 1e-3),
