@@ -19,6 +19,11 @@ use crate::answer::Answer;
 use crate::plots::{ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict};
 use crate::posterior;
 
+/// Millionths, so that an f32 does not drag its binary digits along.
+fn decimal(v: f64) -> f64 {
+    (v * 1e6).round() / 1e6
+}
+
 /// One scan as the estimator sees it.
 #[derive(Clone, Debug)]
 pub struct Inspection {
@@ -262,10 +267,8 @@ impl Inspection {
         text
     }
 
-    /// As one JSON object.
-    pub fn json(&self, answer: &Answer) -> Value {
-        // Millionths, so that an f32 does not drag its binary digits along.
-        let decimal = |v: f64| (v * 1e6).round() / 1e6;
+    /// The scatterers, strongest first, a JSON object each.
+    pub fn echoes(&self) -> Vec<Value> {
         let scatterer = |s: &Scatterer| {
             let e = &s.echo;
             json!({
@@ -281,6 +284,11 @@ impl Inspection {
                 "against": s.role.contradicts(),
             })
         };
+        self.scatterers.iter().map(scatterer).collect()
+    }
+
+    /// As one JSON object.
+    pub fn json(&self, answer: &Answer) -> Value {
         let edge = |&(x, y): &Point| json!({"distance_m": decimal(x), "height_m": decimal(y)});
         let explanation = |e: &ExplanationView| {
             json!({
@@ -308,7 +316,7 @@ impl Inspection {
             "posterior": self.posterior().map(posterior::json),
             "maybe": self.outcome.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
-            "scatterers": self.scatterers.iter().map(scatterer).collect::<Vec<_>>(),
+            "scatterers": self.echoes(),
         })
     }
 }

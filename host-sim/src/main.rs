@@ -36,6 +36,8 @@ enum Command {
     Inspect(commands::inspect::Args),
     /// Write scans as one page for any browser: verdict, side view, range profiles, rivals
     Report(commands::report::Args),
+    /// Turn other programs' files into recordings, and recordings into NumPy, CSV or MCAP (ROS 2)
+    Convert(commands::convert::Args),
     /// Measure the estimators on random scenes of the simulator: the README's table
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
@@ -76,6 +78,7 @@ fn main() -> ExitCode {
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Report(args) => commands::report::run(&args),
+        Command::Convert(args) => commands::convert::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),

@@ -5,6 +5,7 @@ pub mod bench;
 pub mod budget;
 pub mod calibrate;
 pub mod convergence;
+pub mod convert;
 pub mod emulate;
 pub mod faults;
 pub mod fit;

@@ -16,7 +16,7 @@
 //!
 //! A picture appears whole or not at all.
 
-mod colour;
+pub mod colour;
 mod inspect;
 mod page;
 mod paper;
