@@ -25,6 +25,7 @@ mod plane;
 mod posterior;
 mod profile;
 mod sector;
+mod shape;
 mod sheet;
 mod staircase;
 
@@ -264,5 +265,7 @@ fn conclusion(scan: &ScanView<'_>) -> String {
     )
 }
 
+#[cfg(test)]
+mod deuteranopia;
 #[cfg(test)]
 mod tests;

@@ -8,7 +8,8 @@ use stairscan::grid::PolarMap;
 use super::colour::{Palette, Scale};
 use super::page::{Axis, Frame, Page, Swatch};
 use super::sector::{self, Sector};
-use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot};
+use super::shape::Shape;
+use super::sheet::{FAINT, Face, INK, Sheet, Spot};
 
 /// Largest width and height of the data's place, pixels.
 const LARGEST: Spot = (1200.0, 860.0);

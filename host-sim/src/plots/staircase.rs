@@ -9,7 +9,8 @@ use super::page::{Frame, Swatch, number};
 use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
 use super::posterior::{self, PosteriorView};
-use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot, Stroke};
+use super::shape::Shape;
+use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use crate::answer::{Answer, metres};
 use crate::recording::Truth;
 
