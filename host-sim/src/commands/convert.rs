@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail, ensure};
 
-use super::{Settings, emit, recordings};
+use super::{Settings, emit, progress, recordings};
 use crate::convert::keys::Given;
 use crate::convert::scans::{self, Scan};
 use crate::convert::tables::{self, Table};
@@ -142,9 +142,12 @@ fn scan_all(args: &Args, paths: &[PathBuf]) -> Result<Vec<Scan>> {
     };
     let with_map = suffix(&args.output) == "csv" && args.table == Table::Map;
     let mut all = Vec::new();
+    let bar = progress(paths.len() as u64);
     for path in paths {
         all.extend(scans::of(&read(args, path)?, &options, with_map)?);
+        bar.inc(1);
     }
+    bar.finish_and_clear();
     Ok(all)
 }
 

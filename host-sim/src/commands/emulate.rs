@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 
 use super::replay::show;
-use super::{Format, Settings};
+use super::{Format, Settings, progress_aside};
 use crate::answer::Answer;
 use crate::emulate::module::Misdeed;
 use crate::emulate::session::Waits;
@@ -48,6 +48,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         None => image::build(&[])?,
     };
     let mut code = ExitCode::SUCCESS;
+    let bar = progress_aside(args.recordings.len() as u64).with_prefix("in the emulator");
     for path in &args.recordings {
         let mut good = true;
         let result = Recording::read(path).and_then(|recording| {
@@ -62,7 +63,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         if !good {
             code = ExitCode::FAILURE;
         }
+        bar.inc(1);
     }
+    bar.finish_and_clear();
     Ok(code)
 }
 

@@ -7,7 +7,7 @@ use anyhow::Result;
 use stairscan::config::EstimatorKind;
 use stairscan::drive::Mode;
 
-use super::{Format, Settings, emit, recordings};
+use super::{Format, Settings, emit, progress_aside, recordings};
 use crate::answer::Answer;
 use crate::inspect::Inspection;
 use crate::motion::Fault;
@@ -70,12 +70,16 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ..args.settings.options(args.settings.config()?)
     };
     let mut code = ExitCode::SUCCESS;
-    for path in &recordings(&args.recordings)? {
+    let paths = recordings(&args.recordings)?;
+    let bar = progress_aside(paths.len() as u64);
+    for path in &paths {
         let shown = scan(path, args, &options);
+        bar.inc(1);
         if !shown.unwrap_or_else(|error| show(Err(error), None, args.format)) {
             code = ExitCode::FAILURE;
         }
     }
+    bar.finish_and_clear();
     Ok(code)
 }
 
