@@ -91,7 +91,7 @@ pub const MARKS: [RoleMark; 10] = [
         "flash",
         Shape::Diamond,
         HUES[4],
-        "riser that looks straight at the mirror",
+        "face that looks straight at the mirror",
     ),
     role("face", Shape::Dot, HUES[2], "riser between foot and top"),
     role("tread", Shape::Square, HUES[6], "tread, landing or floor"),

@@ -76,7 +76,7 @@ impl<'a> SagittalPlane<'a> {
         Page {
             title: words.title.clone(),
             subtitle: words.subtitle.clone(),
-            x: Axis::new("horizontal distance from the mirror [m]", self.view.0),
+            x: Axis::new("distance from the mirror, horizontal [m]", self.view.0),
             y: Axis::new("height above the ground [m]", self.view.1),
             legend: words.legend.clone(),
             bar: scale.map(|scale| (scale, BAR_LABEL.into())),
