@@ -239,3 +239,19 @@ fn a_file_that_is_none_is_named_once() {
         assert_eq!(error.matches("/nowhere/x").count(), 1, "{error}");
     }
 }
+
+/// JSON's own shortest decimals, of a number that a quick parser reads with another last bit.
+#[test]
+fn metadata_comes_back_to_the_last_bit() {
+    let mut recording = recorded("stair_a");
+    let height = 1.0380971953742097;
+    recording.meta.mirror.as_mut().unwrap().mount_height_m = height;
+    let text = recording.metadata_text().unwrap();
+    let data: Vec<u8> = (recording.samples.iter())
+        .flat_map(|s| [s.i, s.q])
+        .flat_map(i16::to_le_bytes)
+        .collect();
+    let back = Recording::parse("stair_a", &text, &data).unwrap();
+    assert_eq!(back.scan_setup().unwrap().mount_height_m, height);
+    assert_eq!(back.metadata_text().unwrap(), text);
+}
