@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 
 use super::replay::show;
-use super::{Format, Settings, progress_aside};
+use super::{Format, Settings, progress};
 use crate::answer::Answer;
 use crate::emulate::module::Misdeed;
 use crate::emulate::session::Waits;
@@ -48,7 +48,6 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         None => image::build(&[])?,
     };
     let mut code = ExitCode::SUCCESS;
-    let bar = progress_aside(args.recordings.len() as u64).with_prefix("in the emulator");
     for path in &args.recordings {
         let mut good = true;
         let result = Recording::read(path).and_then(|recording| {
@@ -63,9 +62,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         if !good {
             code = ExitCode::FAILURE;
         }
-        bar.inc(1);
     }
-    bar.finish_and_clear();
     Ok(code)
 }
 
@@ -123,6 +120,9 @@ fn boot(
         .configure(&playback.settings(), waits)
         .with_context(|| name.clone())?;
     session.module.set_faults(&args.faults);
+    let rows = recording.chirps_per_scan() * scans;
+    let bar = progress(rows as u64).with_prefix(format!("rows of {name} in the emulator"));
+    session.module.watch(bar.clone());
     session.skip_lines();
     session.connect()?;
     let mut scan = 0;
@@ -131,7 +131,8 @@ fn boot(
             session.module.set_faults(&[]);
         }
         scan += 1;
-        answered(scan - 1, sentences)
+        bar.suspend(|| answered(scan - 1, sentences))
     });
+    bar.finish_and_clear();
     done.with_context(|| name.clone())
 }

@@ -31,7 +31,7 @@ use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use stairscan::config::{Config, EstimatorKind};
 
 use crate::recording;
@@ -66,7 +66,7 @@ const TICK: Duration = Duration::from_millis(200);
 pub fn progress(length: u64) -> ProgressBar {
     timed(
         ProgressBar::new(length),
-        "{prefix} {bar:40} {pos}/{len}, {elapsed} gone, {eta} to go",
+        "{prefix} {bar:40} {pos}/{len}, {elapsed} gone, {left} to go",
     )
 }
 
@@ -89,8 +89,16 @@ pub fn busy(what: &str) -> ProgressBar {
 }
 
 fn timed(bar: ProgressBar, style: &str) -> ProgressBar {
+    // What has finished nothing yet cannot tell how long the rest will take.
+    let left = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        let _ = match state.pos() {
+            0 => write!(text, "?"),
+            _ => write!(text, "{:#}", HumanDuration(state.eta())),
+        };
+    };
     let style = ProgressStyle::with_template(style);
-    bar.set_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    bar.set_style(style.with_key("left", left));
     // The time goes on while one piece of the work takes long; no thread for bars that nobody sees.
     if !bar.is_hidden() {
         bar.enable_steady_tick(TICK);
