@@ -2,7 +2,7 @@
 
     python interchange.py PROGRAM RECORDING...
 
-PROGRAM is the built host-sim; Python needs numpy, mcap and mcap-ros2-support. Every number of the
+PROGRAM is the built host-sim; Python needs numpy, mcap, mcap-ros2-support and rosbags. Every number of the
 MCAP messages and of the tables must be the one that `replay` or `inspect` prints as JSON, bit for bit, and
 arrays of numpy must hold the recording's own samples. Ends with status 1 at the first difference.
 """
@@ -20,6 +20,7 @@ from pathlib import Path
 import numpy as np
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
+from rosbags.typesys import Stores, get_typestore
 
 FLOAT32 = 7
 LEVELS = {"ok": 0, "degraded": 1, "fault": 2}
@@ -158,6 +159,7 @@ def messages(program, recording, scratch):
             topics=["/stairscan/echoes", "/stairscan/stairs", "/stairscan/status"]
         ):
             found.setdefault(channel.topic, []).append((message.log_time, decoded))
+    distributions(out)
     topics = ["/stairscan/answer", "/stairscan/echoes", "/stairscan/stairs", "/stairscan/status"]
     same("topics", sorted(found), topics)
     for topic in topics:
@@ -176,6 +178,19 @@ def messages(program, recording, scratch):
             same("stamp", stamp.sec * 10**9 + stamp.nanosec, time)
             same("frame", message.header.frame_id, "stairscan")
     return len(answers)
+
+
+def distributions(out):
+    """The messages by the definitions that ROS 2's distributions ship, not those in the file: the same bytes."""
+    for store in (Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY):
+        types = get_typestore(store)
+        with out.open("rb") as stream:
+            for schema, channel, message in make_reader(stream).iter_messages():
+                if channel.message_encoding != "cdr":
+                    continue
+                decoded = types.deserialize_cdr(message.data, schema.name)
+                if bytes(types.serialize_cdr(decoded, schema.name)) != message.data:
+                    sys.exit(f"{channel.topic}: {schema.name} of {store.name} has other bytes")
 
 
 def number(text):
