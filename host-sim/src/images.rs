@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 
+use crate::commands::busy;
 use crate::emulate::tools::{EMULATOR, Tool};
 
 /// Runs an image that ends by itself; returns what it printed through semihosting.
@@ -32,6 +33,11 @@ pub fn run(elf: &Path, directory: &Path, limit: Duration) -> Result<String> {
         .stderr(file)
         .spawn()
         .context(EMULATOR)?;
+    let what = elf.file_name().unwrap_or_default().to_string_lossy();
+    let bar = busy(&format!(
+        "{what} in the emulator, {} s at most",
+        limit.as_secs()
+    ));
     let deadline = Instant::now() + limit;
     let status = loop {
         if let Some(status) = child.try_wait()? {
@@ -44,6 +50,7 @@ pub fn run(elf: &Path, directory: &Path, limit: Duration) -> Result<String> {
         }
         std::thread::sleep(Duration::from_millis(20));
     };
+    bar.finish_and_clear();
     let output = std::fs::read_to_string(&log)?;
     ensure!(status.success(), "{}: {status}\n{output}", elf.display());
     Ok(output)

@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::answer::{Maybe, Outcome};
+use stairscan::answer::{Direction, Maybe, Outcome, Status};
 use stairscan::config::Config;
 use stairscan::drive::Drive;
 use stairscan::echoes::Floor;
@@ -16,8 +16,15 @@ use stairscan::observer::{Event, Observer};
 use stairscan::range::FULL_SCALE;
 
 use crate::answer::Answer;
-use crate::plots::{ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict};
+use crate::plots::{
+    ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict, meaning,
+};
 use crate::posterior;
+
+/// Millionths, so that an f32 does not drag its binary digits along.
+fn decimal(v: f64) -> f64 {
+    (v * 1e6).round() / 1e6
+}
 
 /// One scan as the estimator sees it.
 #[derive(Clone, Debug)]
@@ -181,9 +188,22 @@ impl Inspection {
         &self.view
     }
 
-    /// As tables for people.
-    pub fn text(&self) -> String {
-        let mut text = format!("noise {:.1} dBFS", self.noise_db);
+    /// As tables for people, with what their words mean, and the answer in sentences at the end.
+    pub fn text(&self, answer: &Answer) -> String {
+        let mut text = self.surroundings();
+        text.push_str(&self.echo_table());
+        text.push_str(&self.readings());
+        if let Some(view) = self.posterior() {
+            text.push_str(&posterior::text(view));
+        }
+        text.push_str(&self.maybes());
+        text.push_str(&ending(answer));
+        text
+    }
+
+    /// Noise, and what the floor says.
+    fn surroundings(&self) -> String {
+        let mut text = format!("noise {:.1} dB of full scale", self.noise_db);
         if let Some((bias, height)) = self.calibration {
             let _ = write!(
                 text,
@@ -194,15 +214,21 @@ impl Inspection {
         if let Some(Floor { here, elsewhere }) = self.floor {
             let _ = write!(
                 text,
-                "; echoes for a floor in its place {here:.1}, elsewhere {elsewhere:.1}"
+                "; support by echoes for a floor in its place {here:.1}, elsewhere {elsewhere:.1}"
             );
         }
-        text.push_str("\n\n  snr dB    x m      y m     range σ mm  angle σ °  width  role\n");
+        text
+    }
+
+    /// The echoes, and what their roles mean.
+    fn echo_table(&self) -> String {
+        let mut text =
+            "\n\n  snr dB  distance m  height m  range σ mm  angle σ °  width  role\n".to_owned();
         for scatterer in &self.scatterers {
             let e = &scatterer.echo;
             let _ = writeln!(
                 text,
-                "  {:6.1} {:7.3} {:8.3} {:13.2} {:10.2} {:6.2}  {}{}",
+                "  {:6.1} {:11.3} {:9.3} {:11.2} {:10.2} {:6.2}  {}{}",
                 e.snr_db,
                 e.x_m,
                 e.y_m,
@@ -217,7 +243,24 @@ impl Inspection {
                 },
             );
         }
-        text.push_str("\n  score nats  explanation\n");
+        text.push_str(
+            "  snr: power above the noise. distance: from the mirror, horizontal. height: above the ground.\n  \
+             σ: standard deviation. width: of the lobe over the angle, a point's being 1. Roles here:\n",
+        );
+        let mut told: Vec<&str> = Vec::new();
+        for role in self.scatterers.iter().map(|s| s.role.as_str()) {
+            if !told.contains(&role) {
+                told.push(role);
+                let _ = writeln!(text, "    {role:<8} {}", meaning(role));
+            }
+        }
+        text
+    }
+
+    /// The readings of the echoes.
+    fn readings(&self) -> String {
+        let mut text =
+            "\n  score nats  reading, with distance and height of each edge, m\n".to_owned();
         for explanation in &self.view.explanations {
             let mark = if explanation.winner { '*' } else { ' ' };
             let _ = write!(
@@ -230,15 +273,9 @@ impl Inspection {
             }
             text.push('\n');
         }
-        if let Some(view) = self.posterior() {
-            text.push_str(&posterior::text(view));
-        }
-        text.push_str(&self.maybes());
-        let _ = writeln!(
-            text,
-            "\n{} {}",
-            self.outcome.status.as_str(),
-            self.outcome.reasons
+        text.push_str(
+            "  *: the winner. nats: logarithm of how much likelier the echoes are so than without stairs; 2.3 \
+             more are\n  ten times. closed: stairs with risers; floating: with nothing between the treads.\n",
         );
         text
     }
@@ -262,10 +299,8 @@ impl Inspection {
         text
     }
 
-    /// As one JSON object.
-    pub fn json(&self, answer: &Answer) -> Value {
-        // Millionths, so that an f32 does not drag its binary digits along.
-        let decimal = |v: f64| (v * 1e6).round() / 1e6;
+    /// The scatterers, strongest first, a JSON object each.
+    pub fn echoes(&self) -> Vec<Value> {
         let scatterer = |s: &Scatterer| {
             let e = &s.echo;
             json!({
@@ -281,6 +316,11 @@ impl Inspection {
                 "against": s.role.contradicts(),
             })
         };
+        self.scatterers.iter().map(scatterer).collect()
+    }
+
+    /// As one JSON object.
+    pub fn json(&self, answer: &Answer) -> Value {
         let edge = |&(x, y): &Point| json!({"distance_m": decimal(x), "height_m": decimal(y)});
         let explanation = |e: &ExplanationView| {
             json!({
@@ -308,9 +348,37 @@ impl Inspection {
             "posterior": self.posterior().map(posterior::json),
             "maybe": self.outcome.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
-            "scatterers": self.scatterers.iter().map(scatterer).collect::<Vec<_>>(),
+            "scatterers": self.echoes(),
         })
     }
+}
+
+/// The answer in sentences: what it says, how far it vouches for that, and what each of its reasons means.
+fn ending(answer: &Answer) -> String {
+    let count = answer.steps.len();
+    let what = match (answer.scan.status, answer.scan.direction) {
+        (Status::Fault, _) => "no answer".to_owned(),
+        (_, Direction::None) => "no stairs".to_owned(),
+        (_, way) => format!(
+            "{count} step{} {}",
+            if count == 1 { "" } else { "s" },
+            way.as_str()
+        ),
+    };
+    let vouched = match (answer.horizon_m, answer.scan.confidence) {
+        (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
+            ", and vouches for the way up to {horizon:.1} m from the mirror ({:.1} %)",
+            f64::from(tenths) / 10.0
+        ),
+        (Some(_), Some(_)) => ", and vouches for none of the way".to_owned(),
+        _ => String::new(),
+    };
+    let status = answer.scan.status.as_str();
+    let mut text = format!("\nThe scanner says {what} with the status {status}{vouched}.\n");
+    for reason in answer.scan.reasons.iter() {
+        let _ = writeln!(text, "  {}: {}", reason.as_str(), reason.meaning());
+    }
+    text
 }
 
 #[cfg(test)]
@@ -360,9 +428,13 @@ mod tests {
         let json = inspection.json(&answer);
         let listed = json["scatterers"].as_array().unwrap();
         assert_eq!(listed.len(), inspection.scatterers.len());
-        let text = inspection.text();
+        let text = inspection.text(&answer);
         for scatterer in listed {
-            assert!(text.contains(scatterer["role"].as_str().unwrap()));
+            let role = scatterer["role"].as_str().unwrap();
+            assert!(
+                !meaning(role).is_empty() && text.contains(meaning(role)),
+                "{role}"
+            );
             assert!(scatterer["x_m"].is_f64() && scatterer["snr_db"].is_f64());
         }
     }
@@ -383,10 +455,24 @@ mod tests {
         assert!((mass - 1.0).abs() < 1e-3, "{hypotheses}");
         let likeliest = &hypotheses[0];
         assert_eq!(likeliest["edges"].as_array().unwrap().len(), 3);
-        let text = inspection.text();
+        let text = inspection.text(&answer);
         assert!(text.contains(likeliest["name"].as_str().unwrap()), "{text}");
         let maybes = json["maybe"].as_array().unwrap();
         assert_eq!(maybes.len(), answer.maybes.len());
+    }
+
+    #[test]
+    fn the_ending_is_a_sentence_with_its_reasons() {
+        let (inspection, answer) = inspection("stair_b");
+        let text = inspection.text(&answer);
+        let (_, end) = text.split_once("The scanner says ").unwrap();
+        assert!(
+            end.starts_with("3 steps up with the status degraded, and vouches for"),
+            "{end}"
+        );
+        for reason in answer.scan.reasons.iter() {
+            assert!(end.contains(reason.meaning()), "{end}");
+        }
     }
 
     /// Going down there is no posterior: its place says so.
@@ -394,6 +480,6 @@ mod tests {
     fn no_posterior_is_null() {
         let (inspection, answer) = inspection("descending");
         assert!(inspection.json(&answer)["posterior"].is_null());
-        assert!(!inspection.text().contains("hypothesis\n"));
+        assert!(!inspection.text(&answer).contains("hypothesis\n"));
     }
 }

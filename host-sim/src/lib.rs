@@ -3,6 +3,7 @@
 pub mod answer;
 pub mod budgets;
 pub mod commands;
+pub mod convert;
 pub mod emulate;
 pub mod faults;
 pub mod film;

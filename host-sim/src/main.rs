@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use host_sim::commands;
 use host_sim::scene::command::{SimulateArgs, simulate};
 
@@ -36,6 +36,8 @@ enum Command {
     Inspect(commands::inspect::Args),
     /// Write scans as one page for any browser: verdict, side view, range profiles, rivals
     Report(commands::report::Args),
+    /// Turn other programs' files into recordings, and recordings into NumPy, CSV or MCAP (ROS 2)
+    Convert(commands::convert::Args),
     /// Measure the estimators on random scenes of the simulator: the tables of docs/accuracy.md
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
@@ -65,10 +67,20 @@ enum Command {
     Convergence(commands::convergence::Args),
     /// Scan the paper's stairs A, B and C and compare with its table I
     Table1(commands::table1::Args),
+    /// Print what lets a shell complete the program's commands and options
+    Completions(commands::help::CompletionsArgs),
+    /// Write the manual's pages
+    Man(commands::help::ManArgs),
+}
+
+/// The program's command with all that `--help` tells.
+fn program() -> clap::Command {
+    commands::help::complete(Cli::command())
 }
 
 fn main() -> ExitCode {
-    let done = match Cli::parse().command {
+    let parsed = Cli::from_arg_matches(&program().get_matches());
+    let done = match parsed.unwrap_or_else(|error| error.exit()).command {
         Command::Replay(args) => commands::replay::run(&args),
         Command::Budget(args) => commands::budget::run(&args),
         Command::Seal(args) => commands::seal::run(&args),
@@ -76,6 +88,7 @@ fn main() -> ExitCode {
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Report(args) => commands::report::run(&args),
+        Command::Convert(args) => commands::convert::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
@@ -91,12 +104,115 @@ fn main() -> ExitCode {
         Command::Simulate(args) => simulate(&args).map(|()| ExitCode::SUCCESS),
         Command::Convergence(args) => commands::convergence::run(&args),
         Command::Table1(args) => commands::table1::run(&args),
+        Command::Completions(args) => commands::help::completions(&args, program()),
+        Command::Man(args) => commands::help::man(&args, program()),
     };
     match done {
         Ok(code) => code,
         Err(error) => {
             eprintln!("error: {error:#}");
             ExitCode::FAILURE
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use commands::help::{EXAMPLES, GROUPS};
+    use stairscan::answer::Reason;
+
+    use super::*;
+
+    fn names() -> Vec<String> {
+        let command = Cli::command();
+        let names = command.get_subcommands().map(|c| c.get_name().to_owned());
+        names.collect()
+    }
+
+    #[test]
+    fn every_command_stands_in_one_group_and_has_examples() {
+        let mut listed: Vec<&str> = GROUPS
+            .iter()
+            .flat_map(|(_, names)| names.iter().copied())
+            .collect();
+        listed.sort_unstable();
+        let mut all = names();
+        all.sort_unstable();
+        assert_eq!(listed, all, "commands/help.rs: GROUPS");
+        for name in &all {
+            let count = EXAMPLES
+                .iter()
+                .filter(|(command, _)| command == name)
+                .count();
+            assert_eq!(count, 1, "commands/help.rs: EXAMPLES of {name}");
+        }
+        let help = program().render_long_help().to_string();
+        for name in &all {
+            let lines = help
+                .lines()
+                .filter(|line| line.trim_start().starts_with(&format!("{name} ")));
+            assert_eq!(lines.count(), 1, "{name} in\n{help}");
+        }
+    }
+
+    #[test]
+    fn every_example_is_what_the_program_takes() {
+        for (command, lines) in EXAMPLES {
+            assert!(!lines.is_empty(), "{command}");
+            for line in *lines {
+                let words = std::iter::once("sim").chain(line.split_whitespace());
+                assert!(line.starts_with(command), "{line}");
+                if let Err(error) = program().try_get_matches_from(words) {
+                    panic!("cargo sim {line}: {error}");
+                }
+            }
+        }
+    }
+
+    /// Where people read answers, each word that they may read is explained, by the library's one table.
+    #[test]
+    fn every_reason_is_explained_wherever_answers_are_read() {
+        let root = concat!(env!("CARGO_MANIFEST_DIR"), "/..");
+        let mut places: Vec<(String, String)> = ["README.md", "controller/stairscan.h"]
+            .map(|file| {
+                (
+                    file.to_owned(),
+                    std::fs::read_to_string(format!("{root}/{file}")).unwrap(),
+                )
+            })
+            .to_vec();
+        for name in ["replay", "emulate", "inspect", "report", "convert"] {
+            let mut whole = program();
+            let command = whole.find_subcommand_mut(name).unwrap();
+            places.push((
+                format!("{name} --help"),
+                command.render_long_help().to_string(),
+            ));
+        }
+        for (place, text) in &places {
+            // However lines are broken.
+            let text: Vec<&str> = text.split_whitespace().collect();
+            let text = text.join(" ");
+            for reason in Reason::ALL {
+                let (word, meaning) = (reason.as_str(), reason.meaning());
+                assert!(text.contains(word), "{place}: {word}");
+                assert!(text.contains(meaning), "{place}: {word}: {meaning}");
+            }
+        }
+    }
+
+    #[test]
+    fn completions_and_manual_know_every_command() {
+        let mut script = Vec::new();
+        clap_complete::generate(
+            clap_complete::Shell::Bash,
+            &mut program(),
+            "host-sim",
+            &mut script,
+        );
+        let script = String::from_utf8(script).unwrap();
+        for name in names() {
+            assert!(script.contains(&name), "{name}");
         }
     }
 }

@@ -113,6 +113,7 @@ pub fn text(posterior: &PosteriorView) -> String {
         }
         text.push('\n');
     }
+    text.push_str("  hypothesis: what may stand there, as the particles weigh it, with distance and height of its edges, m\n");
     text
 }
 

@@ -23,9 +23,9 @@ mod turning;
 use crate::Iq;
 use crate::answer::{Reason, Reasons};
 use crate::config::Config;
-use crate::grid::PolarMap;
+use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::params::Params;
-use crate::range::RowStats;
+use crate::range::{FULL_SCALE, RowStats};
 use converter::Converter;
 pub use mirror::MirrorEcho;
 pub use sign::Sign;
@@ -259,6 +259,26 @@ impl Health {
         missing.then_some(Reason::MirrorMissing)
     }
 
+    /// Range at which the mirror's own echo was seen, metres from the radar: mean over the rows.
+    pub fn mirror_echo_m(&self, config: &Config) -> f32 {
+        let place = self.levels.place as f32 / (16.0 * self.rows.max(1) as f32);
+        config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
+    }
+
+    /// Mean level of the mirror's own echo, dB relative to full scale.
+    pub fn mirror_level_db(&self) -> f32 {
+        let units = self.mirror as f32 / self.rows.max(1) as f32;
+        (units - f32::from(FULL_SCALE)) * DB_PER_UNIT
+    }
+
+    /// The mirror's own echo, as a calibration keeps it.
+    pub fn mirror_seen(&self, config: &Config) -> MirrorEcho {
+        MirrorEcho {
+            range_m: self.mirror_echo_m(config),
+            level_db: self.mirror_level_db(),
+        }
+    }
+
     /// What is looked at in the whole scan, one after the other: an answer is not to be trusted where more
     /// is seen than may be. `config` is that of the scan that filled `map`.
     pub fn signs(&self, config: &Config, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
@@ -288,7 +308,7 @@ impl Health {
                 MOST,
             );
             sign(Reason::BlockedView, levels.near as i32, P.near_rows as i32);
-            self.mirror_signs(config, &mut sign);
+            self.mirror_seen(config).signs(config, &mut sign);
         }
         self.converter.signs(each);
         self.turning.signs(map, each);

@@ -9,7 +9,7 @@ use stairscan::config::EstimatorKind;
 use stairscan::report::Sentence;
 use stairscan::scan::Settings as ScannerSettings;
 
-use super::{Format, Settings, emit};
+use super::{Format, Settings, emit, progress};
 use crate::budgets;
 use crate::emulate::Session;
 use crate::emulate::image::{self, Image};
@@ -105,6 +105,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if !args.recordings.is_empty() {
         Tool::Emulator.need()?;
     }
+    let stacks = args.recordings.len() * EstimatorKind::ALL.len();
+    let bar = progress(stacks as u64).with_prefix("in the emulator");
     for path in &args.recordings {
         let recording = Recording::read(path)?;
         for &estimator in EstimatorKind::ALL {
@@ -116,8 +118,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let what = format!("stack, {} on {}, bytes", estimator.as_str(), recording.name);
             let used = stack(&elf, &recording, &settings).with_context(|| what.clone())?;
             figures.push(Figure::new(&what, used, budgets::STACK));
+            bar.inc(1);
         }
     }
+    bar.finish_and_clear();
     print(&figures, args.format);
     Ok(if figures.iter().all(Figure::holds) {
         ExitCode::SUCCESS

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result};
 
 use super::replay::show;
-use super::{Format, Settings};
+use super::{Format, Settings, progress};
 use crate::answer::Answer;
 use crate::emulate::module::Misdeed;
 use crate::emulate::session::Waits;
@@ -120,6 +120,9 @@ fn boot(
         .configure(&playback.settings(), waits)
         .with_context(|| name.clone())?;
     session.module.set_faults(&args.faults);
+    let rows = recording.chirps_per_scan() * scans;
+    let bar = progress(rows as u64).with_prefix(format!("rows of {name} in the emulator"));
+    session.module.watch(bar.clone());
     session.skip_lines();
     session.connect()?;
     let mut scan = 0;
@@ -128,7 +131,8 @@ fn boot(
             session.module.set_faults(&[]);
         }
         scan += 1;
-        answered(scan - 1, sentences)
+        bar.suspend(|| answered(scan - 1, sentences))
     });
+    bar.finish_and_clear();
     done.with_context(|| name.clone())
 }

@@ -6,7 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
 
-use super::{Format, Settings, emit, recordings};
+use super::{Format, Settings, emit, progress_aside, recordings};
 use crate::inspect::Inspection;
 use crate::plots::{self, PaperView, ScanView};
 use crate::recording::Recording;
@@ -34,12 +34,16 @@ pub struct Args {
 /// Shows every recording; a bad one makes the exit status 1 and the rest goes on.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut code = ExitCode::SUCCESS;
-    for path in &recordings(&args.recordings)? {
+    let paths = recordings(&args.recordings)?;
+    let bar = progress_aside(paths.len() as u64);
+    for path in &paths {
+        bar.inc(1);
         if let Err(error) = inspect(path, args) {
             eprintln!("error: {error:#}");
             code = ExitCode::FAILURE;
         }
     }
+    bar.finish_and_clear();
     Ok(code)
 }
 
@@ -67,7 +71,7 @@ fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
         let inspection = Inspection::of(map, config, answer.scan.scan, &drive);
         match args.format {
             Format::Json => emit(&format!("{}\n", inspection.json(answer))),
-            Format::Text => emit(&format!("{}\n{}\n", answer.name(), inspection.text())),
+            Format::Text => emit(&format!("{}\n{}\n", answer.name(), inspection.text(answer))),
         }
         if let (Some(dir), Ok(())) = (&args.plots, &drawn) {
             let recording = &scanned.recording();

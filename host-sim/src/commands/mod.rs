@@ -5,9 +5,11 @@ pub mod bench;
 pub mod budget;
 pub mod calibrate;
 pub mod convergence;
+pub mod convert;
 pub mod emulate;
 pub mod faults;
 pub mod fit;
+pub mod help;
 pub mod inspect;
 pub mod params;
 pub mod profile;
@@ -23,12 +25,13 @@ pub mod timing;
 pub mod twins;
 
 use std::collections::HashSet;
-use std::io::Write as _;
+use std::io::{IsTerminal as _, Write as _};
 use std::path::PathBuf;
+use std::time::Duration;
 
 use anyhow::{Result, ensure};
 use clap::ValueEnum;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use stairscan::config::{Config, EstimatorKind};
 
 use crate::recording;
@@ -56,11 +59,51 @@ pub fn emit(text: &str) {
     }
 }
 
+/// How often the time on a progress bar moves on.
+const TICK: Duration = Duration::from_millis(200);
+
 /// A progress bar with elapsed and remaining time, on stderr if that is a terminal; nothing elsewhere.
 pub fn progress(length: u64) -> ProgressBar {
-    let style = "{bar:40} {pos}/{len}, {elapsed} gone, {eta} to go";
+    timed(
+        ProgressBar::new(length),
+        "{prefix} {bar:40} {pos}/{len}, {elapsed} gone, {left} to go",
+    )
+}
+
+/// The same beside results that are printed one by one: nothing where they go to a terminal, which shows how
+/// far things are.
+pub fn progress_aside(length: u64) -> ProgressBar {
+    if std::io::stdout().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    progress(length)
+}
+
+/// What is under way and the time gone, of what cannot say how far it is.
+pub fn busy(what: &str) -> ProgressBar {
+    timed(
+        ProgressBar::new_spinner(),
+        "{spinner} {msg}: {elapsed} gone",
+    )
+    .with_message(what.to_owned())
+}
+
+fn timed(bar: ProgressBar, style: &str) -> ProgressBar {
+    // What has finished nothing yet cannot tell how long the rest will take.
+    let left = |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+        let _ = match state.pos() {
+            0 => write!(text, "?"),
+            _ => write!(text, "{:#}", HumanDuration(state.eta())),
+        };
+    };
     let style = ProgressStyle::with_template(style);
-    ProgressBar::new(length).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+    let style = style.unwrap_or_else(|_| ProgressStyle::default_bar());
+    bar.set_style(style.with_key("left", left));
+    // The time goes on while one piece of the work takes long; no thread for bars that nobody sees.
+    if !bar.is_hidden() {
+        bar.enable_steady_tick(TICK);
+    }
+    bar
 }
 
 /// The recordings that `paths` name: each once, those of a directory in order, and what is none, as `*` of a

@@ -23,9 +23,9 @@ const OUT_OF_REACH_DB: f32 = 10.0;
 pub struct Args {
     /// Recording, with or without suffix
     recording: PathBuf,
-    /// Chirp, counted from 0
-    #[arg(long, default_value_t = 0)]
-    chirp: usize,
+    /// Chirp, counted from 0; without it the one with the strongest echo
+    #[arg(long)]
+    chirp: Option<usize>,
     /// Draw the profile into this PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
@@ -104,9 +104,31 @@ pub fn profile(recording: &Recording, k: usize) -> Result<RangeProfile> {
     })
 }
 
+/// The chirp with the strongest echo: of the bins that are tested, so that neither leakage nor the mirror
+/// counts. The first of several alike.
+pub fn strongest(recording: &Recording) -> Result<usize> {
+    let mut processor = processor(recording)?;
+    let mut profile = Profile::default();
+    let mut best = (0, f32::NEG_INFINITY);
+    for k in 0..recording.chirps() {
+        let Some(chirp) = recording.chirp(k) else {
+            continue;
+        };
+        processor.profile(chirp, &mut profile)?;
+        let tested = (0..profile.bins()).filter(|&bin| profile.threshold_db(bin).is_some());
+        let power = tested
+            .map(|bin| profile.power_db(bin))
+            .fold(f32::NEG_INFINITY, f32::max);
+        if power > best.1 {
+            best = (k, power);
+        }
+    }
+    Ok(best.0)
+}
+
 impl RangeProfile {
-    /// The profile as one JSON object.
-    pub fn json(&self) -> Value {
+    /// The profile of chirp `k` as one JSON object.
+    pub fn json(&self, chirp: usize) -> Value {
         // Shortest decimals of the f32s, not those of their f64 images.
         let list = |values: &[f32]| {
             values
@@ -116,6 +138,7 @@ impl RangeProfile {
         };
         let detection = |&(range, power): &(f32, f32)| json!({"range_m": decimal(range), "power_db": decimal(power)});
         json!({
+            "chirp": chirp,
             "range_m": list(&self.range_m),
             "power_db": list(&self.power_db),
             "threshold_db": list(&self.threshold_db),
@@ -137,7 +160,7 @@ impl RangeProfile {
         for (range, power) in &self.detections {
             let _ = writeln!(out, "  {range:7.3} m  {power:6.1} dBFS");
         }
-        out.push_str("\n  range m   power dBFS   threshold\n");
+        out.push_str("\n  range from the radar m   power dBFS   threshold\n");
         let bins = self
             .range_m
             .iter()
@@ -148,7 +171,7 @@ impl RangeProfile {
                 OUT_OF_REACH_DB => ("     -".to_owned(), ""),
                 t => (format!("{t:6.1}"), if *power > t { "  *" } else { "" }),
             };
-            let _ = writeln!(out, "  {range:7.3}     {power:8.1}      {threshold}{mark}");
+            let _ = writeln!(out, "  {range:22.3}     {power:8.1}      {threshold}{mark}");
         }
         out
     }
@@ -162,17 +185,56 @@ fn decimal(value: f32) -> f64 {
 /// Prints the profile.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recording = Recording::read(&args.recording)?;
-    let profile = profile(&recording, args.chirp)?;
+    let chirp = match args.chirp {
+        Some(chirp) => chirp,
+        None => strongest(&recording)?,
+    };
+    let profile = profile(&recording, chirp)?;
     emit(&match args.format {
-        Format::Json => format!("{}\n", profile.json()),
-        Format::Text => profile.text(&recording, args.chirp),
+        Format::Json => format!("{}\n", profile.json(chirp)),
+        Format::Text => {
+            let text = profile.text(&recording, chirp);
+            let chosen = match args.chirp {
+                Some(_) => String::new(),
+                None => format!(
+                    "the strongest of {} chirps; --chirp K shows another\n",
+                    recording.chirps()
+                ),
+            };
+            format!("{chosen}{text}")
+        }
     });
     if let Some(file) = &args.plot {
-        let view = plots::profile_view(&recording, args.chirp, &mut processor(&recording)?)?;
+        let view = plots::profile_view(&recording, chirp, &mut processor(&recording)?)?;
         plots::write_profile(file, &view)?;
         if args.format == Format::Text {
             emit(&format!("\npicture\n  {}\n", file.display()));
         }
     }
     Ok(ExitCode::SUCCESS)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use super::*;
+
+    #[test]
+    fn the_strongest_chirp_is_that_of_the_strongest_echo() {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+        let mut recording = Recording::read(&dir.join("stair_a")).unwrap();
+        let ns = recording.meta.samples_per_chirp;
+        // Leakage and the mirror, the strongest of each chirp, stay: all others lose 48 dB.
+        let chosen = 150;
+        assert_ne!(strongest(&recording).unwrap(), chosen);
+        for (k, sample) in recording.samples.iter_mut().enumerate() {
+            if k / ns != chosen {
+                (sample.i, sample.q) = (sample.i >> 8, sample.q >> 8);
+            }
+        }
+        assert_eq!(strongest(&recording).unwrap(), chosen);
+        let shown = profile(&recording, chosen).unwrap();
+        assert_eq!(shown.json(chosen)["chirp"], chosen);
+    }
 }

@@ -7,7 +7,7 @@ use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
 use stairscan::drive::Mode;
 
-use super::{Format, Settings, emit, recordings};
+use super::{Format, Settings, emit, progress_aside, recordings};
 use crate::answer::Answer;
 use crate::film::Film;
 use crate::inspect::Inspection;
@@ -80,12 +80,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         "--film: expected one recording, not {}",
         paths.len()
     );
+    let bar = progress_aside(paths.len() as u64);
     for path in &paths {
         let shown = scan(path, args, &options);
+        bar.inc(1);
         if !shown.unwrap_or_else(|error| show(Err(error), None, args.format)) {
             code = ExitCode::FAILURE;
         }
     }
+    bar.finish_and_clear();
     Ok(code)
 }
 

@@ -8,6 +8,7 @@ use anyhow::{Context, Result, ensure};
 use object::read::{Object, ObjectSection, ObjectSymbol};
 use object::{RelocationTarget, SectionFlags, SectionKind, SymbolKind};
 
+use super::building::watched;
 use super::seal::seal;
 use super::tools::{TARGET, Tool};
 use crate::recording::regular;
@@ -36,20 +37,15 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
         target = target.join(features.join("-"));
     }
     let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-    let output = Command::new(cargo)
+    let mut build = Command::new(cargo);
+    build
         .current_dir(&root)
         .args(["build", "--quiet", "--profile", "firmware"])
         .args(["--package", package, "--bin", bin])
         .args(["--target", TARGET, "--target-dir"])
         .arg(&target)
-        .args(["--features", &features.join(",")])
-        .output()
-        .with_context(|| format!("cargo build of {package} {bin}"))?;
-    ensure!(
-        output.status.success(),
-        "cargo build of {package} {bin}: {}",
-        String::from_utf8_lossy(&output.stderr).trim()
-    );
+        .args(["--features", &features.join(",")]);
+    watched(build, package)?;
     Ok(target.join(TARGET).join("firmware").join(bin))
 }
 

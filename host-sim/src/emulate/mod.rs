@@ -8,10 +8,12 @@
 //! | [`module`] | the radar module, which plays a recording and can misbehave |
 //! | [`shaft`] | the motor: STEP and DIR from the log, home switch by injected edges |
 //! | [`session`] | boot, configure, scan |
+//! | `building` | Cargo at work, with the time that it takes |
 //! | [`image`] | building the image and reading its sizes and symbols |
 //! | [`seal`] | the checksum by which an image knows that it is whole |
 //! | [`tools`] | whether compiler and emulator are there, and how to get them |
 
+mod building;
 pub mod image;
 pub mod module;
 pub mod qemu;

@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use anyhow::{Context, Result, bail};
+use indicatif::ProgressBar;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
@@ -103,6 +104,8 @@ pub struct Module<'a> {
     kept_back: Option<u16>,
     faults: Vec<Fault>,
     rows: u32,
+    /// Moves on with every row.
+    bar: ProgressBar,
     last: Option<Trigger>,
     last_chirp: Vec<u8>,
     late: Vec<u8>,
@@ -136,12 +139,18 @@ impl<'a> Module<'a> {
             kept_back: None,
             faults: Vec::new(),
             rows: 0,
+            bar: ProgressBar::hidden(),
             last: None,
             last_chirp: Vec::new(),
             late: Vec::new(),
             silent: false,
             garbage: 0,
         }
+    }
+
+    /// Lets `bar` move on with every row that is triggered.
+    pub fn watch(&mut self, bar: ProgressBar) {
+        self.bar = bar;
     }
 
     /// What is to go wrong from now on; rows are counted from here.
@@ -233,6 +242,7 @@ impl<'a> Module<'a> {
             Some(last) if last.shaft_angle == shaft_angle => last.attempt + 1,
             Some(_) => {
                 self.rows += 1;
+                self.bar.inc(1);
                 0
             }
             None => 0,

@@ -2,7 +2,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const at = (id) => document.getElementById(id);
 // Colours that differ for deuteranopes, too (Okabe and Ito 2008); every layer has a shape of its own besides.
-const HUE = { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", stray: "#606060", horizon: "#222222" };
+const HUE = { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", stray: "#4f4f4f", horizon: "#222222" };
 const STATUS = {
   ok: ["✓ ok", "Up to its horizon this answer is vouched for. What stands beyond is told, but is no promise."],
   degraded: ["! degraded", "Do not act on this answer alone: the reasons say what is weak."],
@@ -170,7 +170,7 @@ function drawLayers(g, s) {
   }
   if (state.shown.rivals) {
     for (const rival of rivalsOf(s).filter((r) => !r.winner && r.edges.length)) {
-      stroke(g, HUE.rival, 1.5, [2, 3]);
+      stroke(g, HUE.rival, 6, [3, 4]);
       surface(g, rival.edges, frame);
     }
   }
@@ -389,7 +389,7 @@ function legend(s) {
   const shape = (colour, path) => `<svg viewBox="0 0 24 12"><path d="${path}" stroke="${colour}" stroke-width="1.8" fill="none"/></svg>`;
   const items = [[line(HUE.answer, "", 2.5), "answer"]];
   if (s.truth && state.shown.truth) items.push([line(HUE.truth, "7 4", 4), "truth"]);
-  if (state.shown.rivals) items.push([line(HUE.rival, "2 3", 1.5), "rivals"]);
+  if (state.shown.rivals) items.push([line(HUE.rival, "3 4", 6), "rivals"]);
   if (state.shown.echoes) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
   if (state.shown.maybe && s.maybe.length) items.push([shape(HUE.maybe, "M12 0L18 6L12 12L6 6Z"), "MAYBE"]);
   at("legend").innerHTML = items.map(([picture, word]) => `<span>${picture}${word}</span>`).join("");

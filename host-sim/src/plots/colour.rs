@@ -3,17 +3,18 @@
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
 
-/// Blue, vermilion, green, purple, orange, sky, brown, pink: after Okabe and Ito, who chose hues
-/// that people with any colour vision tell apart; deepened to stand on white.
+/// Blue, vermilion, green, purple, orange, sky, brown, indigo: the hues of Okabe and Ito, deepened to stand
+/// on white, and moved apart in brightness until people without the green cones tell every two apart, and from
+/// [`TRUE`] and the ink (plots/deuteranopia.rs measures that).
 pub const HUES: [RGBColor; 8] = [
-    RGBColor(0, 98, 168),
-    RGBColor(206, 72, 0),
-    RGBColor(0, 132, 96),
-    RGBColor(176, 82, 140),
+    RGBColor(13, 110, 195),
+    RGBColor(205, 72, 0),
+    RGBColor(4, 132, 95),
+    RGBColor(149, 78, 142),
     RGBColor(214, 140, 0),
     RGBColor(64, 156, 210),
-    RGBColor(126, 82, 40),
-    RGBColor(92, 70, 170),
+    RGBColor(121, 81, 46),
+    RGBColor(75, 54, 148),
 ];
 
 /// Colour of what was measured.

@@ -8,8 +8,9 @@ use super::page::{Frame, Swatch, number};
 use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
 use super::posterior::{self, PosteriorView};
-use super::sheet::{FAINT, Face, Shape, Sheet, Stroke};
-use super::staircase::{draw_truth, surface_to_draw};
+use super::shape::Shape;
+use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
+use super::staircase::draw_truth;
 use crate::answer::Answer;
 use crate::recording::Truth;
 
@@ -61,30 +62,76 @@ pub struct InspectView {
     pub posterior: PosteriorView,
 }
 
-/// Rivals that are drawn; the others are far behind.
-const RIVALS: usize = 3;
+/// How a role is drawn, and what it means.
+pub struct RoleMark {
+    /// Its name.
+    pub role: &'static str,
+    /// A shape of its own; lines that cross for what speaks against the winner.
+    pub shape: Shape,
+    /// The same colour in all pictures.
+    pub ink: RGBColor,
+    /// What an echo in it comes from.
+    pub meaning: &'static str,
+}
 
-/// Every role's mark: the same in all pictures, crosses for what speaks against the winner.
-const MARKS: [(&str, Shape, RGBColor); 9] = [
-    ("corner", Shape::Triangle, HUES[0]),
-    ("nosing", Shape::Fall, HUES[3]),
-    ("flash", Shape::Diamond, HUES[4]),
-    ("face", Shape::Dot, HUES[2]),
-    ("tread", Shape::Dot, HUES[6]),
-    ("edge", Shape::Triangle, HUES[7]),
-    ("inside", Shape::Cross, RGBColor(196, 30, 58)),
-    ("above", Shape::Cross, HUES[3]),
-    ("clutter", Shape::Cross, HUES[6]),
+const fn role(role: &'static str, shape: Shape, ink: RGBColor, meaning: &'static str) -> RoleMark {
+    RoleMark {
+        role,
+        shape,
+        ink,
+        meaning,
+    }
+}
+
+/// Every role's mark.
+pub const MARKS: [RoleMark; 10] = [
+    role("corner", Shape::Triangle, HUES[0], "foot of a riser"),
+    role("nosing", Shape::Fall, HUES[3], "foremost edge of a step"),
+    role(
+        "flash",
+        Shape::Diamond,
+        HUES[4],
+        "face that looks straight at the mirror",
+    ),
+    role("face", Shape::Dot, HUES[2], "riser between foot and top"),
+    role("tread", Shape::Square, HUES[6], "tread, landing or floor"),
+    role(
+        "edge",
+        Shape::Wedge,
+        HUES[7],
+        "end of a tread, seen from above",
+    ),
+    role(
+        "inside",
+        Shape::Cross,
+        INK,
+        "within the solid: against the winner",
+    ),
+    role(
+        "above",
+        Shape::Plus,
+        INK,
+        "above a riser's top: against the winner",
+    ),
+    role(
+        "clutter",
+        Shape::Star,
+        INK,
+        "standing on a tread: against the winner",
+    ),
+    role("stray", Shape::Ring, TRUE, "not explained by the winner"),
 ];
 
-/// A scatterer's mark: grey for roles without one of their own.
+/// What a role means; nothing for one that is unknown.
+pub fn meaning(role: &str) -> &'static str {
+    let known = MARKS.iter().find(|mark| mark.role == role);
+    known.map_or("", |mark| mark.meaning)
+}
+
+/// A scatterer's mark: a grey ring for roles without one of their own.
 fn mark(scatterer: &ScattererView) -> (Shape, RGBColor) {
-    let shape = match scatterer.verdict {
-        Verdict::Against => Shape::Cross,
-        Verdict::For | Verdict::Neither => Shape::Dot,
-    };
-    let known = MARKS.iter().find(|(role, ..)| *role == scatterer.role);
-    known.map_or((shape, TRUE), |&(_, shape, ink)| (shape, ink))
+    let known = MARKS.iter().find(|mark| mark.role == scatterer.role);
+    known.map_or((Shape::Ring, TRUE), |mark| (mark.shape, mark.ink))
 }
 
 /// The roles that occur, in the order of their marks: name, number, mark.
@@ -96,7 +143,7 @@ fn roles(view: &InspectView) -> Vec<(&'static str, usize, (Shape, RGBColor))> {
             None => roles.push((scatterer.role, 1, mark(scatterer))),
         }
     }
-    let place = |role: &str| MARKS.iter().position(|m| m.0 == role);
+    let place = |role: &str| MARKS.iter().position(|m| m.role == role);
     roles.sort_by_key(|r| place(r.0).unwrap_or(MARKS.len()));
     roles
 }
@@ -128,7 +175,8 @@ pub fn draw(
     }
     for (name, count, (shape, ink)) in roles(view) {
         let swatch = Swatch::Mark(shape, 7.0, ink);
-        words.legend.push((swatch, format!("{name} ({count})")));
+        let label = format!("{name} ({count}): {}", meaning(name));
+        words.legend.push((swatch, label));
     }
     words.legend.extend(posterior::legend(&[], answer));
     if truth.is_some() {
@@ -141,12 +189,9 @@ pub fn draw(
         if let Some(truth) = truth {
             draw_truth(sheet, frame, truth)?;
         }
-        // The winner last, on top.
+        // The winner last, on top of its rivals' broader lines.
         for (stroke, explanation) in lines.iter().rev() {
-            if !explanation.edges.is_empty() {
-                let line = surface_to_draw(frame, &explanation.edges);
-                sheet.line(&line, *stroke)?;
-            }
+            sheet.line(&posterior::outline(frame, &explanation.edges), *stroke)?;
         }
         draw_scatterers(sheet, frame, view)?;
         posterior::draw_maybes(sheet, frame, answer)?;
@@ -160,12 +205,10 @@ fn lines(view: &InspectView) -> Vec<(Stroke, &ExplanationView)> {
     let mut rivals: Vec<&ExplanationView> =
         view.explanations.iter().filter(|e| !e.winner).collect();
     rivals.sort_by(|a, b| b.score.total_cmp(&a.score));
-    let inks = [HUES[5], HUES[7], HUES[6]];
-    let rivals = rivals.into_iter().take(RIVALS).zip(inks);
-    let dashed = |ink| Stroke::solid(ink, 2.2).dashed(9.0, 6.0);
+    let rivals = rivals.into_iter().zip(posterior::strokes());
     winner
         .map(|e| (Stroke::solid(CONCLUDED, 3.2), e))
-        .chain(rivals.map(|(e, ink)| (dashed(ink), e)))
+        .chain(rivals.map(|(e, stroke)| (stroke, e)))
         .collect()
 }
 

@@ -16,7 +16,7 @@
 //!
 //! A picture appears whole or not at all.
 
-mod colour;
+pub mod colour;
 mod inspect;
 mod page;
 mod paper;
@@ -25,17 +25,18 @@ mod plane;
 mod posterior;
 mod profile;
 mod sector;
+mod shape;
 mod sheet;
 mod staircase;
 
 use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
-use stairscan::config::{Config, Plane};
+use stairscan::config::{Config, EstimatorKind, Plane};
 use stairscan::grid::PolarMap;
 use stairscan::range::{Profile, RangeProcessor};
 
-pub use inspect::{ExplanationView, InspectView, ScattererView, Verdict};
+pub use inspect::{ExplanationView, InspectView, ScattererView, Verdict, meaning};
 pub use particles::{BeamView, ClusterView, ParticleView, Point};
 pub use plane::Ground;
 pub use posterior::{HypothesisView, PosteriorView};
@@ -109,6 +110,11 @@ pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
     let cfar = of("The map after CA-CFAR");
     keep("fig10-map-cfar", plane.map(&cfar, Ground::Cfar))?;
     let paper = scan.paper;
+    let of = |title: &str| Words {
+        title: format!("{title}: the paper's estimator"),
+        subtitle: format!("{name}{}", beside(scan)),
+        legend: Vec::new(),
+    };
     let words = of("Particles, uniform at first");
     let picture = particles::particles(&plane, &words, &paper.uniform);
     keep("fig05-particles-uniform", picture)?;
@@ -129,8 +135,9 @@ pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
     keep("fig11-beam-correction", picture)?;
     let truth = scan.recording.meta.truth.as_ref();
     let words = Words {
+        title: "Reconstructed staircase".into(),
         subtitle: format!("{name}: {}", conclusion(scan)),
-        ..of("Reconstructed staircase")
+        legend: Vec::new(),
     };
     let picture = staircase::draw(&plane, &words, (scan.answer, scan.posterior), truth);
     let what = match scan.config.mount.plane {
@@ -157,8 +164,12 @@ pub fn write_profile(file: &Path, view: &ProfileView) -> Result<()> {
 pub fn write_inspect(file: &Path, scan: &ScanView<'_>, view: &InspectView) -> Result<()> {
     let plane = SagittalPlane::new(scan.map, &points_of_interest(scan));
     let words = Words {
-        title: "Scatterers, the winner and its rivals".into(),
-        subtitle: format!("{}: {}", scan.recording.name, conclusion(scan)),
+        title: "Echoes with their roles, the winning reading and its rivals".into(),
+        subtitle: format!(
+            "{}: {}; 2.3 nats: ten times as likely",
+            scan.recording.name,
+            conclusion(scan)
+        ),
         legend: Vec::new(),
     };
     let truth = scan.recording.meta.truth.as_ref();
@@ -243,6 +254,28 @@ fn sweep(scan: &ScanView<'_>) -> String {
     )
 }
 
+/// What a picture of the paper's estimator has to do with the answer: it need not say the same.
+fn beside(scan: &ScanView<'_>) -> String {
+    let estimator = scan.config.estimator;
+    match estimator {
+        EstimatorKind::Paper => format!(": {}", conclusion(scan)),
+        _ => format!(
+            ": not the answer, which estimator {} gives from the same map ({})",
+            estimator.as_str(),
+            counted(scan.answer)
+        ),
+    }
+}
+
+/// How many steps an answer tells.
+fn counted(answer: &Answer) -> String {
+    match answer.steps.len() {
+        0 => "no steps".to_owned(),
+        1 => format!("1 step {}", answer.scan.direction.as_str()),
+        n => format!("{n} steps {}", answer.scan.direction.as_str()),
+    }
+}
+
 /// The answer in a few words.
 fn conclusion(scan: &ScanView<'_>) -> String {
     let answer = scan.answer;
@@ -252,11 +285,7 @@ fn conclusion(scan: &ScanView<'_>) -> String {
     } else {
         format!(" ({})", reasons.join(", "))
     };
-    let steps = match answer.steps.len() {
-        0 => "no steps".to_owned(),
-        1 => format!("1 step {}", answer.scan.direction.as_str()),
-        n => format!("{n} steps {}", answer.scan.direction.as_str()),
-    };
+    let steps = counted(answer);
     let estimator = scan.config.estimator.as_str();
     format!(
         "{}{why}, {steps}, estimator {estimator}",
@@ -264,5 +293,7 @@ fn conclusion(scan: &ScanView<'_>) -> String {
     )
 }
 
+#[cfg(test)]
+mod deuteranopia;
 #[cfg(test)]
 mod tests;

@@ -7,7 +7,8 @@ use anyhow::Result;
 use plotters::prelude::*;
 
 use super::colour::Scale;
-use super::sheet::{self, FAINT, Face, INK, OVERSAMPLING, Shape, Sheet, Spot, Stroke};
+use super::shape::Shape;
+use super::sheet::{self, FAINT, Face, INK, OVERSAMPLING, Sheet, Spot, Stroke};
 
 const TITLE: f64 = 31.0;
 const SUBTITLE: f64 = 24.0;

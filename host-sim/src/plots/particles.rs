@@ -7,7 +7,8 @@ use stairscan::paper::cluster::Fate;
 use super::colour::{CONCLUDED, HUES, MEASURED, Palette};
 use super::page::{Frame, Swatch, number};
 use super::plane::{Ground, SagittalPlane, Words};
-use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot, Stroke};
+use super::shape::{SOLID, Shape};
+use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 
 /// A point of the plane, metres.
 pub type Point = (f64, f64);
@@ -52,14 +53,14 @@ pub fn particles(plane: &SagittalPlane<'_>, words: &Words, view: &ParticleView) 
     };
     words.legend = vec![
         (
-            Swatch::Mark(Shape::Dot, 5.0, HUES[5]),
+            Swatch::Mark(Shape::Diamond, 5.0, HUES[5]),
             "particles at first".into(),
         ),
         (Swatch::Mark(Shape::Dot, 5.0, CONCLUDED), rounds),
     ];
     plane.draw(&words, Ground::Raw, Palette::Ground, |sheet, frame| {
-        dots(sheet, frame, &view.initial, 2.2, HUES[5])?;
-        heaps(sheet, frame, &view.resampled, 2.6, CONCLUDED)
+        dots(sheet, frame, &view.initial, 2.6, (Shape::Diamond, HUES[5]))?;
+        heaps(sheet, frame, &view.resampled, 2.6, (Shape::Dot, CONCLUDED))
     })
 }
 
@@ -68,10 +69,10 @@ fn dots(
     frame: &Frame,
     points: &[Point],
     radius: f64,
-    ink: RGBColor,
+    (shape, ink): Look,
 ) -> Result<()> {
     for &(x, y) in points.iter().filter(|p| frame.holds(p.0, p.1)) {
-        sheet.marker(Shape::Dot, frame.spot(x, y), radius, ink, WHITE)?;
+        sheet.marker(shape, frame.spot(x, y), radius, ink, WHITE)?;
     }
     Ok(())
 }
@@ -82,7 +83,7 @@ fn heaps(
     frame: &Frame,
     points: &[Point],
     radius: f64,
-    ink: RGBColor,
+    look: Look,
 ) -> Result<()> {
     /// Copies from which a dot grows no further.
     const MOST: usize = 12;
@@ -90,7 +91,7 @@ fn heaps(
     sorted.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));
     for heap in sorted.chunk_by(|a, b| a == b) {
         let copies = heap.len().min(MOST) as f64;
-        dots(sheet, frame, &heap[..1], radius * copies.sqrt(), ink)?;
+        dots(sheet, frame, &heap[..1], radius * copies.sqrt(), look)?;
     }
     Ok(())
 }
@@ -102,14 +103,14 @@ pub fn clusters(
     clusters: &[ClusterView],
 ) -> Result<Vec<u8>> {
     let mut words = words.clone();
-    let shown: Vec<(RGBColor, &ClusterView)> = hues(clusters).into_iter().zip(clusters).collect();
+    let shown: Vec<(Look, &ClusterView)> = looks(clusters).into_iter().zip(clusters).collect();
     words.legend = shown
         .iter()
         .filter(|(_, c)| c.fate == Fate::Kept)
         .enumerate()
-        .map(|(k, (ink, c))| {
+        .map(|(k, ((shape, ink), c))| {
             let label = format!("step {}: {} particles", k + 1, c.points.len());
-            (Swatch::Mark(Shape::Dot, 6.0, *ink), label)
+            (Swatch::Mark(*shape, 6.0, *ink), label)
         })
         .collect();
     let fates = [
@@ -131,8 +132,8 @@ pub fn clusters(
         words.subtitle.push_str("; no clusters");
     }
     plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
-        for (ink, cluster) in &shown {
-            dots(sheet, frame, &cluster.points, 3.4, *ink)?;
+        for (look, cluster) in &shown {
+            dots(sheet, frame, &cluster.points, 3.6, *look)?;
         }
         let mut taken: Vec<Spot> = Vec::new();
         for (_, cluster) in shown.iter().filter(|(_, c)| c.fate != Fate::Kept) {
@@ -161,7 +162,7 @@ pub fn clusters(
             sheet.note(reason, place, face)?;
             taken.push(place);
         }
-        for (ink, cluster) in shown.iter().filter(|(_, c)| c.fate == Fate::Kept) {
+        for ((_, ink), cluster) in shown.iter().filter(|(_, c)| c.fate == Fate::Kept) {
             outline(sheet, frame, &cluster.points, *ink)?;
         }
         Ok(())
@@ -174,19 +175,23 @@ fn count_of(clusters: &[ClusterView], fate: Fate) -> usize {
     clusters.iter().filter(same).count()
 }
 
-/// A colour for each cluster: first those that stay, so that they have the same in all pictures.
-fn hues(clusters: &[ClusterView]) -> Vec<RGBColor> {
+/// Shape and colour of a marker.
+type Look = (Shape, RGBColor);
+
+/// A look for each cluster: first those that stay, so that they have the same in all pictures.
+fn looks(clusters: &[ClusterView]) -> Vec<Look> {
     let kept = count_of(clusters, Fate::Kept);
     let (mut next_kept, mut next_other) = (0, kept);
-    let colour = |c: &ClusterView| {
+    let look = |c: &ClusterView| {
         let next = match c.fate {
             Fate::Kept => &mut next_kept,
             _ => &mut next_other,
         };
         *next += 1;
-        HUES[(*next - 1) % HUES.len()]
+        let k = *next - 1;
+        (SOLID[k % SOLID.len()], HUES[k % HUES.len()])
     };
-    clusters.iter().map(colour).collect()
+    clusters.iter().map(look).collect()
 }
 
 /// The box around a cluster.
@@ -245,7 +250,7 @@ pub fn beam(
             wedge(sheet, frame, mirror, beam, half)?;
         }
         for cluster in clusters.iter().filter(|c| c.fate == Fate::Kept) {
-            dots(sheet, frame, &cluster.points, 3.0, MEASURED)?;
+            dots(sheet, frame, &cluster.points, 3.0, (Shape::Dot, MEASURED))?;
         }
         for beam in beams {
             correction(sheet, frame, beam)?;

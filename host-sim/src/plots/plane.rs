@@ -8,7 +8,8 @@ use stairscan::grid::PolarMap;
 use super::colour::{Palette, Scale};
 use super::page::{Axis, Frame, Page, Swatch};
 use super::sector::{self, Sector};
-use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot};
+use super::shape::Shape;
+use super::sheet::{FAINT, Face, INK, Sheet, Spot};
 
 /// Largest width and height of the data's place, pixels.
 const LARGEST: Spot = (1200.0, 860.0);
@@ -75,7 +76,7 @@ impl<'a> SagittalPlane<'a> {
         Page {
             title: words.title.clone(),
             subtitle: words.subtitle.clone(),
-            x: Axis::new("horizontal distance from the mirror [m]", self.view.0),
+            x: Axis::new("distance from the mirror, horizontal [m]", self.view.0),
             y: Axis::new("height above the ground [m]", self.view.1),
             legend: words.legend.clone(),
             bar: scale.map(|scale| (scale, BAR_LABEL.into())),

@@ -38,8 +38,14 @@ const RIVALS: usize = 3;
 const LEAST: f64 = 0.005;
 /// What is as likely as this is brought into view: what is told as a `MAYBE`.
 const LEAST_IN_VIEW: f64 = 0.05;
-/// The rivals' colours.
-const INKS: [RGBColor; RIVALS] = [HUES[5], HUES[7], HUES[6]];
+/// The rivals' colours, and their dashes and gaps, pixels.
+const LOOKS: [(RGBColor, f64, f64); RIVALS] = [
+    (HUES[5], 22.0, 8.0),
+    (HUES[7], 9.0, 7.0),
+    (HUES[6], 3.0, 6.0),
+];
+/// Opacity of rivals, which lie over the map.
+pub const OPACITY: f64 = 0.7;
 /// The colour of `MAYBE`s: of no scatterer and no staircase.
 const MAYBE: RGBColor = INK;
 
@@ -61,8 +67,27 @@ pub fn rivals<'a>(
 ) -> Vec<(Stroke, &'a HypothesisView)> {
     let likely = (posterior.hypotheses.iter()).filter(|h| h.probability >= LEAST);
     let rivals = likely.filter(|h| !same(h, told));
-    let faint = |ink| Stroke::solid(ink, 2.2).dashed(9.0, 6.0).alpha(0.6);
-    INKS.into_iter().map(faint).zip(rivals).collect()
+    strokes().zip(rivals).collect()
+}
+
+/// How rivals are drawn, the likeliest first: under the answer's line and each other, and so broad that they
+/// show on both sides of what lies on them.
+pub fn strokes() -> impl Iterator<Item = Stroke> {
+    /// Width of the first, and of each that follows beyond the one before, pixels.
+    const WIDTHS: (f64, f64) = (8.0, 5.0);
+    let stroke = |(k, (ink, dash, gap))| {
+        let width = WIDTHS.0 + WIDTHS.1 * f64::from(k);
+        Stroke::solid(ink, width).dashed(dash, gap).alpha(OPACITY)
+    };
+    (0..).zip(LOOKS).map(stroke)
+}
+
+/// A staircase from its edges; the ground where there are none.
+pub fn outline(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
+    match edges {
+        [] => vec![frame.spot(frame.x.0, 0.0), frame.spot(frame.x.1, 0.0)],
+        edges => surface_to_draw(frame, edges),
+    }
 }
 
 /// How likely what an answer says is, in words for the legend; nothing without a posterior.
@@ -94,11 +119,14 @@ pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swa
     };
     let mut legend: Vec<(Swatch, String)> = rivals.iter().map(rival).collect();
     if !answer.maybes.is_empty() {
-        let label = "MAYBE and its probability".to_owned();
+        let label = "MAYBE: may stand there, with its probability".to_owned();
         legend.push((Swatch::Line(maybe_stroke()), label));
     }
     legend
 }
+
+/// Words keep this far from the edges of the plane, pixels.
+const EDGE: f64 = 14.0;
 
 /// Draws the rivals' staircases, each with its probability at its end.
 pub fn draw_rivals(
@@ -108,14 +136,16 @@ pub fn draw_rivals(
 ) -> Result<()> {
     let right = frame.at.0 + frame.size.0;
     let mut words: Vec<Spot> = Vec::new();
-    for (stroke, rival) in rivals {
-        let line = match rival.edges.as_slice() {
-            [] => vec![frame.spot(frame.x.0, 0.0), frame.spot(frame.x.1, 0.0)],
-            edges => surface_to_draw(frame, edges),
-        };
-        sheet.line(&line, *stroke)?;
+    let lines = rivals.iter().map(|(_, rival)| outline(frame, &rival.edges));
+    let lines: Vec<Vec<Spot>> = lines.collect();
+    // The broadest below the others.
+    for ((stroke, _), line) in rivals.iter().zip(&lines).rev() {
+        sheet.line(line, *stroke)?;
+    }
+    for ((stroke, rival), line) in rivals.iter().zip(&lines) {
         let end = line.last().copied().unwrap_or(frame.at);
-        let at = free(&words, (end.0.min(right) - 6.0, end.1 - 18.0));
+        let above = (end.1 - 18.0).clamp(frame.at.1 + EDGE, frame.at.1 + frame.size.1 - EDGE);
+        let at = free(&words, (end.0.min(right) - 6.0, above));
         words.push(at);
         let face = Face::plain(20.0).right().ink(stroke.ink);
         sheet.note(&percent(rival.probability), at, face)?;
@@ -162,8 +192,14 @@ pub fn draw_maybes(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<
         let corner = |(dx, dy): (f64, f64)| (at.0 + RADIUS * dx, at.1 + RADIUS * dy);
         sheet.line(&corners.map(corner), maybe_stroke())?;
         let probability = f64::from(maybe.probability) / 1000.0;
-        let face = Face::plain(20.0).left().ink(MAYBE);
-        sheet.note(&percent(probability), (at.0 + 18.0, at.1), face)?;
+        let face = Face::plain(20.0).ink(MAYBE);
+        let room = at.0 + 90.0 < frame.at.0 + frame.size.0;
+        let (aside, face) = if room {
+            (18.0, face.left())
+        } else {
+            (-18.0, face.right())
+        };
+        sheet.note(&percent(probability), (at.0 + aside, at.1), face)?;
     }
     Ok(())
 }

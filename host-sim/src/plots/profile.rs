@@ -6,7 +6,8 @@ use stairscan::range::Profile;
 
 use super::colour::{CONCLUDED, HUES, MEASURED, TRUE};
 use super::page::{Axis, Frame, Page, Swatch, number};
-use super::sheet::{FAINT, Face, Shape, Sheet, Spot, Stroke};
+use super::shape::Shape;
+use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 
 /// Size of the data's place, pixels.
 const SIZE: Spot = (1180.0, 560.0);

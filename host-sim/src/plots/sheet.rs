@@ -117,21 +117,6 @@ impl Face {
     }
 }
 
-/// The shape of a marker.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
-    /// ●
-    Dot,
-    /// ◆
-    Diamond,
-    /// ▲
-    Triangle,
-    /// ▼
-    Fall,
-    /// ✕
-    Cross,
-}
-
 /// How a line is drawn.
 #[derive(Clone, Copy, Debug)]
 pub struct Stroke {
@@ -334,45 +319,8 @@ impl Sheet<'_> {
             .map_err(failed)
     }
 
-    /// Draws a marker of `radius`, edged in `edge`.
-    pub fn marker(
-        &self,
-        shape: Shape,
-        at: Spot,
-        radius: f64,
-        ink: RGBColor,
-        edge: RGBColor,
-    ) -> Result<()> {
-        let around = |r: f64, corners: &[(f64, f64)]| -> Vec<Spot> {
-            let corner = |&(x, y): &(f64, f64)| (at.0 + r * x, at.1 + r * y);
-            corners.iter().map(corner).collect()
-        };
-        let rim = radius + 1.3;
-        let polygon = |corners: &[(f64, f64)]| {
-            self.fill(&around(rim, corners), edge, 1.0)?;
-            self.fill(&around(radius, corners), ink, 1.0)
-        };
-        match shape {
-            Shape::Dot => {
-                self.disc(at, rim, edge)?;
-                self.disc(at, radius, ink)
-            }
-            Shape::Diamond => polygon(&[(0.0, -1.15), (1.15, 0.0), (0.0, 1.15), (-1.15, 0.0)]),
-            Shape::Triangle => polygon(&[(0.0, -1.15), (1.05, 0.75), (-1.05, 0.75)]),
-            Shape::Fall => polygon(&[(0.0, 1.15), (1.05, -0.75), (-1.05, -0.75)]),
-            Shape::Cross => {
-                let arms = [[(-0.8, -0.8), (0.8, 0.8)], [(-0.8, 0.8), (0.8, -0.8)]];
-                for (r, ink, width) in [(rim, edge, 4.6), (radius, ink, 2.2)] {
-                    for arm in &arms {
-                        self.line(&around(r, arm), Stroke::solid(ink, width))?;
-                    }
-                }
-                Ok(())
-            }
-        }
-    }
-
-    fn disc(&self, at: Spot, radius: f64, ink: RGBColor) -> Result<()> {
+    /// Fills a circle.
+    pub fn disc(&self, at: Spot, radius: f64, ink: RGBColor) -> Result<()> {
         let radius = (radius * SCALE).round().max(1.0) as i32;
         self.area
             .draw(&Circle::new(enlarged(at), radius, ink.filled()))
@@ -423,6 +371,7 @@ fn dashes(spots: &[Spot], dash: f64, gap: f64) -> Vec<Vec<Spot>> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::shape::Shape;
     use super::*;
 
     #[test]

@@ -9,7 +9,8 @@ use super::page::{Frame, Swatch, number};
 use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
 use super::posterior::{self, PosteriorView};
-use super::sheet::{FAINT, Face, INK, Shape, Sheet, Spot, Stroke};
+use super::shape::Shape;
+use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use crate::answer::{Answer, metres};
 use crate::recording::Truth;
 
@@ -65,10 +66,12 @@ pub fn draw(
     let real = Stroke::solid(TRUE, 2.0);
     let mut words = words.clone();
     if !reported.is_empty() {
-        let label = format!("reconstructed{}", posterior::share(posterior, &edges));
+        let label = format!("the answer{}", posterior::share(posterior, &edges));
         words.legend.push((Swatch::Line(found), label));
         let mark = Swatch::Mark(Shape::Dot, 7.0, CONCLUDED);
-        words.legend.push((mark, "edge, box of ±2σ".into()));
+        words
+            .legend
+            .push((mark, "edge of a step, box of ±2σ".into()));
     }
     if truth.is_some() {
         words
@@ -129,16 +132,23 @@ pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()>
     solid.push(frame.spot(frame.x.1 + 1.0, below));
     solid.push(frame.spot(frame.x.0 - 1.0, below));
     sheet.fill(&solid, TRUE, 0.22)?;
-    for (x, y) in hidden {
+    for (x, y) in hidden.filter(|p| frame.holds(p.0, p.1)) {
+        const HALF_WIDTH: f64 = 60.0;
         let at = frame.spot(x, y);
-        sheet.note(
-            "out of sight",
-            (at.0, at.1 - 18.0),
-            Face::plain(18.0).ink(FAINT),
-        )?;
+        let (left, right) = (
+            frame.at.0 + HALF_WIDTH,
+            frame.at.0 + frame.size.0 - HALF_WIDTH,
+        );
+        let middle = at.0.clamp(left, right.max(left));
+        let place = (middle, (at.1 - 18.0).max(frame.at.1 + 14.0));
+        sheet.note("out of sight", place, Face::plain(18.0).ink(FAINT))?;
     }
     Ok(())
 }
+
+/// Room that a step's words take, pixels, and the height of a line of them.
+const WORDS: f64 = 230.0;
+const LINE: f64 = 24.0;
 
 /// Edge, uncertainty, and how far it is from the truth.
 fn draw_step(
@@ -157,18 +167,35 @@ fn draw_step(
     let at = frame.spot(x, y);
     sheet.marker(Shape::Dot, at, 6.0, CONCLUDED, WHITE)?;
     let cm = |v: f64| number(100.0 * v, 1);
-    // Words stand in the air: before a riser, above the tread after a drop.
-    let face = Face::plain(21.0);
-    let room = at.0 + 260.0 < frame.at.0 + frame.size.0;
-    let (place, face) = if y < 0.0 && !room {
-        ((at.0 - 18.0, at.1 + 22.0), face.right())
-    } else if y >= 0.0 {
-        ((at.0 - 18.0, at.1 - 34.0), face.right())
+    // Words stand in the air: before a riser, above the tread after a drop; where the plane ends there, on
+    // the other side.
+    let face = Face::plain(20.0);
+    let (left, right) = (frame.at.0, frame.at.0 + frame.size.0);
+    let before = if y < 0.0 {
+        at.0 + WORDS > right
     } else {
-        ((at.0 + 16.0, at.1 - 46.0), face.left())
+        at.0 - WORDS > left
     };
-    let text = format!("{}:  d {} cm, h {} cm", k + 1, cm(x), cm(y));
+    let (aside, face) = if before {
+        (-18.0, face.right())
+    } else {
+        (18.0, face.left())
+    };
+    let up = match (y < 0.0, before) {
+        (true, true) => -22.0,
+        (true, false) => 68.0,
+        (false, _) => 60.0,
+    };
+    // All three lines within the plane.
+    let (highest, lowest) = (frame.at.1 + 16.0, frame.at.1 + frame.size.1 - 64.0);
+    let place = (
+        at.0 + aside,
+        (at.1 - up).clamp(highest, lowest.max(highest)),
+    );
+    let text = format!("{}: distance {} cm", k + 1, cm(x));
     sheet.note(&text, place, face.bold())?;
+    let text = format!("height {} cm", cm(y));
+    sheet.note(&text, (place.0, place.1 + LINE), face.bold())?;
     let nearest = truth.and_then(|t| {
         let off = |s: &&crate::recording::TrueStep| (s.distance_m - x).abs();
         t.steps.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
@@ -185,11 +212,11 @@ fn draw_step(
         }
     };
     let text = format!(
-        "error {}, {} cm",
+        "off by {} and {} cm",
         signed(x - real.distance_m),
         signed(y - real.height_m)
     );
-    sheet.note(&text, (place.0, place.1 + 26.0), face.ink(FAINT))
+    sheet.note(&text, (place.0, place.1 + 2.0 * LINE), face.ink(FAINT))
 }
 
 /// Says in words that there are no steps, and why.

@@ -164,6 +164,20 @@ impl Recording {
         })
     }
 
+    /// The recording `name` of these samples, of which a document in the form of a metadata file tells.
+    ///
+    /// # Errors
+    /// Names the key and what was expected.
+    pub fn of(name: &str, document: &Value, samples: Vec<Iq>) -> Result<Self> {
+        let meta = Metadata::parse(document)?;
+        check_length(4 * samples.len() as u64, &meta, Path::new("samples"))?;
+        Ok(Self {
+            name: name.to_owned(),
+            meta,
+            samples,
+        })
+    }
+
     /// What the metadata file holds: one line of JSON.
     ///
     /// # Errors

@@ -15,8 +15,8 @@ use super::Scene;
 use super::driving::Drive;
 use super::random::{Kind, Spread, Variety, random_with};
 use super::sequence::{Approach, pushed};
-use crate::commands::progress;
-use crate::recording::Recording;
+use crate::commands::{busy, emit, progress};
+use crate::recording::{DATA_SUFFIX, Recording, meta_path};
 
 /// Scans a scene file with the simulated radar and writes the recording.
 #[derive(Args, Debug)]
@@ -105,8 +105,8 @@ impl Source {
         Ok(Self::Random(kind, variety))
     }
 
-    /// Scans with `seed` and writes the recording.
-    fn write(&self, path: &Path, seed: u64, way: Way) -> Result<()> {
+    /// Scans with `seed` and writes the recording, of so many chirps and scans.
+    fn write(&self, path: &Path, seed: u64, way: Way) -> Result<(usize, usize)> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let recording = match (self, way) {
             (Self::File(scene), Way::Stands) => scene.simulate(&name, seed),
@@ -125,7 +125,8 @@ impl Source {
                 random_drive(*kind, *variety, seed, (scans, speed, scan_s))?
             }
         };
-        recording.write(path)
+        recording.write(path)?;
+        Ok((recording.chirps(), recording.scans()))
     }
 }
 
@@ -185,17 +186,53 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         (Some(scans), Some(speed)) => Way::Drives(scans as usize, speed, args.scan_time),
     };
     let Some(count) = args.count else {
-        return source.write(&args.output, args.seed, approach);
+        let bar = busy("the simulated radar scans");
+        let (chirps, scans) = source.write(&args.output, args.seed, approach)?;
+        bar.finish_and_clear();
+        emit(&told(&args.output, chirps, scans));
+        return Ok(());
     };
     let name = pattern(&args.scene, &args.output)?;
-    (0..count)
+    let bar = progress(count.into());
+    let written = (0..count)
         .into_par_iter()
-        .progress_with(progress(count.into()))
+        .progress_with(bar.clone())
         .map(|k| {
             let path = name.replacen("{}", &format!("{k:03}"), 1);
-            source.write(Path::new(&path), args.seed.wrapping_add(k.into()), approach)
-        })
-        .collect()
+            let seed = args.seed.wrapping_add(k.into());
+            source.write(Path::new(&path), seed, approach).map(|_| ())
+        });
+    written.collect::<Result<()>>()?;
+    bar.finish_and_clear();
+    emit(&told_many(&name, count));
+    Ok(())
+}
+
+/// What was written, and what to do with it.
+fn told(output: &Path, chirps: usize, scans: usize) -> String {
+    let plural = if scans == 1 { "" } else { "s" };
+    let (meta, name) = (meta_path(output), output.display());
+    format!(
+        "{}: {chirps} chirps, {scans} scan{plural}, with what is really there; samples beside it in .{DATA_SUFFIX}\n\
+         next: cargo sim replay {name} for the answer, cargo sim report {name} for a page to look at\n",
+        meta.display()
+    )
+}
+
+/// The same of many recordings.
+fn told_many(pattern: &str, count: u32) -> String {
+    let dir = Path::new(pattern)
+        .parent()
+        .filter(|dir| !dir.as_os_str().is_empty());
+    let dir = dir.unwrap_or(Path::new(".")).display();
+    let (first, last) = (0, count.saturating_sub(1));
+    let name = |k: u32| pattern.replacen("{}", &format!("{k:03}"), 1);
+    format!(
+        "{count} recordings, {} to {}, with what is really there\n\
+         next: cargo sim score {dir} for how good the answers are, cargo sim report {dir} for a page of all\n",
+        name(first),
+        name(last)
+    )
 }
 
 /// The path of the recordings, with `{}` for the number.
@@ -220,6 +257,22 @@ fn pattern(scene: &Path, output: &Path) -> Result<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn it_says_what_it_wrote_and_what_to_do_next() {
+        let text = told(Path::new("my_stairs"), 281, 1);
+        assert!(
+            text.starts_with("my_stairs.sigmf-meta: 281 chirps, 1 scan,"),
+            "{text}"
+        );
+        assert!(text.contains("cargo sim replay my_stairs "), "{text}");
+        let text = told_many("many/stair_a_{}", 3);
+        assert!(
+            text.contains("many/stair_a_000 to many/stair_a_002"),
+            "{text}"
+        );
+        assert!(text.contains("cargo sim score many "), "{text}");
+    }
 
     #[test]
     fn names_of_many_recordings() {

@@ -1,0 +1,186 @@
+//! `convert IN… -o OUT`: other programs' files to recordings, recordings to other programs' files.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, bail, ensure};
+
+use super::{Settings, emit, progress, recordings};
+use crate::convert::keys::Given;
+use crate::convert::scans::{self, Scan};
+use crate::convert::tables::{self, Table};
+use crate::convert::{self, Source, mcap, npy, suffix};
+use crate::recording::{DATA_SUFFIX, META_SUFFIX, Recording, meta_path, write_whole};
+use crate::replay::Options;
+
+/// Arguments of `convert`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// What to read: a recording or any SigMF of complex samples, an array of numpy (.npy), or a capture of
+    /// TI's DCA1000 (.bin with a .toml); for a table also several recordings, or directories of them
+    #[arg(required = true)]
+    inputs: Vec<PathBuf>,
+    /// What to write, as its suffix says: .npy, .csv, .mcap, or a recording (.sigmf-meta or no suffix)
+    #[arg(short, long, value_name = "FILE")]
+    output: PathBuf,
+    /// What a .csv holds
+    #[arg(long, value_enum, default_value_t)]
+    table: Table,
+    /// A .npy of complex64, 1.0 for full scale, instead of 16-bit I and Q
+    #[arg(long)]
+    complex: bool,
+    /// How the radar of a DCA1000's capture was set (docs/formats.md); without it NAME.toml of NAME.bin
+    #[arg(long, value_name = "FILE")]
+    setup: Option<PathBuf>,
+    /// Angles of the beam, one a row and a row a chirp, degrees
+    #[arg(long, value_name = "FILE")]
+    angles: Option<PathBuf>,
+    /// Take the keys from this recording where none is given
+    #[arg(long, value_name = "REC")]
+    keys_of: Option<PathBuf>,
+    /// Value that is full scale; without it 1.0 for floating point, the format's range for whole numbers
+    #[arg(long, value_name = "VALUE")]
+    full_scale: Option<f64>,
+    #[command(flatten)]
+    given: Given,
+    /// Treat every scan of a recording as if it were the first
+    #[arg(long)]
+    single: bool,
+    #[command(flatten)]
+    settings: Settings,
+}
+
+/// What an output's suffix asks for.
+enum Output {
+    Recording,
+    Array,
+    Table,
+    Messages,
+}
+
+impl Output {
+    fn of(path: &Path) -> Result<Self> {
+        Ok(match suffix(path) {
+            "npy" => Self::Array,
+            "csv" => Self::Table,
+            "mcap" => Self::Messages,
+            "" | META_SUFFIX | DATA_SUFFIX => Self::Recording,
+            other => bail!(
+                "{}: .{other}: expected .npy, .csv, .mcap, or a recording (.{META_SUFFIX} or no suffix)",
+                path.display()
+            ),
+        })
+    }
+}
+
+/// Reads, converts, and says what was written.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let output = Output::of(&args.output)?;
+    let paths = inputs(&args.inputs)?;
+    ensure!(
+        paths.len() == 1 || matches!(output, Output::Table),
+        "{}: {} inputs, expected one: only a table holds several",
+        args.output.display(),
+        paths.len()
+    );
+    let told = match output {
+        Output::Recording => write_recording(args, only(&paths)?)?,
+        Output::Array => {
+            let recording = read(args, only(&paths)?)?;
+            write_whole(&args.output, &npy::write(&recording, args.complex))?;
+            chirps(&recording)
+        }
+        Output::Table => {
+            let scans = scan_all(args, &paths)?;
+            write_whole(&args.output, &tables::write(&scans, args.table)?)?;
+            told(&scans, "rows of")
+        }
+        Output::Messages => {
+            let scans = scan_all(args, &paths)?;
+            write_whole(&args.output, &mcap::write(&scans)?)?;
+            told(&scans, "messages of")
+        }
+    };
+    emit(&format!("{}: {told}\n", args.output.display()));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The inputs: files as they are, recordings as everywhere.
+fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    let file = |path: &PathBuf| matches!(suffix(path), "npy" | "bin");
+    if paths.iter().any(file) {
+        return Ok(paths.to_vec());
+    }
+    recordings(paths)
+}
+
+fn only(paths: &[PathBuf]) -> Result<&Path> {
+    paths.first().map(PathBuf::as_path).context("no input")
+}
+
+fn source(args: &Args, path: &Path) -> Source {
+    Source {
+        path: path.to_owned(),
+        setup: args.setup.clone(),
+        angles: args.angles.clone(),
+        keys_of: args.keys_of.clone(),
+        given: args.given.clone(),
+        full_scale: args.full_scale,
+    }
+}
+
+fn read(args: &Args, path: &Path) -> Result<Recording> {
+    source(args, path).read(&convert::name(path))
+}
+
+/// The answers to all recordings.
+fn scan_all(args: &Args, paths: &[PathBuf]) -> Result<Vec<Scan>> {
+    let options = Options {
+        single: args.single,
+        ..args.settings.options(args.settings.config()?)
+    };
+    let with_map = suffix(&args.output) == "csv" && args.table == Table::Map;
+    let mut all = Vec::new();
+    let bar = progress(paths.len() as u64);
+    for path in paths {
+        all.extend(scans::of(&read(args, path)?, &options, with_map)?);
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    Ok(all)
+}
+
+fn write_recording(args: &Args, path: &Path) -> Result<String> {
+    let place = |path: &Path| fs::canonicalize(meta_path(path)).ok();
+    let (from, to) = (place(path), place(&args.output));
+    ensure!(
+        from.is_none() || from != to,
+        "{}: is what is read: expected another name",
+        args.output.display()
+    );
+    let recording = source(args, path).read(&convert::name(&args.output))?;
+    recording.write(&args.output)?;
+    let next = match recording.scan_setup() {
+        Ok(_) => "cargo sim replay",
+        Err(_) => "no mirror: a range profile can be looked at with cargo sim profile",
+    };
+    Ok(format!(
+        "{}; next: {next} {}",
+        chirps(&recording),
+        args.output.display()
+    ))
+}
+
+fn chirps(recording: &Recording) -> String {
+    format!(
+        "{} chirps of {} samples",
+        recording.chirps(),
+        recording.meta.samples_per_chirp
+    )
+}
+
+fn told(scans: &[Scan], what: &str) -> String {
+    let plural = if scans.len() == 1 { "" } else { "s" };
+    format!("{what} {} scan{plural}", scans.len())
+}

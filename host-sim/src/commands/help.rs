@@ -1,0 +1,241 @@
+//! What `--help` says beyond each command's own arguments: the commands in groups, examples, and what the
+//! report's words mean. Completions and manual pages are made of the same.
+
+use std::fmt::Write as _;
+use std::fs;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, ensure};
+use clap::Command;
+use clap_complete::Shell;
+use clap_mangen::Man;
+use stairscan::answer::Reason;
+
+use super::emit;
+use crate::recording::write_whole;
+
+/// The program as it is installed; `cargo sim` is an alias for it within the repository.
+const PROGRAM: &str = "host-sim";
+
+/// The commands by what they are for, in the order in which they are listed.
+pub const GROUPS: &[(&str, &[&str])] = &[
+    ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
+    ("Look", &["report", "inspect", "profile", "convert"]),
+    (
+        "Measure",
+        &[
+            "score",
+            "accuracy",
+            "sequences",
+            "faults",
+            "soak",
+            "table1",
+            "convergence",
+            "params",
+            "fit",
+        ],
+    ),
+    (
+        "The image",
+        &["budget", "timing", "bench", "snr", "twins", "seal"],
+    ),
+    ("This program", &["completions", "man"]),
+];
+
+/// What is typed after `cargo sim`, by command.
+pub const EXAMPLES: &[(&str, &[&str])] = &[
+    (
+        "replay",
+        &[
+            "replay recordings/stair_a",
+            "replay recordings --format json",
+            "replay recordings/stair_b --plots pictures",
+        ],
+    ),
+    (
+        "simulate",
+        &[
+            "simulate scenes/stair_a.toml -o my_stairs",
+            "simulate random:ascending --seed 7 --approach 5 -o approach",
+            "simulate random:none --count 100 -o many",
+        ],
+    ),
+    (
+        "emulate",
+        &[
+            "emulate recordings/stair_a",
+            "emulate recordings/stair_a --estimator paper",
+        ],
+    ),
+    ("calibrate", &["calibrate recordings/stair_a --wall 1.25"]),
+    (
+        "report",
+        &[
+            "report recordings/stair_a -o scan.html",
+            "report recordings -o all.html",
+        ],
+    ),
+    (
+        "inspect",
+        &[
+            "inspect recordings/stair_b",
+            "inspect recordings/stair_b --plots pictures",
+        ],
+    ),
+    (
+        "profile",
+        &[
+            "profile recordings/stair_a",
+            "profile recordings/stair_a --chirp 140 --plot chirp.png",
+        ],
+    ),
+    (
+        "convert",
+        &[
+            "convert recordings/stair_a -o stair_a.mcap",
+            "convert recordings --table steps -o steps.csv",
+            "convert chirps.npy --keys-of recordings/stair_a -o again",
+            "convert adc_data.bin --bandwidth-hz 4e9 --carrier-hz 77e9 -o capture",
+        ],
+    ),
+    ("score", &["score recordings", "score recordings --seeds 5"]),
+    ("accuracy", &["accuracy --draw tuning --list"]),
+    ("sequences", &["sequences"]),
+    ("faults", &["faults --scenes 1"]),
+    ("soak", &["soak --scans 1000 --seed 1"]),
+    ("table1", &["table1", "table1 --estimator paper"]),
+    ("convergence", &["convergence"]),
+    ("params", &["params", "params --sensitivity"]),
+    ("fit", &["fit"]),
+    (
+        "budget",
+        &["budget recordings/stair_c recordings/descending"],
+    ),
+    ("timing", &["timing"]),
+    ("bench", &["bench"]),
+    ("snr", &["snr"]),
+    ("twins", &["twins"]),
+    (
+        "seal",
+        &["seal target/thumbv7em-none-eabihf/firmware/stairscan"],
+    ),
+    ("completions", &["completions bash"]),
+    ("man", &["man target/man"]),
+];
+
+/// The commands that print reasons.
+const WITH_REASONS: &[&str] = &["replay", "emulate", "inspect", "report", "convert"];
+
+/// Arguments of `completions`.
+#[derive(clap::Args, Debug)]
+pub struct CompletionsArgs {
+    /// The shell that reads them
+    #[arg(value_enum)]
+    shell: Shell,
+}
+
+/// Arguments of `man`.
+#[derive(clap::Args, Debug)]
+pub struct ManArgs {
+    /// Directory for the pages, which is made if there is none
+    dir: PathBuf,
+}
+
+/// The program's command with its list in groups, and each command with its examples.
+pub fn complete(command: Command) -> Command {
+    let list = listed(&command);
+    let names: Vec<String> = (command.get_subcommands())
+        .map(|c| c.get_name().to_owned())
+        .collect();
+    let whole = command
+        .help_template(
+            "{about-with-newline}\n{usage-heading} {usage}{after-help}\n\nOptions:\n{options}",
+        )
+        .after_help(list);
+    names.iter().fold(whole, |whole, name| {
+        whole.mut_subcommand(name, |c| {
+            let examples = examples(name);
+            let reasons = if WITH_REASONS.contains(&name.as_str()) {
+                format!("\n\n{}", reasons())
+            } else {
+                String::new()
+            };
+            c.after_help(examples.clone())
+                .after_long_help(format!("{examples}{reasons}"))
+        })
+    })
+}
+
+/// The commands in their groups, each with its own first words.
+fn listed(command: &Command) -> String {
+    let mut text = String::new();
+    for (title, names) in GROUPS {
+        let _ = writeln!(text, "{title}:");
+        for name in *names {
+            let known = command.find_subcommand(name);
+            let about = known.and_then(Command::get_about).map(ToString::to_string);
+            let _ = writeln!(text, "  {name:<12} {}", about.unwrap_or_default());
+        }
+        text.push('\n');
+    }
+    text.push_str("`cargo sim COMMAND --help` tells a command's options, with examples.");
+    text
+}
+
+fn examples(name: &str) -> String {
+    let found = EXAMPLES.iter().find(|(command, _)| *command == name);
+    let lines = found.map_or(&[][..], |(_, lines)| lines);
+    let mut text = "Examples:".to_owned();
+    for line in lines {
+        let _ = write!(text, "\n  cargo sim {line}");
+    }
+    text
+}
+
+/// Every reason's word with its meaning.
+pub fn reasons() -> String {
+    let mut text = "Reasons, beside a status:".to_owned();
+    for reason in Reason::ALL {
+        let _ = write!(text, "\n  {:<17} {}", reason.as_str(), reason.meaning());
+    }
+    text
+}
+
+/// Prints a shell's completions.
+pub fn completions(args: &CompletionsArgs, mut command: Command) -> Result<ExitCode> {
+    let mut text = Vec::new();
+    clap_complete::generate(args.shell, &mut command, PROGRAM, &mut text);
+    emit(&String::from_utf8(text).context("completions")?);
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Writes the manual's pages: one of the program, one of each command.
+pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
+    let dir = &args.dir;
+    fs::create_dir_all(dir).with_context(|| format!("{}", dir.display()))?;
+    let mut command = command
+        .name(PROGRAM)
+        .bin_name(PROGRAM)
+        .disable_help_subcommand(true);
+    command.build();
+    let mut pages = vec![(PROGRAM.to_owned(), command.clone())];
+    for part in command.get_subcommands() {
+        let name = format!("{PROGRAM}-{}", part.get_name());
+        pages.push((name.clone(), part.clone().display_name(name)));
+    }
+    ensure!(pages.len() > 1, "the program has no commands");
+    let count = pages.len();
+    for (name, part) in pages {
+        let mut text = Vec::new();
+        Man::new(part).render(&mut text)?;
+        write_whole(&dir.join(format!("{name}.1")), &text)?;
+    }
+    let first = dir.join(format!("{PROGRAM}.1"));
+    emit(&format!(
+        "{count} pages in {}: man {}\n",
+        dir.display(),
+        first.display()
+    ));
+    Ok(ExitCode::SUCCESS)
+}

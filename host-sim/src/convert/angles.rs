@@ -1,0 +1,57 @@
+//! A table of angles: one angle a row, degrees, in the order of the chirps.
+
+use anyhow::{Context, Result, ensure};
+
+/// The angles of a file's text: the first column, without a heading.
+///
+/// # Errors
+/// Names the line.
+pub fn parse(text: &str) -> Result<Vec<f64>> {
+    let mut reader = csv::ReaderBuilder::new()
+        .has_headers(false)
+        .flexible(true)
+        .trim(csv::Trim::All)
+        .from_reader(text.as_bytes());
+    let mut angles = Vec::new();
+    for row in reader.records() {
+        let row = row.context("no table")?;
+        let line = row.position().map_or(0, csv::Position::line);
+        let cell = row.get(0).unwrap_or_default();
+        let angle = cell.parse().ok().filter(|angle: &f64| angle.is_finite());
+        ensure!(
+            row.len() == 1 && angle.is_some(),
+            "line {line}: found {:?}, expected one angle in degrees",
+            row.iter()
+                .collect::<Vec<_>>()
+                .join(",")
+                .chars()
+                .take(40)
+                .collect::<String>()
+        );
+        angles.extend(angle);
+    }
+    ensure!(!angles.is_empty(), "holds no angle");
+    Ok(angles)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_angle_a_row() {
+        assert_eq!(
+            parse("-20.00\n -19.75\r\n1e1\n").unwrap(),
+            [-20.0, -19.75, 10.0]
+        );
+        for (text, words) in [
+            ("angle\n1\n", "line 1: found \"angle\""),
+            ("1\n2,3\n", "line 2"),
+            ("1\nnan\n", "line 2: found \"nan\""),
+            ("", "holds no angle"),
+        ] {
+            let error = format!("{:#}", parse(text).unwrap_err());
+            assert!(error.contains(words), "{error}");
+        }
+    }
+}

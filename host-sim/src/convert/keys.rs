@@ -1,0 +1,216 @@
+//! What samples of elsewhere do not say of themselves: the keys of a recording, given one by one or taken
+//! from another recording.
+
+use anyhow::{Result, ensure};
+use serde_json::{Map, Value, json};
+
+/// Keys given on the command line. Each stands in the place of one that the input may have.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Given {
+    /// Swept bandwidth, Hz (stairscan:bandwidth_hz); the paper's radar: 10e9
+    #[arg(long, value_name = "HZ", help_heading = "Keys of a recording")]
+    pub bandwidth_hz: Option<f64>,
+    /// Complex samples of one chirp (stairscan:samples_per_chirp), where the input does not say
+    #[arg(long, value_name = "N", help_heading = "Keys of a recording")]
+    pub samples_per_chirp: Option<usize>,
+    /// Rate of the converter, Hz (core:sample_rate)
+    #[arg(long, value_name = "HZ", help_heading = "Keys of a recording")]
+    pub sample_rate_hz: Option<f64>,
+    /// Centre frequency, Hz (core:frequency); without it 94e9
+    #[arg(long, value_name = "HZ", help_heading = "Keys of a recording")]
+    pub carrier_hz: Option<f64>,
+    /// Radar lens to mirror centre, metres (stairscan:mirror_offset_m)
+    #[arg(long, value_name = "M", help_heading = "Keys of a recording")]
+    pub mirror_offset_m: Option<f64>,
+    /// Full two-sided 3 dB width of the beam, degrees (stairscan:beamwidth_deg)
+    #[arg(long, value_name = "DEG", help_heading = "Keys of a recording")]
+    pub beamwidth_deg: Option<f64>,
+    /// Mirror centre above the ground, metres (stairscan:mount_height_m)
+    #[arg(long, value_name = "M", help_heading = "Keys of a recording")]
+    pub mount_height_m: Option<f64>,
+    /// depth: angles from the horizontal; height: from straight down (stairscan:scan_plane)
+    #[arg(long, value_name = "PLANE", help_heading = "Keys of a recording")]
+    pub scan_plane: Option<String>,
+    /// Scans in the recording, one after the other (stairscan:scans)
+    #[arg(long, value_name = "N", help_heading = "Keys of a recording")]
+    pub scans: Option<u32>,
+    /// What it is a recording of (core:description)
+    #[arg(long, value_name = "TEXT", help_heading = "Keys of a recording")]
+    pub description: Option<String>,
+}
+
+const BANDWIDTH: (&str, &str) = ("stairscan:bandwidth_hz", "--bandwidth-hz");
+pub(super) const SAMPLES: &str = "stairscan:samples_per_chirp";
+const ANGLE: &str = "stairscan:mirror_angle_deg";
+/// What a scan needs of the mirror, and how to give it.
+const MIRROR: [(&str, &str); 4] = [
+    ("stairscan:mirror_offset_m", "--mirror-offset-m"),
+    ("stairscan:beamwidth_deg", "--beamwidth-deg"),
+    ("stairscan:mount_height_m", "--mount-height-m"),
+    ("stairscan:scan_plane", "--scan-plane"),
+];
+
+impl Given {
+    /// The keys that are given, as `global` holds them.
+    fn global(&self) -> Vec<(&'static str, Value)> {
+        let number = |value: Option<f64>| value.map(|v| json!(v));
+        let keys = [
+            (BANDWIDTH.0, number(self.bandwidth_hz)),
+            ("core:sample_rate", number(self.sample_rate_hz)),
+            (MIRROR[0].0, number(self.mirror_offset_m)),
+            (MIRROR[1].0, number(self.beamwidth_deg)),
+            (MIRROR[2].0, number(self.mount_height_m)),
+            (MIRROR[3].0, self.scan_plane.as_ref().map(|v| json!(v))),
+            ("stairscan:scans", self.scans.map(|v| json!(v))),
+            (
+                "core:description",
+                self.description.as_ref().map(|v| json!(v)),
+            ),
+        ];
+        keys.into_iter()
+            .filter_map(|(key, value)| Some((key, value?)))
+            .collect()
+    }
+
+    /// Whether any of them is given.
+    pub fn any(&self) -> bool {
+        !self.global().is_empty() || self.carrier_hz.is_some() || self.samples_per_chirp.is_some()
+    }
+
+    /// The metadata of a recording of `chirps` chirps of `samples` samples: those of `base`, with the given
+    /// keys and angles in the place of its own.
+    ///
+    /// # Errors
+    /// Names the keys that are missing, and how to give them.
+    pub fn document(
+        &self,
+        base: &Value,
+        (chirps, samples): (usize, usize),
+        angles: Option<&[f64]>,
+    ) -> Result<Value> {
+        let mut global = base["global"].as_object().cloned().unwrap_or_default();
+        global.insert("core:datatype".into(), json!("ci16_le"));
+        global.insert("core:version".into(), json!("1.2.0"));
+        global.insert(SAMPLES.into(), json!(samples));
+        // Of a file that is not this one.
+        for key in ["core:sha512", "core:dataset", "core:metadata_only"] {
+            global.shift_remove(key);
+        }
+        for (key, value) in self.global() {
+            global.insert(key.into(), value);
+        }
+        let captures = self.captures(base, (chirps, samples), angles);
+        let turns = captures.iter().any(|capture| capture.contains_key(ANGLE));
+        complete(&global, turns)?;
+        Ok(json!({"global": global, "captures": captures, "annotations": []}))
+    }
+
+    fn captures(
+        &self,
+        base: &Value,
+        (chirps, samples): (usize, usize),
+        angles: Option<&[f64]>,
+    ) -> Vec<Map<String, Value>> {
+        let own = base["captures"].as_array().map_or(&[][..], Vec::as_slice);
+        let own: Vec<_> = own.iter().filter_map(Value::as_object).cloned().collect();
+        let first = own.first().cloned().unwrap_or_default();
+        let mut captures = match angles {
+            // What its captures say of each chirp beside the angle still holds.
+            Some(_) if own.len() != chirps => vec![first; chirps],
+            None if own.is_empty() => vec![Map::new()],
+            _ => own,
+        };
+        for (k, capture) in captures.iter_mut().enumerate() {
+            if let Some(angle) = angles.and_then(|angles| angles.get(k)) {
+                capture.insert("core:sample_start".into(), json!(k * samples));
+                capture.insert(ANGLE.into(), json!(angle));
+            }
+            if let Some(carrier) = self.carrier_hz {
+                capture.insert("core:frequency".into(), json!(carrier));
+            }
+        }
+        captures
+    }
+}
+
+/// Refuses metadata without what every recording needs, or a scan with a part of what that needs.
+fn complete(global: &Map<String, Value>, turns: bool) -> Result<()> {
+    let missing = |keys: &[(&str, &str)]| -> Vec<String> {
+        let absent = keys.iter().filter(|(key, _)| !global.contains_key(*key));
+        absent
+            .map(|(key, flag)| format!("{key} ({flag})"))
+            .collect()
+    };
+    let of_mirror = missing(&MIRROR);
+    let mut all = missing(&[BANDWIDTH]);
+    // A range profile needs no mirror; part of one is a mistake.
+    if turns || of_mirror.len() < MIRROR.len() {
+        all.extend(of_mirror);
+        if !turns {
+            all.push(format!("{ANGLE} (--angles FILE)"));
+        }
+    }
+    ensure!(all.is_empty(), "missing: {}", all.join(", "));
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn given() -> Given {
+        Given {
+            bandwidth_hz: Some(10e9),
+            ..Given::default()
+        }
+    }
+
+    #[test]
+    fn what_is_missing_is_named_with_its_flag() {
+        let error = Given::default()
+            .document(&Value::Null, (2, 16), None)
+            .unwrap_err();
+        let told = error.to_string();
+        assert_eq!(told, "missing: stairscan:bandwidth_hz (--bandwidth-hz)");
+        let angles = [0.0, 1.0];
+        let error = given()
+            .document(&Value::Null, (2, 16), Some(&angles))
+            .unwrap_err();
+        let told = error.to_string();
+        assert!(
+            MIRROR
+                .iter()
+                .all(|(key, flag)| told.contains(key) && told.contains(flag)),
+            "{told}"
+        );
+        let height = Given {
+            mount_height_m: Some(0.4),
+            ..given()
+        };
+        let told = height
+            .document(&Value::Null, (2, 16), None)
+            .unwrap_err()
+            .to_string();
+        assert!(
+            told.contains("--angles") && !told.contains("mount-height"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn what_is_given_stands_in_the_place_of_what_was_there() {
+        let base = json!({
+            "global": {"core:datatype": "cf32_le", "core:sha512": "…", "stairscan:bandwidth_hz": 1.0, "x:y": 1},
+            "captures": [{"core:frequency": 77e9, "stairscan:time_s": 0.0}],
+        });
+        let document = given().document(&base, (2, 16), None).unwrap();
+        let global = &document["global"];
+        assert_eq!(global["core:datatype"], "ci16_le");
+        assert_eq!(global["stairscan:bandwidth_hz"], 10e9);
+        assert_eq!(
+            (&global["x:y"], &global["core:sha512"]),
+            (&json!(1), &Value::Null)
+        );
+        assert_eq!(document["captures"][0]["core:frequency"], 77e9);
+    }
+}

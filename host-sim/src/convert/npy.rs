@@ -1,0 +1,344 @@
+//! `.npy`: one array of numpy (NEP 1, versions 1 to 3).
+//!
+//! The header is a Python dictionary with three keys of fixed form; reading it takes less than the crates
+//! that parse any Python literal bring along.
+
+use anyhow::{Context, Result, bail, ensure};
+
+use super::samples::{Format, Number};
+use crate::recording::Recording;
+
+const MAGIC: &[u8] = b"\x93NUMPY";
+/// Longest header, bytes: numpy's own bound.
+const LONGEST_HEADER: usize = 10_000;
+/// What the header ends on, bytes: numpy's alignment of the data.
+const ALIGNMENT: usize = 64;
+
+/// Chirps as an array holds them.
+#[derive(Debug)]
+pub struct Array {
+    /// How its numbers stand.
+    pub format: Format,
+    /// Complex samples of one chirp.
+    pub samples_per_chirp: usize,
+    /// The numbers, I before Q, sample after sample, chirp after chirp.
+    pub bytes: Vec<u8>,
+}
+
+/// The header's three keys.
+struct Header<'a> {
+    descr: &'a str,
+    fortran_order: bool,
+    shape: Vec<usize>,
+}
+
+/// What of the header's text is still to be read.
+struct Text<'a>(&'a str);
+
+impl<'a> Text<'a> {
+    fn skip(&mut self) {
+        self.0 = self.0.trim_start();
+    }
+
+    /// Whether the next thing is `word`, which is then taken.
+    fn take(&mut self, word: &str) -> bool {
+        self.skip();
+        let rest = self.0.strip_prefix(word);
+        self.0 = rest.unwrap_or(self.0);
+        rest.is_some()
+    }
+
+    fn expect(&mut self, word: &str) -> Result<()> {
+        let found: String = self.0.trim_start().chars().take(20).collect();
+        ensure!(
+            self.take(word),
+            "header: found {found:?}, expected {word:?}"
+        );
+        Ok(())
+    }
+
+    fn string(&mut self) -> Result<&'a str> {
+        let quote = if self.take("\"") { '"' } else { '\'' };
+        if quote == '\'' {
+            self.expect("'")?;
+        }
+        let (text, rest) = self
+            .0
+            .split_once(quote)
+            .context("header: a string without end")?;
+        self.0 = rest;
+        Ok(text)
+    }
+
+    /// A tuple of whole numbers.
+    fn shape(&mut self) -> Result<Vec<usize>> {
+        self.expect("(")?;
+        let (inside, rest) = self
+            .0
+            .split_once(')')
+            .context("header: shape without end")?;
+        self.0 = rest;
+        let items = inside
+            .split(',')
+            .map(str::trim)
+            .filter(|item| !item.is_empty());
+        items
+            // Python 2 wrote long integers with their letter.
+            .map(|item| item.trim_end_matches('L').parse())
+            .collect::<Result<_, _>>()
+            .with_context(|| format!("header: shape ({inside}), expected whole numbers"))
+    }
+}
+
+impl<'a> Header<'a> {
+    fn parse(text: &'a str) -> Result<Self> {
+        let mut text = Text(text);
+        let (mut descr, mut order, mut shape) = (None, None, None);
+        text.expect("{")?;
+        while !text.take("}") {
+            let key = text.string()?;
+            text.expect(":")?;
+            match key {
+                "descr" if text.take("[") => {
+                    bail!("descr: a structure, expected one number type, such as '<i2' or '<c8'")
+                }
+                "descr" => descr = Some(text.string()?),
+                "fortran_order" if text.take("True") => order = Some(true),
+                "fortran_order" => {
+                    text.expect("False")?;
+                    order = Some(false);
+                }
+                "shape" => shape = Some(text.shape()?),
+                other => {
+                    bail!("header: found key {other:?}, expected descr, fortran_order and shape")
+                }
+            }
+            if !text.take(",") {
+                text.expect("}")?;
+                break;
+            }
+        }
+        Ok(Self {
+            descr: descr.context("header: descr is missing")?,
+            fortran_order: order.context("header: fortran_order is missing")?,
+            shape: shape.context("header: shape is missing")?,
+        })
+    }
+
+    /// The format of a number, and whether an item is a complex pair of them.
+    fn format(&self) -> Result<(Format, bool)> {
+        let wrong = || {
+            format!(
+                "descr '{}': expected complex ('<c8', '<c16') or interleaved I and Q ('|i1', '|u1', \
+                 '<i2', '<u2', '<i4', '<u4', '<f4', '<f8'), of either order of bytes",
+                self.descr
+            )
+        };
+        let mut letters = self.descr.chars();
+        let (order, kind) = (letters.next(), letters.next());
+        let bytes: usize = letters.as_str().parse().ok().with_context(wrong)?;
+        let big_endian = match order {
+            Some('<' | '|' | '=') => false,
+            Some('>') => true,
+            _ => bail!(wrong()),
+        };
+        let (number, complex) = match kind {
+            Some('i') => (Number::Signed, false),
+            Some('u') => (Number::Unsigned, false),
+            Some('f') => (Number::Float, false),
+            Some('c') => (Number::Float, true),
+            _ => bail!(wrong()),
+        };
+        let bytes = if complex { bytes / 2 } else { bytes };
+        let format = Format::new(number, bytes, big_endian).with_context(wrong)?;
+        Ok((format, complex))
+    }
+
+    /// Complex samples of one chirp.
+    fn samples_per_chirp(&self, complex: bool) -> Result<usize> {
+        match (complex, self.shape.as_slice()) {
+            (true, &[_, samples]) | (false, &[_, samples, 2]) => Ok(samples),
+            (false, &[_, numbers]) if numbers % 2 == 0 => Ok(numbers / 2),
+            _ => bail!(
+                "shape {:?} of '{}': expected (chirps, samples) of complex numbers, or (chirps, samples, 2) \
+                 or (chirps, 2·samples) of I and Q in turn",
+                self.shape,
+                self.descr
+            ),
+        }
+    }
+}
+
+/// The array that a file holds.
+///
+/// # Errors
+/// Names the header's key, or the length, and what was expected.
+pub fn read(file: &[u8]) -> Result<Array> {
+    let (header, data) = split(file)?;
+    let header = Header::parse(header)?;
+    let (format, complex) = header.format()?;
+    let samples_per_chirp = header.samples_per_chirp(complex)?;
+    let item = format.bytes * if complex { 2 } else { 1 };
+    let length = (header.shape.iter()).try_fold(item, |length, n| length.checked_mul(*n));
+    ensure!(
+        length.is_some_and(|length| length == data.len() && length > 0),
+        "{} bytes of data, expected {} ({:?} items of {item} bytes), and some",
+        data.len(),
+        length.map_or("more than there can be".to_owned(), |n| n.to_string()),
+        header.shape
+    );
+    let bytes = match header.fortran_order {
+        false => data.to_vec(),
+        true => in_rows(data, &header.shape, item),
+    };
+    Ok(Array {
+        format,
+        samples_per_chirp,
+        bytes,
+    })
+}
+
+/// The header's text and the data.
+fn split(file: &[u8]) -> Result<(&str, &[u8])> {
+    let rest = file
+        .strip_prefix(MAGIC)
+        .context("no array of numpy: it does not begin with \\x93NUMPY")?;
+    let (length, rest) = match rest {
+        [1, _, a, b, rest @ ..] => (usize::from(u16::from_le_bytes([*a, *b])), rest),
+        [2 | 3, _, a, b, c, d, rest @ ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, rest),
+        [version, ..] => bail!("version {version} of the format, or cut off: expected 1 to 3"),
+        [] => bail!("cut off within its first bytes"),
+    };
+    ensure!(
+        length <= LONGEST_HEADER,
+        "header: {length} bytes, expected {LONGEST_HEADER} at most"
+    );
+    let (header, data) = rest
+        .split_at_checked(length)
+        .with_context(|| format!("header: cut off, expected {length} bytes"))?;
+    let header = std::str::from_utf8(header).context("header: no text")?;
+    Ok((header, data))
+}
+
+/// The items of an array whose first index runs fastest, in the order in which the last does.
+fn in_rows(data: &[u8], shape: &[usize], item: usize) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(data.len());
+    for k in 0..data.len() / item {
+        let (mut rest, mut at) = (k, 0);
+        let mut stride: usize = shape.iter().product();
+        for &n in shape.iter().rev() {
+            stride /= n;
+            at += rest % n * stride;
+            rest /= n;
+        }
+        bytes.extend_from_slice(&data[at * item..(at + 1) * item]);
+    }
+    bytes
+}
+
+/// A recording's samples as numpy reads them: (chirps, samples, 2) of 16-bit I and Q, or (chirps, samples)
+/// of complex64 with 1.0 for full scale (32768). Either way nothing is rounded.
+pub fn write(recording: &Recording, complex: bool) -> Vec<u8> {
+    let (chirps, samples) = (recording.chirps(), recording.meta.samples_per_chirp);
+    let (descr, shape) = match complex {
+        false => ("<i2", format!("({chirps}, {samples}, 2)")),
+        true => ("<c8", format!("({chirps}, {samples})")),
+    };
+    let text = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}");
+    let before = MAGIC.len() + 4;
+    let length = (before + text.len() + 1).next_multiple_of(ALIGNMENT) - before;
+    let mut file = MAGIC.to_vec();
+    file.extend([1, 0]);
+    file.extend((length as u16).to_le_bytes());
+    file.extend(format!("{text:<width$}\n", width = length - 1).bytes());
+    for part in recording.samples.iter().flat_map(|s| [s.i, s.q]) {
+        match complex {
+            false => file.extend(part.to_le_bytes()),
+            true => file.extend((f32::from(part) / 32768.0).to_le_bytes()),
+        }
+    }
+    file
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn file(header: &str, data: &[u8]) -> Vec<u8> {
+        let length = (header.len() as u16).to_le_bytes();
+        [MAGIC, &[1, 0], &length, header.as_bytes(), data].concat()
+    }
+
+    fn refused(header: &str, data: &[u8], words: &str) {
+        let error = read(&file(header, data)).unwrap_err().to_string();
+        assert!(error.contains(words), "{error:?} does not say {words:?}");
+    }
+
+    #[test]
+    fn the_first_index_may_run_fastest() {
+        // (2, 2, 2): chirp, sample, I or Q.
+        let header =
+            |order| format!("{{'descr': '|i1', 'fortran_order': {order}, 'shape': (2, 2, 2)}}");
+        let rows = read(&file(&header("False"), &[0, 1, 2, 3, 4, 5, 6, 7])).unwrap();
+        let columns = read(&file(&header("True"), &[0, 4, 2, 6, 1, 5, 3, 7])).unwrap();
+        assert_eq!(rows.bytes, columns.bytes);
+        assert_eq!(rows.samples_per_chirp, 2);
+    }
+
+    #[test]
+    fn interleaved_and_complex() {
+        let flat = "{'shape': (1, 4), 'descr': \">u2\", 'fortran_order': False}";
+        let array = read(&file(flat, &[0; 8])).unwrap();
+        assert_eq!(
+            (array.samples_per_chirp, array.format.big_endian),
+            (2, true)
+        );
+        let complex = "{'descr': '<c8', 'fortran_order': False, 'shape': (1, 2), }";
+        let array = read(&file(complex, &[0; 16])).unwrap();
+        assert_eq!((array.samples_per_chirp, array.format.bytes), (2, 4));
+    }
+
+    #[test]
+    fn what_is_wrong_is_named() {
+        let header = |descr: &str, shape: &str| {
+            format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}}}")
+        };
+        refused(
+            &header("<c8", "(1, 2)"),
+            &[0; 15],
+            "15 bytes of data, expected 16",
+        );
+        refused(&header("<c8", "(4,)"), &[0; 32], "shape [4]");
+        refused(&header("<i2", "(2, 3)"), &[0; 12], "shape [2, 3]");
+        refused(&header("<c8", "(0, 2)"), &[], "and some");
+        refused(&header("<i8", "(1, 2)"), &[0; 16], "descr '<i8'");
+        refused(&header("|O", "(1, 2)"), &[0; 16], "descr '|O'");
+        refused(&header("<c8", "(1, -2)"), &[], "shape (1, -2)");
+        let huge = format!("({0}, {0}, 2)", usize::MAX);
+        refused(&header("<i2", &huge), &[], "more than there can be");
+        refused("{'descr': [('i', '<i2')]}", &[], "descr: a structure");
+        refused("{'descr': '<c8'}", &[], "fortran_order is missing");
+        refused("", &[], "expected \"{\"");
+        assert!(
+            read(b"PK\x03\x04")
+                .unwrap_err()
+                .to_string()
+                .contains("numpy")
+        );
+    }
+
+    proptest! {
+        #[test]
+        fn no_bytes_bring_it_down(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+            let _ = read(&bytes);
+            let _ = read(&[MAGIC, &bytes[..]].concat());
+        }
+
+        #[test]
+        fn nor_any_header(header in "[{}()\\[\\]':,a-z0-9 <>|]{0,80}") {
+            let _ = read(&file(&header, &[0; 8]));
+        }
+    }
+}

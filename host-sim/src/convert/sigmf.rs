@@ -1,0 +1,153 @@
+//! SigMF of others: any complex datatype, and whatever of our keys it lacks from elsewhere.
+
+use std::fs;
+use std::path::Path;
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use serde_json::Value;
+
+use super::samples::{Format, Number};
+use crate::recording;
+
+/// A metadata file's document.
+///
+/// # Errors
+/// Names the file.
+pub fn metadata(path: &Path) -> Result<Value> {
+    let file = recording::meta_path(path);
+    recording::regular(&file)?;
+    let text = fs::read_to_string(&file).with_context(|| format!("{}", file.display()))?;
+    let document: Value =
+        serde_json::from_str(&text).map_err(|e| anyhow!("{}: no JSON: {e}", file.display()))?;
+    ensure!(
+        document["global"].is_object(),
+        "{}: global: missing, expected a JSON object",
+        file.display()
+    );
+    Ok(document)
+}
+
+/// The format of a document's samples.
+///
+/// # Errors
+/// Names the key, what was found and what was expected.
+pub fn format(document: &Value) -> Result<Format> {
+    let global = &document["global"];
+    let Some(datatype) = global["core:datatype"].as_str() else {
+        bail!("global core:datatype: missing, expected a text such as \"cf32_le\"");
+    };
+    let channels = &global["core:num_channels"];
+    ensure!(
+        channels.is_null() || channels.as_u64() == Some(1),
+        "global core:num_channels: found {channels}, expected 1"
+    );
+    let captures = document["captures"].as_array();
+    let headers = captures
+        .into_iter()
+        .flatten()
+        .map(|c| &c["core:header_bytes"]);
+    let trailing = &global["core:trailing_bytes"];
+    for bytes in headers.chain([trailing]) {
+        ensure!(
+            bytes.is_null() || bytes.as_u64() == Some(0),
+            "core:header_bytes or core:trailing_bytes: found {bytes}: expected a file of nothing but samples"
+        );
+    }
+    parse(datatype)
+}
+
+/// The format that a datatype names: `c`, number, bits and order of bytes.
+fn parse(datatype: &str) -> Result<Format> {
+    ensure!(
+        !datatype.starts_with('r'),
+        "global core:datatype: found {datatype:?}: real samples do not say on which side of the radar's tone \
+         an echo beats; expected complex ones"
+    );
+    let known = || {
+        let (name, big) = match datatype.split_once('_') {
+            Some((name, "le")) => (name, false),
+            Some((name, "be")) => (name, true),
+            None => (datatype, false),
+            _ => return None,
+        };
+        let (number, bits) = name.strip_prefix('c')?.split_at_checked(1)?;
+        let number = match number {
+            "i" => Number::Signed,
+            "u" => Number::Unsigned,
+            "f" => Number::Float,
+            _ => return None,
+        };
+        let bits: usize = bits.parse().ok().filter(|bits| bits % 8 == 0)?;
+        // One byte has no order, more have to say theirs.
+        let told = datatype.contains('_') || bits == 8;
+        Format::new(number, bits / 8, big).filter(|_| told)
+    };
+    known().with_context(|| {
+        format!(
+            "global core:datatype: found {datatype:?}, expected ci8, cu8, or ci16, cu16, ci32, cu32, cf32 or \
+             cf64 with _le or _be"
+        )
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+    use serde_json::json;
+
+    use super::*;
+
+    #[test]
+    fn datatypes_of_the_standard() {
+        for (name, number, bytes, big) in [
+            ("ci8", Number::Signed, 1, false),
+            ("cu8", Number::Unsigned, 1, false),
+            ("ci16_le", Number::Signed, 2, false),
+            ("cu16_be", Number::Unsigned, 2, true),
+            ("ci32_be", Number::Signed, 4, true),
+            ("cf32_le", Number::Float, 4, false),
+            ("cf64_be", Number::Float, 8, true),
+        ] {
+            let expected = Format::new(number, bytes, big);
+            assert_eq!(parse(name).ok(), expected, "{name}");
+        }
+        for wrong in [
+            "",
+            "c",
+            "ci16",
+            "cf16_le",
+            "ci16_xx",
+            "cé8",
+            "ci7",
+            "ci99999999999999999999",
+        ] {
+            let told = parse(wrong).unwrap_err().to_string();
+            assert!(told.contains("core:datatype"), "{told}");
+        }
+        assert!(
+            parse("ri16_le")
+                .unwrap_err()
+                .to_string()
+                .contains("real samples")
+        );
+    }
+
+    #[test]
+    fn files_of_more_than_samples_are_refused() {
+        let document = |key: &str, value: Value| json!({"global": {"core:datatype": "ci8", key: value}, "captures": []});
+        assert!(format(&document("x", json!(0))).is_ok());
+        let told = format(&document("core:num_channels", json!(2))).unwrap_err();
+        assert!(told.to_string().contains("found 2, expected 1"));
+        assert!(format(&document("core:trailing_bytes", json!(4))).is_err());
+        let header =
+            json!({"global": {"core:datatype": "ci8"}, "captures": [{"core:header_bytes": 8}]});
+        assert!(format(&header).is_err());
+    }
+
+    proptest! {
+        #[test]
+        fn no_datatype_brings_it_down(datatype in ".{0,12}") {
+            let _ = parse(&datatype);
+        }
+    }
+}

@@ -1,0 +1,257 @@
+use std::path::Path;
+
+use super::*;
+use crate::replay::Options;
+
+fn repository(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../recordings")
+        .join(name)
+}
+
+fn recorded(name: &str) -> Recording {
+    Recording::read(&repository(name)).unwrap()
+}
+
+/// A directory of one test, with the files that it writes.
+struct Scratch(PathBuf);
+
+impl Scratch {
+    fn new(test: &str) -> Self {
+        let dir = std::env::temp_dir().join(format!("stairscan-{test}-{}", std::process::id()));
+        fs::create_dir_all(&dir).unwrap();
+        Self(dir)
+    }
+
+    fn put(&self, name: &str, bytes: &[u8]) -> PathBuf {
+        let path = self.0.join(name);
+        fs::write(&path, bytes).unwrap();
+        path
+    }
+}
+
+impl Drop for Scratch {
+    fn drop(&mut self) {
+        let _ = fs::remove_dir_all(&self.0);
+    }
+}
+
+#[test]
+fn arrays_come_back_bit_for_bit() {
+    let scratch = Scratch::new("npy");
+    let recording = recorded("stair_a");
+    for complex in [false, true] {
+        let path = scratch.put("chirps.npy", &npy::write(&recording, complex));
+        let source = Source {
+            path,
+            keys_of: Some(repository("stair_a")),
+            ..Source::default()
+        };
+        let back = source.read("stair_a").unwrap();
+        assert_eq!(back.samples, recording.samples);
+        let (there, here) = (back.metadata_text(), recording.metadata_text());
+        assert_eq!(there.unwrap(), here.unwrap());
+        assert_eq!(npy::write(&back, complex), npy::write(&recording, complex));
+    }
+}
+
+#[test]
+fn keys_given_one_by_one_make_the_same_scan() {
+    let scratch = Scratch::new("flags");
+    let recording = recorded("stair_b");
+    let angles: Vec<String> = recording
+        .meta
+        .angles_deg
+        .iter()
+        .map(f64::to_string)
+        .collect();
+    let mirror = recording.scan_setup().unwrap();
+    let source = Source {
+        path: scratch.put("chirps.npy", &npy::write(&recording, true)),
+        angles: Some(scratch.put("angles.csv", angles.join("\n").as_bytes())),
+        given: Given {
+            bandwidth_hz: Some(recording.meta.bandwidth_hz),
+            sample_rate_hz: recording.meta.sample_rate_hz,
+            mirror_offset_m: Some(mirror.offset_m),
+            beamwidth_deg: Some(mirror.beamwidth_deg),
+            mount_height_m: Some(mirror.mount_height_m),
+            scan_plane: Some("depth".into()),
+            ..Given::default()
+        },
+        ..Source::default()
+    };
+    let made = source.read("stair_b").unwrap();
+    let told = |recording: &Recording| {
+        crate::replay::answer(recording, &Options::default())
+            .unwrap()
+            .sentences
+    };
+    assert_eq!(told(&made), told(&recording));
+    let fewer = Source {
+        angles: Some(scratch.put("fewer.csv", b"1\n2\n")),
+        ..source.clone()
+    };
+    let error = format!("{:#}", fewer.read("x").unwrap_err());
+    assert!(
+        error.contains("fewer.csv: 2 angles, expected 281: one a chirp of"),
+        "{error}"
+    );
+    let twice = Source {
+        angles: Some(scratch.put("twice.csv", "1\n".repeat(281).as_bytes())),
+        ..source
+    };
+    let error = format!("{:#}", twice.read("x").unwrap_err());
+    assert!(
+        error.contains("chirps.npy: captures[1] stairscan:mirror_angle_deg"),
+        "{error}"
+    );
+}
+
+#[test]
+fn sigmf_of_others_is_read_with_what_it_lacks() {
+    let scratch = Scratch::new("sigmf");
+    let recording = recorded("empty");
+    let floats = recording.samples.iter().flat_map(|s| [s.i, s.q]);
+    let floats: Vec<u8> = floats
+        .flat_map(|v| (f32::from(v) / 32768.0).to_be_bytes())
+        .collect();
+    scratch.put("other.sigmf-data", &floats);
+    let meta = r#"{"global": {"core:datatype": "cf32_be", "core:version": "1.0.0", "core:sha512": "0"},
+                   "captures": [{"core:sample_start": 0, "core:frequency": 77e9}]}"#;
+    let source = Source {
+        path: scratch.put("other.sigmf-meta", meta.as_bytes()),
+        ..Source::default()
+    };
+    let error = format!("{:#}", source.read("x").unwrap_err());
+    assert!(error.contains("--samples-per-chirp"), "{error}");
+    let given = Given {
+        samples_per_chirp: Some(200),
+        ..Given::default()
+    };
+    let source = Source { given, ..source };
+    let error = format!("{:#}", source.read("x").unwrap_err());
+    assert!(
+        error.contains("stairscan:bandwidth_hz (--bandwidth-hz)"),
+        "{error}"
+    );
+    let given = Given {
+        bandwidth_hz: Some(4e9),
+        ..source.given.clone()
+    };
+    let made = Source { given, ..source }.read("x").unwrap();
+    assert_eq!(made.samples, recording.samples);
+    assert_eq!((made.meta.carrier_hz, made.meta.bandwidth_hz), (77e9, 4e9));
+}
+
+#[test]
+fn a_capture_is_read_with_its_setup() {
+    let scratch = Scratch::new("dca");
+    // Two lanes, one receiver: I I Q Q.
+    let words = |chirp: &[Iq]| -> Vec<u8> {
+        let pairs = chirp.as_chunks::<2>().0.iter();
+        pairs
+            .flat_map(|[a, b]| [a.i, b.i, a.q, b.q])
+            .flat_map(i16::to_le_bytes)
+            .collect()
+    };
+    let recording = recorded("stair_c");
+    let chirps = (0..recording.chirps()).filter_map(|k| recording.chirp(k));
+    let file: Vec<u8> = chirps.flat_map(words).collect();
+    let source = Source {
+        path: scratch.put("adc_data.bin", &file),
+        keys_of: Some(repository("stair_c")),
+        ..Source::default()
+    };
+    let error = format!("{:#}", source.read("x").unwrap_err());
+    assert!(
+        error.contains("adc_data.toml") && error.contains("--setup"),
+        "{error}"
+    );
+    let setup = "adc_bits = 16\nlanes = 2\nreceivers = 1\nreceiver = 0\nsamples_per_chirp = 200\n\
+                 chirps_per_frame = 1\ncomplex = true\n";
+    scratch.put("adc_data.toml", setup.as_bytes());
+    assert_eq!(source.read("x").unwrap().samples, recording.samples);
+}
+
+#[test]
+fn tables_say_what_the_json_says() {
+    let scans = scans::of(&recorded("stair_a"), &Options::default(), true).unwrap();
+    let read = |table| {
+        let bytes = tables::write(&scans, table).unwrap();
+        let mut csv = csv::Reader::from_reader(&bytes[..]);
+        let head = csv.headers().unwrap().clone();
+        let rows: Vec<_> = csv.records().map(Result::unwrap).collect();
+        (head, rows)
+    };
+    let (head, rows) = read(tables::Table::Steps);
+    let told = scans[0].told["steps"].as_array().unwrap();
+    assert_eq!(rows.len(), told.len());
+    for (row, step) in rows.iter().zip(told) {
+        let column = head
+            .iter()
+            .position(|name| name == "distance_sigma_m")
+            .unwrap();
+        assert_eq!(row[column], step["distance_sigma_m"].to_string());
+    }
+    let (_, echoes) = read(tables::Table::Echoes);
+    assert_eq!(echoes.len(), scans[0].echoes.as_ref().unwrap().len());
+    let (_, cells) = read(tables::Table::Map);
+    assert_eq!(cells.len(), scans[0].cells.len());
+    assert!(cells.len() > 50_000);
+}
+
+/// A fault must not vanish from a table for want of steps.
+#[test]
+fn a_scan_without_steps_has_a_row() {
+    let scans = scans::of(&recorded("empty"), &Options::default(), false).unwrap();
+    let text = String::from_utf8(tables::write(&scans, tables::Table::Steps).unwrap()).unwrap();
+    assert_eq!(text.lines().count(), 2, "{text}");
+    assert!(
+        text.lines().last().unwrap().starts_with("empty,1,"),
+        "{text}"
+    );
+}
+
+#[test]
+fn the_same_recording_gives_the_same_file_with_times_of_its_own() {
+    let recording = recorded("stair_a");
+    let scans = || scans::of(&recording, &Options::default(), false).unwrap();
+    let (once, again) = (
+        mcap::write(&scans()).unwrap(),
+        mcap::write(&scans()).unwrap(),
+    );
+    assert!(once == again);
+    assert_eq!(scans()[0].stamp_ns, 1_000_000_000);
+    let mut timed = recording.clone();
+    timed.meta.motion.time_s = (0..281).map(|k| 0.005 * f64::from(k)).collect();
+    let scans = scans::of(&timed, &Options::default(), false).unwrap();
+    assert_eq!(scans[0].stamp_ns, 1_400_000_000);
+}
+
+#[test]
+fn a_file_that_is_none_is_named_once() {
+    for name in ["/nowhere/x.npy", "/nowhere/x.bin", "/nowhere/x"] {
+        let source = Source {
+            path: name.into(),
+            ..Source::default()
+        };
+        let error = format!("{:#}", source.read("x").unwrap_err());
+        assert_eq!(error.matches("/nowhere/x").count(), 1, "{error}");
+    }
+}
+
+/// JSON's own shortest decimals, of a number that a quick parser reads with another last bit.
+#[test]
+fn metadata_comes_back_to_the_last_bit() {
+    let mut recording = recorded("stair_a");
+    let height = 1.0380971953742097;
+    recording.meta.mirror.as_mut().unwrap().mount_height_m = height;
+    let text = recording.metadata_text().unwrap();
+    let data: Vec<u8> = (recording.samples.iter())
+        .flat_map(|s| [s.i, s.q])
+        .flat_map(i16::to_le_bytes)
+        .collect();
+    let back = Recording::parse("stair_a", &text, &data).unwrap();
+    assert_eq!(back.scan_setup().unwrap().mount_height_m, height);
+    assert_eq!(back.metadata_text().unwrap(), text);
+}

@@ -1,0 +1,78 @@
+//! Cargo at work for the emulator, with elapsed and remaining time.
+
+use std::io::{BufRead, BufReader, IsTerminal as _, Read as _};
+use std::process::{Command, Stdio};
+
+use anyhow::{Context, Result, ensure};
+
+use super::tools::TARGET;
+use crate::commands::progress;
+
+/// Runs `build`, a `cargo build`, and counts what it finishes against the packages that `package` rests on.
+///
+/// # Errors
+/// What Cargo says when it fails.
+pub fn watched(mut build: Command, package: &str) -> Result<()> {
+    let total = if std::io::stderr().is_terminal() {
+        packages(&build, package)
+    } else {
+        None
+    };
+    let bar = progress(total.unwrap_or(1)).with_prefix(format!("building {package}"));
+    let mut child = build
+        // One line a finished package; diagnostics stay text.
+        .args(["--message-format", "json-render-diagnostics"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .with_context(|| format!("cargo build of {package}"))?;
+    let stderr = child.stderr.take();
+    let complaints = std::thread::spawn(move || {
+        let mut text = String::new();
+        if let Some(mut stderr) = stderr {
+            // What is no text is no reason to stop reading: Cargo would wait.
+            let mut bytes = Vec::new();
+            let _ = stderr.read_to_end(&mut bytes);
+            text = String::from_utf8_lossy(&bytes).into_owned();
+        }
+        text
+    });
+    for line in child
+        .stdout
+        .take()
+        .into_iter()
+        .flat_map(|out| BufReader::new(out).lines())
+    {
+        let finished = line.is_ok_and(|line| line.contains("\"reason\":\"compiler-artifact\""));
+        // The image itself comes last; libraries with a build script come twice.
+        if finished && bar.position() + 1 < bar.length().unwrap_or(0) {
+            bar.inc(1);
+        }
+    }
+    let status = child.wait()?;
+    bar.finish_and_clear();
+    let complaints = complaints.join().unwrap_or_default();
+    ensure!(
+        status.success(),
+        "cargo build of {package}: {}",
+        complaints.trim()
+    );
+    Ok(())
+}
+
+/// How many packages a package rests on, itself included; `None` where Cargo does not say.
+fn packages(build: &Command, package: &str) -> Option<u64> {
+    let mut tree = Command::new(build.get_program());
+    tree.current_dir(build.get_current_dir()?);
+    tree.args(["tree", "--package", package, "--target", TARGET]);
+    tree.args(["--edges", "normal,build", "--prefix", "none", "--no-dedupe"]);
+    let output = tree
+        .output()
+        .ok()
+        .filter(|output| output.status.success())?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    let mut names: Vec<&str> = text.lines().collect();
+    names.sort_unstable();
+    names.dedup();
+    u64::try_from(names.len()).ok()
+}
