@@ -312,14 +312,10 @@ fn ascend(
         accept: p.accept_up_nats,
         geometry,
         belief,
+        firm,
     };
     ended.tell(echoes, observer);
-    let astray = !firm && ended.corner_astray();
-    let mut outcome = ended.conclude(past.map(|past| &mut past.outlook), observer);
-    if astray {
-        outcome.doubt(Reasons::NONE.with(Reason::Mount));
-    }
-    outcome
+    ended.conclude(past.map(|past| &mut past.outlook), observer)
 }
 
 /// Measures a flight into `out`, so that no second answer stands on the stack.
@@ -381,6 +377,7 @@ fn descend(
         accept: p.accept_down_nats,
         geometry,
         belief: Belief::default(),
+        firm: true,
     };
     ended.tell(echoes, observer);
     ended.conclude(None, observer)
@@ -396,6 +393,8 @@ struct Ended<'s, S: Stairs> {
     accept: f32,
     geometry: &'s Geometry,
     belief: Belief,
+    /// Whether the floor shows that the mounting is as it is said to be.
+    firm: bool,
 }
 
 impl<S: Stairs> Ended<'_, S> {
@@ -405,6 +404,7 @@ impl<S: Stairs> Ended<'_, S> {
         let scene = self.search.stairs.scene();
         let p = scene.params;
         let roles = self.roles();
+        let astray = !self.firm && self.corner_astray();
         let accepted = self.measured.is_some();
         let (mut outcome, supports) = match self.measured.take() {
             Some(measured) => (measured.outcome, measured.supports),
@@ -444,6 +444,9 @@ impl<S: Stairs> Ended<'_, S> {
             }
         });
         promise(&mut outcome, vouch);
+        if astray {
+            outcome.doubt(Reasons::NONE.with(Reason::Mount));
+        }
         outcome.maybes = self.belief.maybes;
         outcome
     }
