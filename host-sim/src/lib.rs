@@ -9,6 +9,7 @@ pub mod fit;
 pub mod html;
 pub mod images;
 pub mod inspect;
+pub mod live;
 pub mod motion;
 pub mod playback;
 pub mod plots;

@@ -9,6 +9,7 @@ pub mod emulate;
 pub mod faults;
 pub mod fit;
 pub mod inspect;
+pub mod live;
 pub mod params;
 pub mod profile;
 pub mod replay;
