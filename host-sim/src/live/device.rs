@@ -5,12 +5,10 @@
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
-use std::io::{Read, Write};
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, Result};
-use serialport::{SerialPort, TTYPort};
+use anyhow::Result;
 use stairscan::config::Config;
 use stairscan::drive::Odometry;
 use stairscan::pipeline::Pipeline;
@@ -30,7 +28,7 @@ const STEP: Duration = Duration::from_millis(1);
 
 /// What a scanner's report port is wired to.
 pub trait Cable {
-    /// Bytes towards the scanner that have come.
+    /// What has come for the scanner, whole lines.
     fn read(&mut self) -> Vec<u8>;
     /// Takes bytes from the scanner; like a UART it waits for nobody.
     fn write(&mut self, bytes: &[u8]);
@@ -100,26 +98,16 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
 struct Wire {
     /// Where motion sentences come from, and lines go in between.
     table: Option<Rc<RefCell<Timetable>>>,
-    partial: Vec<u8>,
     typed: VecDeque<u8>,
     out: Vec<u8>,
 }
 
 impl Wire {
-    /// Takes what was typed, line by line, so that motion sentences come between lines.
-    fn type_in(&mut self, bytes: &[u8]) {
-        self.partial.extend(bytes);
-        let Some(end) = self
-            .partial
-            .iter()
-            .rposition(|b| matches!(b, b'\r' | b'\n'))
-        else {
-            return;
-        };
-        let whole: Vec<u8> = self.partial.drain(..=end).collect();
+    /// Takes whole lines, so that motion sentences come between them.
+    fn type_in(&mut self, lines: &[u8]) {
         match &self.table {
-            Some(table) => table.borrow_mut().type_in(&String::from_utf8_lossy(&whole)),
-            None => self.typed.extend(whole),
+            Some(table) => table.borrow_mut().type_in(&String::from_utf8_lossy(lines)),
+            None => self.typed.extend(lines),
         }
     }
 }
@@ -167,53 +155,5 @@ impl Cable for Direct {
 
     fn ended(&self) -> bool {
         self.inside.ended()
-    }
-}
-
-/// A pseudo-terminal: whoever opens its path finds the scanner there.
-#[derive(Debug)]
-pub struct Pty {
-    master: TTYPort,
-    /// Keeps the terminal raw, and alive while nobody has it open.
-    _slave: TTYPort,
-    /// What to open.
-    pub path: String,
-}
-
-impl Pty {
-    /// A new one.
-    ///
-    /// # Errors
-    /// The system has none.
-    pub fn new() -> Result<Self> {
-        let (mut master, slave) = TTYPort::pair().context("a pseudo-terminal")?;
-        master.set_timeout(Duration::from_millis(1))?;
-        let path = slave.name().context("a pseudo-terminal without a name")?;
-        Ok(Self {
-            master,
-            _slave: slave,
-            path,
-        })
-    }
-
-    /// What has come from the terminal's user.
-    pub fn read(&mut self) -> Vec<u8> {
-        let mut buffer = [0; 256];
-        match self.master.read(&mut buffer) {
-            Ok(count) => buffer[..count].to_vec(),
-            Err(_) => Vec::new(),
-        }
-    }
-
-    /// Hands bytes over; what nobody reads is lost.
-    pub fn write(&mut self, mut bytes: &[u8]) {
-        while !bytes.is_empty() {
-            // Few at a time: a terminal with little room would keep the whole program waiting.
-            match self.master.write(&bytes[..bytes.len().min(64)]) {
-                Ok(count) => bytes = &bytes[count..],
-                Err(error) if error.kind() == std::io::ErrorKind::Interrupted => {}
-                Err(_) => return,
-            }
-        }
     }
 }

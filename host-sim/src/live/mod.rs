@@ -10,6 +10,7 @@
 //! | [`screen`], [`side`] | the screen, drawn from the state; the side view on it |
 //! | [`ports`] | the serial ports of this machine |
 //! | [`port`] | the thread that reads and writes a port, and opens it again |
+//! | [`pty`] | a pseudo-terminal in place of a port |
 //! | [`device`] | a scanner on the host: what `--demo` shows |
 //! | [`keep`] | what `--record` keeps |
 //! | [`terminal`] | keys, time and screen brought together |
@@ -22,6 +23,7 @@ pub mod offer;
 pub mod port;
 pub mod ports;
 pub mod prompt;
+pub mod pty;
 pub mod screen;
 pub mod side;
 pub mod terminal;

@@ -288,9 +288,7 @@ impl State {
             Sentence::Config { key, value } => {
                 self.reply(now, "", &format!("{key} is {value}"), true)
             }
-            Sentence::Done { command } => {
-                self.reply(now, command, &format!("{command}: done"), true)
-            }
+            Sentence::Done { command } => self.reply(now, command, "done", true),
             Sentence::Fail {
                 command,
                 field,
@@ -420,8 +418,8 @@ impl State {
             ref other,
         } = self.tally;
         Some(match damaged.max(others).max(noise) {
+            _ if sentences > 0 => Strange::Silence,
             0 => Strange::Nothing,
-            _ if sentences > 0 => Strange::Nothing,
             most if most == damaged => Strange::Damaged,
             most if most == noise => Strange::Noise,
             _ => Strange::Others(other),

@@ -11,6 +11,7 @@ use super::Ms;
 use super::model::{Entry, Link, Pulse, Standing, State, Way};
 use super::prompt::Prompt;
 use super::side;
+use super::trouble::Trouble;
 use crate::answer::{Answer, maybe_words, metres};
 
 /// On less nothing can be read.
@@ -37,7 +38,7 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
         return;
     }
     let trouble = trouble(state, now);
-    let verdict = verdict(state, now);
+    let verdict = verdict(state, now, usize::from(area.width));
     let lines = |count: usize| Constraint::Length(count as u16);
     let rows = Layout::vertical([
         lines(1 + trouble.len()),
@@ -82,7 +83,10 @@ fn title(state: &State) -> Line<'static> {
 /// What is wrong with the port and what helps.
 fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
     let (since, (what, helps)) = match (&state.link, state.strange(now)) {
-        (Link::Away(since, trouble), _) => (Some(*since), trouble.explain(&state.port)),
+        (Link::Away(since, trouble), _) => {
+            let gone = matches!(trouble, Trouble::Unplugged(_));
+            (gone.then_some(*since), trouble.explain(&state.port))
+        }
         (_, Some(strange)) => (None, strange.explain(state.baud)),
         _ => return Vec::new(),
     };
@@ -100,7 +104,7 @@ fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
 }
 
 /// The answer in a line, its age, its reasons with what they mean.
-fn verdict(state: &State, now: Ms) -> Vec<Line<'static>> {
+fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
     let Some((_, answer)) = &state.answer else {
         return vec![Line::raw(" No answer yet.")];
     };
@@ -127,18 +131,20 @@ fn verdict(state: &State, now: Ms) -> Vec<Line<'static>> {
         Span::styled(status, badge),
         Span::styled(format!("  {}", words(answer)), text),
     ];
-    match old {
-        None => first.push(Span::raw(format!("   age {age}"))),
-        Some(why) => first.push(Span::styled(
-            format!("   LAST ANSWER, {age} old: {why}"),
-            WARN,
-        )),
+    if old.is_none() {
+        first.push(Span::raw(format!("   age {age}")));
     }
     let mut lines = vec![Line::from(first)];
+    if let Some(why) = old {
+        lines.push(Line::styled(
+            format!("   LAST ANSWER, {age} old: {why}"),
+            WARN,
+        ));
+    }
     let reasons: Vec<_> = answer.scan.reasons.iter().collect();
     for reason in reasons.iter().take(REASONS) {
-        let line = format!("   {}: {}", reason.as_str(), reason.meaning());
-        lines.push(Line::styled(line, text));
+        let told = format!("{}: {}", reason.as_str(), reason.meaning());
+        lines.extend(wrapped(&told, width.saturating_sub(4)).map(|line| Line::styled(line, text)));
     }
     if let Some(more @ 1..) = reasons.len().checked_sub(REASONS) {
         lines.push(Line::styled(
@@ -147,6 +153,24 @@ fn verdict(state: &State, now: Ms) -> Vec<Line<'static>> {
         ));
     }
     lines
+}
+
+/// `text` in lines of at most `width` characters, indented.
+fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
+    let mut lines = vec![String::from("  ")];
+    for word in text.split(' ') {
+        let full = lines
+            .last()
+            .is_none_or(|line| line.len() + 1 + word.len() > width);
+        if full {
+            lines.push("     ".to_owned());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push(' ');
+            line.push_str(word);
+        }
+    }
+    lines.into_iter()
 }
 
 /// What the answer says behind its status: `3 steps up, vouched for up to 1.0 m, confidence 98.9 %`.

@@ -68,6 +68,8 @@ impl Trouble {
 pub enum Strange<'a> {
     /// Nothing at all.
     Nothing,
+    /// Nothing any more.
+    Silence,
     /// Bytes that are no text: another speed.
     Noise,
     /// Text of something else; a line of it.
@@ -97,6 +99,10 @@ impl Strange<'_> {
                     "TX and RX: J2 pin 2 (REPORT_TX) goes to the adapter's RX, pin 3 to its TX, pin 1 to ground."
                         .to_owned(),
                 ],
+            ),
+            Self::Silence => (
+                "the scanner has fallen silent (LIVE is due five times a second)".to_owned(),
+                vec!["Its supply, or the line? Only `save` silences it, for some seconds.".to_owned()],
             ),
             Self::Noise => (
                 "bytes come that are no text".to_owned(),

@@ -131,7 +131,7 @@ fn a_port_without_sentences_is_explained_by_what_comes_instead() {
     let damaged = STAIR_A[0].replace("1000.0", "1900.0");
     assert_eq!(open(&[&damaged]).strange(4_000), Some(Strange::Damaged));
     assert_eq!(scanned().strange(3_500), None);
-    assert_eq!(scanned().strange(9_000), Some(Strange::Nothing));
+    assert_eq!(scanned().strange(9_000), Some(Strange::Silence));
 }
 
 #[test]
@@ -152,7 +152,7 @@ fn a_command_has_its_answer_and_no_other() {
         &[&line(&Sentence::Done { command: "scan" })],
     );
     let reply = state.asked.as_ref().unwrap().reply.clone().unwrap();
-    assert_eq!(reply, (7_100, "scan: done".to_owned(), true));
+    assert_eq!(reply, (7_100, "done".to_owned(), true));
 
     state.sent(8_000, "$PSTC,set,seed,7*352B37A8");
     let refused = Sentence::Fail {
@@ -177,7 +177,7 @@ fn a_command_has_its_answer_and_no_other() {
     );
     assert_eq!(
         state.asked.as_ref().unwrap().reply.as_ref().unwrap().1,
-        "get: done"
+        "done"
     );
     state.sent(10_000, "selftest");
     assert!(!state.asked.as_ref().unwrap().overdue(20_000));
