@@ -21,4 +21,5 @@ pub mod score;
 pub mod seeds;
 pub mod setup;
 pub mod soak;
+pub mod tap;
 pub mod volatile;

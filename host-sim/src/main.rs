@@ -34,6 +34,8 @@ enum Command {
     Emulate(commands::emulate::Args),
     /// Watch a scanner at a serial port: side view, status in words, age, a command line
     Live(commands::live::Args),
+    /// Listen on the radar link and write what goes over it as a recording, with the scanner's answers
+    Record(commands::record::Args),
     /// Show why a scan came out as it did: scatterers with their roles, the winner and its rivals
     Inspect(commands::inspect::Args),
     /// Write scans as one page for any browser: verdict, side view, range profiles, rivals
@@ -77,6 +79,7 @@ fn main() -> ExitCode {
         Command::Timing(args) => commands::timing::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Live(args) => commands::live::run(&args),
+        Command::Record(args) => commands::record::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Report(args) => commands::report::run(&args),
         Command::Profile(args) => commands::profile::run(&args),

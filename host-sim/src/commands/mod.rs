@@ -12,6 +12,7 @@ pub mod inspect;
 pub mod live;
 pub mod params;
 pub mod profile;
+pub mod record;
 pub mod replay;
 pub mod report;
 pub mod score;
