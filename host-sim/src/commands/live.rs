@@ -56,11 +56,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             let config = args.settings.config()?;
             // What no scan can be made of is told before the screen is.
             Playback::new(&recording, &config)?;
-            let name = format!("demo of {}", recording.name);
+            let about = format!("a scanner on this machine scans {}", recording.name);
             let source = Source::run(started, move |inside| {
                 let _ = device::run(&recording, &config, &mut device::Direct::new(inside));
             });
-            (source, State::new(&name, 0))
+            (source, State::new("demo", 0).about(about))
         }
         (None, None) => return list(),
     };

@@ -116,7 +116,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         "--module: expected one port"
     );
     let stop = Arc::new(AtomicBool::new(false));
-    signal_hook::flag::register(signal_hook::consts::SIGINT, stop.clone())?;
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, stop.clone())?;
+    }
     let (heard, scans) = match args.module {
         true => ask_module(args, &stop)?,
         false => listen(args, &stop)?,

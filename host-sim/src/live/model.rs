@@ -149,7 +149,9 @@ struct Tally {
 pub struct State {
     /// What the port is called.
     pub port: String,
-    /// Its speed.
+    /// What hangs there, where that is known beforehand.
+    pub about: String,
+    /// Its speed; 0 where it has none.
     pub baud: u32,
     /// How it fares.
     pub link: Link,
@@ -174,6 +176,7 @@ impl State {
     pub fn new(port: &str, baud: u32) -> Self {
         Self {
             port: port.to_owned(),
+            about: String::new(),
             baud,
             link: Link::Opening,
             answer: None,
@@ -186,6 +189,11 @@ impl State {
             restarted: false,
             tally: Tally::default(),
         }
+    }
+
+    /// The same with a word on what hangs at the port.
+    pub fn about(self, about: String) -> Self {
+        Self { about, ..self }
     }
 
     /// Takes what happened at `now`.

@@ -3,6 +3,9 @@
 use stairscan::report::command::{self, Command, MAX_COMMAND, framed};
 use stairscan::scan::Settings;
 
+/// Nothing stops a person who insists.
+const ANYWAY: &str = "Enter sends it anyway, but";
+
 /// What becomes of a line that was typed.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Checked {
@@ -25,8 +28,7 @@ pub fn check(typed: &str) -> Checked {
         why,
     };
     if typed.len() > MAX_COMMAND {
-        let why =
-            format!("line: expected at most {MAX_COMMAND} characters; Enter sends it all the same");
+        let why = format!("{ANYWAY} line: expected at most {MAX_COMMAND} characters");
         return offer(typed, why);
     }
     let parsed = match command::parse(typed) {
@@ -34,8 +36,11 @@ pub fn check(typed: &str) -> Checked {
         Err(bad) => {
             let whose = if bad.command == "-" { "" } else { bad.command };
             let (field, expected) = (bad.error.field, bad.error.expected);
-            let why = format!("{whose} {field}: expected {expected}; Enter sends it all the same");
-            return offer(typed, why.trim_start().to_owned());
+            let why = format!(
+                "{ANYWAY} {}: expected {expected}",
+                format!("{whose} {field}").trim_start()
+            );
+            return offer(typed, why);
         }
     };
     let doubt = value_doubt(&parsed);
@@ -50,7 +55,7 @@ pub fn check(typed: &str) -> Checked {
         _ => typed.to_owned(),
     };
     match doubt {
-        Some(doubt) => offer(&line, format!("{doubt}; Enter sends it all the same")),
+        Some(doubt) => offer(&line, format!("{ANYWAY} {doubt}")),
         None if line != typed => {
             let word = parsed.word();
             offer(

@@ -33,6 +33,9 @@ impl Pty {
     pub fn new() -> Result<Self> {
         let (master, slave) = TTYPort::pair().context("a pseudo-terminal")?;
         let path = slave.name().context("a pseudo-terminal without a name")?;
+        // Unlike the pair, its copies are closed in programs that this one starts: the emulator would keep the
+        // terminal alive.
+        let (master, slave) = (master.try_clone_native()?, slave.try_clone_native()?);
         Ok(Self {
             master,
             _slave: slave,

@@ -76,7 +76,11 @@ fn title(state: &State) -> Line<'static> {
         0 => String::new(),
         baud => format!(", {baud} baud"),
     };
-    let text = format!(" stairscan live   {}{speed}: {link}", state.port);
+    let about = match state.about.as_str() {
+        "" => String::new(),
+        about => format!(", {about}"),
+    };
+    let text = format!(" stairscan live   {}{speed}{about}: {link}", state.port);
     Line::styled(text, BOLD)
 }
 

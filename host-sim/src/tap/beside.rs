@@ -11,6 +11,9 @@ use super::gather::Mounting;
 use crate::live::Ms;
 use crate::recording::MirrorSetup;
 
+/// Two ports may be read so far apart, ms; scans take longer.
+const APART: Ms = 100;
+
 /// What was heard at the report port.
 #[derive(Clone, Debug, Default)]
 pub struct Beside {
@@ -44,9 +47,9 @@ impl Beside {
         }
     }
 
-    /// The answer to the scan that ended at `end`, before the next one began.
+    /// The answer to the scan that ended at `end`, before the next one ended.
     pub fn answer(&self, end: Ms, next: Option<Ms>) -> Option<&[String]> {
-        let due = |at: Ms| at >= end && next.is_none_or(|next| at <= next);
+        let due = |at: Ms| at + APART >= end && next.is_none_or(|next| at + APART < next);
         let found = self.answers.iter().find(|(at, _)| due(*at));
         found.map(|(_, answer)| &answer[..])
     }

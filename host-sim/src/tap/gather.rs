@@ -107,6 +107,9 @@ impl Gather {
         let Some(radar) = scan.radar else {
             return Err("the module's settings were not heard".to_owned());
         };
+        if !scan.settings_heard {
+            self.note("the module's settings were not heard: they are taken to be those of the scan before");
+        }
         let heard = scan.heard().count();
         if heard < FEWEST {
             return Err(format!("{heard} chirps were heard ({})", scan.losses));
