@@ -68,7 +68,7 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
 fn title(state: &State) -> Line<'static> {
     let link = match &state.link {
         Link::Opening => "opening".to_owned(),
-        Link::Open(_) if state.reopened > 0 => format!("open, {} times again", state.reopened),
+        Link::Open(_) if state.reopened > 0 => format!("open (reconnected {}x)", state.reopened),
         Link::Open(_) => "open".to_owned(),
         Link::Away(..) => "not open".to_owned(),
     };
