@@ -2,7 +2,7 @@
  *
  * C99, two files (this and stairscan.c), no heap, no stdio, no floating point, no global state, and no
  * library function of their own. Time and travel come in as arguments. No input, however damaged, is undefined.
- * The whole story: docs/controller.md. What each field means: README.md, Report.
+ * The whole story: docs/controller.md. What each field means: docs/report.md.
  *
  * What may I do when I read this? Feed every byte of the scanner's UART to stairscan_take, ask
  * stairscan_may in every control cycle, and do what it says:

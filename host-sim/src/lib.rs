@@ -5,6 +5,7 @@ pub mod budgets;
 pub mod commands;
 pub mod emulate;
 pub mod faults;
+pub mod film;
 pub mod fit;
 pub mod html;
 pub mod images;

@@ -40,7 +40,7 @@ enum Command {
     Inspect(commands::inspect::Args),
     /// Write scans as one page for any browser: verdict, side view, range profiles, rivals
     Report(commands::report::Args),
-    /// Measure the estimators on random scenes of the simulator: the README's table
+    /// Measure the estimators on random scenes of the simulator: the tables of docs/accuracy.md
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),

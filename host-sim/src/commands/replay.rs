@@ -3,16 +3,17 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::Result;
+use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
 use stairscan::drive::Mode;
 
 use super::{Format, Settings, emit, recordings};
 use crate::answer::Answer;
+use crate::film::Film;
 use crate::inspect::Inspection;
 use crate::motion::Fault;
 use crate::plots::{self, PaperView, PosteriorView, ScanView};
-use crate::recording::{Recording, Truth};
+use crate::recording::{Recording, Truth, write_whole};
 use crate::replay::{self, Scanned};
 
 /// Arguments of `replay`.
@@ -45,6 +46,9 @@ pub struct Args {
     /// Draw what the paper's figures show of each scan of the recordings into this directory
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
+    /// Draw a picture that moves from scan to scan: an SVG file for a page or a README
+    #[arg(long, value_name = "FILE")]
+    film: Option<PathBuf>,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -70,7 +74,13 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ..args.settings.options(args.settings.config()?)
     };
     let mut code = ExitCode::SUCCESS;
-    for path in &recordings(&args.recordings)? {
+    let paths = recordings(&args.recordings)?;
+    ensure!(
+        args.film.is_none() || paths.len() == 1,
+        "--film: expected one recording, not {}",
+        paths.len()
+    );
+    for path in &paths {
         let shown = scan(path, args, &options);
         if !shown.unwrap_or_else(|error| show(Err(error), None, args.format)) {
             code = ExitCode::FAILURE;
@@ -83,7 +93,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 fn scan(path: &Path, args: &Args, options: &replay::Options) -> Result<bool> {
     let recording = Recording::read(path)?;
     let mut pictures = Vec::new();
+    let mut film = Film::new(&recording);
     let answers = replay::answers(&recording, options, |scanned| {
+        if args.film.is_some() {
+            film.take(&recording, scanned);
+        }
         // A recording of one scan that is scanned again and again looks the same again.
         if let Some(dir) = &args.plots
             && pictures.len() < recording.scans()
@@ -98,6 +112,10 @@ fn scan(path: &Path, args: &Args, options: &replay::Options) -> Result<bool> {
             good &= show(Ok(answer), truth, args.format);
         }),
         Err(error) => good = show(Err(error), None, args.format),
+    }
+    if let Some(file) = &args.film {
+        let written = write_whole(file, film.svg().as_bytes()).map(|()| vec![file.clone()]);
+        pictures.push(written);
     }
     if !pictures.is_empty() {
         good &= list(pictures, args.format);

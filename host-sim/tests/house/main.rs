@@ -1,6 +1,8 @@
 //! The rules of the house, checked on the firmware's sources: no circles among files, no arrow back
-//! up the way of the data, no folder that outgrows the others, no tuned number outside its table.
+//! up the way of the data, no folder that outgrows the others, no tuned number outside its table; and on the
+//! documents: no link that leads nowhere.
 
+mod documents;
 mod graph;
 mod literals;
 mod sources;
@@ -67,4 +69,22 @@ fn tuned_numbers_stand_in_their_table() {
         .filter(|f| way.iter().any(|w| f.is_in(w)));
     let violations = files.filter(|f| !f.is_params()).flat_map(literals::stray);
     none(&violations.collect::<Vec<_>>());
+}
+
+#[test]
+fn every_link_of_a_document_leads_somewhere() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("..")
+        .canonicalize()
+        .unwrap();
+    let skipped =
+        |name: &std::ffi::OsStr| name == "target" || name.as_encoded_bytes().starts_with(b".");
+    let walk = walkdir::WalkDir::new(&root).sort_by_file_name().into_iter();
+    let documents: Vec<_> = walk
+        .filter_entry(|e| e.depth() == 0 || !skipped(e.file_name()))
+        .map(|e| e.unwrap().into_path())
+        .filter(|path| path.extension().is_some_and(|e| e == "md"))
+        .collect();
+    assert!(documents.len() > 10, "{documents:?}");
+    none(&documents::dead_links(&root, &documents));
 }

@@ -1,0 +1,477 @@
+//! Where things stand in the picture, and when.
+
+use stairscan::answer::Status;
+use svg::Document;
+use svg::node::element::{
+    Animate, AnimateTransform, Circle, Group, Line, Path, Polygon, Rectangle, Text, Title,
+};
+
+use super::{Echo, Film, Shot};
+use crate::answer::metres;
+use crate::plots::Point;
+use crate::recording::{TrueStep, Truth};
+
+/// Pixels a metre.
+const SCALE: f64 = 300.0;
+/// Room for words above, pixels.
+const HEAD: f64 = 118.0;
+/// What is shown behind the mirror at the first scan, and of the air above the ground, metres.
+const BEHIND_M: f64 = 0.85;
+const ABOVE_M: f64 = 1.0;
+/// What is shown beyond the last step and below the lowest ground, metres.
+const BEYOND_M: f64 = 0.55;
+const BELOW_M: f64 = 0.12;
+/// How far the beam is drawn, metres, and its half width, degrees.
+const BEAM_M: f64 = 1.9;
+const BEAM_DEG: f64 = 2.5;
+/// Seconds of a scan, of reading its answer, and of driving on. Slower than life, to be followed.
+const SWEEP_S: f64 = 1.8;
+const READ_S: f64 = 1.7;
+const DRIVE_S: f64 = 0.8;
+/// The last answer stays so much longer, seconds.
+const REST_S: f64 = 2.0;
+/// What fades in or out does so in this time, seconds.
+const FADE_S: f64 = 0.15;
+/// Echoes that appear together: so many groups a sweep.
+const GROUPS: usize = 16;
+/// So many steps are told in words, side by side, each in so many pixels.
+const COLUMNS: usize = 3;
+const COLUMN: f64 = 270.0;
+/// Echoes of so many decibels and more are drawn full.
+const STRONG_DB: f64 = 40.0;
+
+const INK: &str = "#1d2430";
+const FAINT: &str = "#6b7280";
+const SOLID: &str = "#d6d9de";
+const BEAM: &str = "#0062a8";
+
+/// The frame of the picture and its times.
+pub(super) struct Stage {
+    /// Lowest and highest x, lowest and highest height, metres.
+    x_m: (f64, f64),
+    y_m: (f64, f64),
+    /// Time at which each shot begins, and the end, seconds.
+    begins_s: Vec<f64>,
+    ends_s: f64,
+    /// Height of the mirror above the ground, metres.
+    mirror_m: f64,
+}
+
+/// Colour of an answer: green, orange and vermilion, told apart by brightness, too.
+fn colour(status: Status) -> &'static str {
+    match status {
+        Status::Ok => "#008460",
+        Status::Degraded => "#d68c00",
+        Status::Fault => "#ce4800",
+    }
+}
+
+fn number(v: f64) -> String {
+    // Tenths of a pixel; no "-0".
+    let rounded = (v * 10.0).round() / 10.0;
+    format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
+}
+
+fn true_edges(truth: Option<&Truth>) -> Vec<Point> {
+    let steps = truth.map_or(&[][..], |truth| &truth.steps);
+    let edge = |s: &TrueStep| (s.distance_m, s.height_m);
+    steps.iter().map(edge).collect()
+}
+
+impl Stage {
+    pub(super) fn of(film: &Film) -> Self {
+        let edges = true_edges(film.truth.as_ref()).into_iter();
+        let answers = film.shots.iter().flat_map(|shot| {
+            let place = |s: &stairscan::report::StepLine| {
+                (shot.travel_m + metres(s.distance), metres(s.height))
+            };
+            shot.answer.steps.iter().map(place)
+        });
+        let points: Vec<Point> = edges.chain(answers).collect();
+        let span = |of: fn(&Point) -> f64, low: f64, high: f64| {
+            let widen = |(a, b): (f64, f64), v: f64| (a.min(v), b.max(v));
+            points.iter().map(of).fold((low, high), widen)
+        };
+        let (_, far) = span(|p| p.0, 0.0, 1.2);
+        let (low, high) = span(|p| p.1, 0.0, film.mount_height_m.max(ABOVE_M - 0.1));
+        let (mut begins_s, mut time) = (Vec::new(), 0.0);
+        for _ in &film.shots {
+            begins_s.push(time);
+            time += SWEEP_S + READ_S + DRIVE_S;
+        }
+        Self {
+            x_m: (-BEHIND_M, far + BEYOND_M),
+            y_m: (low - BELOW_M, high + 0.1),
+            begins_s,
+            ends_s: (time + REST_S).max(1.0),
+            mirror_m: film.mount_height_m,
+        }
+    }
+
+    fn x(&self, metres: f64) -> f64 {
+        (metres - self.x_m.0) * SCALE
+    }
+
+    fn y(&self, metres: f64) -> f64 {
+        HEAD + (self.y_m.1 - metres) * SCALE
+    }
+
+    fn at(&self, (x, y): Point) -> String {
+        format!("{},{}", number(self.x(x)), number(self.y(y)))
+    }
+
+    fn width(&self) -> f64 {
+        (self.x_m.1 - self.x_m.0) * SCALE
+    }
+
+    fn height(&self) -> f64 {
+        HEAD + (self.y_m.1 - self.y_m.0) * SCALE + 6.0
+    }
+
+    /// Something that changes over the film's time: at each time (seconds) a value, with straight lines between.
+    fn course(&self, points: &[(f64, f64)]) -> (String, String) {
+        let share = |t: f64| ((t / self.ends_s).clamp(0.0, 1.0) * 1e4).round() / 1e4;
+        let list = |of: &dyn Fn(&(f64, f64)) -> String| {
+            points.iter().map(of).collect::<Vec<_>>().join(";")
+        };
+        (list(&|p| share(p.0).to_string()), list(&|p| number(p.1)))
+    }
+
+    /// Opacity: 0 but between two times.
+    fn shown(&self, from_s: f64, to_s: f64) -> Animate {
+        let end = self.ends_s;
+        let out = to_s.min(end);
+        let mut points = vec![(0.0, 0.0), (from_s, 0.0), (from_s + FADE_S, 1.0)];
+        if out >= end {
+            points.push((end, 1.0));
+        } else {
+            points.extend([(out, 1.0), (out + FADE_S, 0.0), (end, 0.0)]);
+        }
+        let (times, values) = self.course(&points);
+        Animate::new()
+            .set("attributeName", "opacity")
+            .set("values", values)
+            .set("keyTimes", times)
+            .set("dur", format!("{}s", self.ends_s))
+            .set("repeatCount", "indefinite")
+    }
+
+    fn moved(&self, kind: &'static str, points: &[(f64, f64)]) -> AnimateTransform {
+        let (times, values) = self.course(points);
+        AnimateTransform::new()
+            .set("attributeName", "transform")
+            .set("type", kind)
+            .set("values", values)
+            .set("keyTimes", times)
+            .set("dur", format!("{}s", self.ends_s))
+            .set("repeatCount", "indefinite")
+    }
+
+    /// When the answer of shot `k` is told, and when that of the next one takes its place.
+    fn told(&self, k: usize) -> (f64, f64) {
+        let at = |k: usize| self.begins_s.get(k).map(|begin| begin + SWEEP_S);
+        let end = self.ends_s + FADE_S;
+        (at(k).unwrap_or(end), at(k + 1).unwrap_or(end))
+    }
+
+    pub(super) fn draw(&self, film: &Film) -> Document {
+        let (width, height) = (number(self.width()), number(self.height()));
+        let mut page = Document::new()
+            .set("viewBox", format!("0 0 {width} {height}"))
+            .set("font-family", "system-ui, sans-serif")
+            .add(Title::new(format!(
+                "{}: what the scanner says as the chair comes nearer",
+                film.name
+            )))
+            .add(
+                Rectangle::new()
+                    .set("width", width)
+                    .set("height", height)
+                    .set("rx", 8)
+                    .set("fill", "white"),
+            )
+            .add(self.ground(film));
+        for (k, shot) in film.shots.iter().enumerate() {
+            page = self.echoes(k, shot).into_iter().fold(page, Document::add);
+        }
+        page = page.add(self.chair(film));
+        for (k, shot) in film.shots.iter().enumerate() {
+            page = page.add(self.answer(k, shot));
+        }
+        page
+    }
+
+    /// What is really there, or else the ground that the chair stands on.
+    fn ground(&self, film: &Film) -> Polygon {
+        let mut level = 0.0;
+        let mut line = vec![(self.x_m.0, 0.0)];
+        for (x, y) in true_edges(film.truth.as_ref()) {
+            // Going down, a step's edge belongs to the level above it.
+            line.extend([(x, level), (x, y)]);
+            level = y;
+        }
+        let (right, bottom) = (self.x_m.1, self.y_m.0);
+        line.extend([(right, level), (right, bottom), (self.x_m.0, bottom)]);
+        let points: Vec<String> = line.into_iter().map(|p| self.at(p)).collect();
+        Polygon::new()
+            .set("points", points.join(" "))
+            .set("fill", SOLID)
+    }
+
+    /// The chair with its mirror and beam, drawn where it stands at the first scan.
+    fn chair(&self, film: &Film) -> Group {
+        let (mut way, mut turn, mut lit) = (Vec::new(), Vec::new(), vec![(0.0, 0.0)]);
+        for (shot, &begin) in film.shots.iter().zip(&self.begins_s) {
+            let (first, last) = shot.sweep_deg;
+            let (ready, done) = (begin + FADE_S, begin + SWEEP_S);
+            way.extend([begin, begin + SWEEP_S + READ_S].map(|t| (t, shot.travel_m * SCALE)));
+            turn.extend([(begin, first), (done, last)]);
+            lit.extend([
+                (begin, 0.0),
+                (ready, 1.0),
+                (done, 1.0),
+                (done + FADE_S, 0.0),
+            ]);
+        }
+        for course in [&mut way, &mut turn, &mut lit] {
+            course.push((self.ends_s, course.last().map_or(0.0, |last| last.1)));
+        }
+        let mirror = (0.0, film.mount_height_m);
+        let spread = BEAM_M * BEAM_DEG.to_radians().tan();
+        let tips = [
+            mirror,
+            (BEAM_M, mirror.1 + spread),
+            (BEAM_M, mirror.1 - spread),
+        ];
+        let (opacity_times, opacity) = self.course(&lit);
+        let beam = Polygon::new()
+            .set("points", tips.map(|p| self.at(p)).join(" "))
+            .set("fill", BEAM)
+            .set("fill-opacity", 0.25)
+            .add(
+                Animate::new()
+                    .set("attributeName", "opacity")
+                    .set("values", opacity)
+                    .set("keyTimes", opacity_times)
+                    .set("dur", format!("{}s", self.ends_s))
+                    .set("repeatCount", "indefinite"),
+            )
+            .add(self.turning(mirror, &turn));
+        let group = Group::new().add(beam);
+        let group = self
+            .outline(film.mount_height_m)
+            .into_iter()
+            .fold(group, Group::add);
+        group.add(self.moved("translate", &way))
+    }
+
+    /// The beam's turning about the mirror.
+    fn turning(&self, mirror: Point, turn: &[(f64, f64)]) -> AnimateTransform {
+        let pivot = format!(" {} {}", number(self.x(mirror.0)), number(self.y(mirror.1)));
+        let (times, values) = self.course(turn);
+        let about: Vec<String> = values.split(';').map(|v| format!("{v}{pivot}")).collect();
+        self.moved("rotate", &[])
+            .set("keyTimes", times)
+            .set("values", about.join(";"))
+    }
+
+    /// A powered wheelchair from the side, its scanner foremost.
+    fn outline(&self, mount_height_m: f64) -> Vec<Path> {
+        let path = |points: &[Point], width: f64| {
+            let places: Vec<String> = points.iter().map(|&p| self.at(p)).collect();
+            Path::new()
+                .set("d", format!("M{}", places.join(" L")))
+                .set("fill", "none")
+                .set("stroke", INK)
+                .set("stroke-width", width)
+                .set("stroke-linecap", "round")
+                .set("stroke-linejoin", "round")
+        };
+        let wheel = |x: f64, radius: f64| {
+            let (left, right, r) = (
+                self.at((x - radius, radius)),
+                self.at((x + radius, radius)),
+                number(radius * SCALE),
+            );
+            Path::new()
+                .set(
+                    "d",
+                    format!("M{left} A{r},{r} 0 1 1 {right} A{r},{r} 0 1 1 {left}"),
+                )
+                .set("fill", "white")
+                .set("stroke", INK)
+                .set("stroke-width", 5)
+        };
+        vec![
+            wheel(-0.52, 0.17),
+            wheel(-0.16, 0.09),
+            path(
+                &[
+                    (-0.7, 0.92),
+                    (-0.63, 0.46),
+                    (-0.26, 0.46),
+                    (-0.16, 0.14),
+                    (-0.04, 0.14),
+                ],
+                7.0,
+            ),
+            path(&[(-0.6, 0.62), (-0.32, 0.62)], 7.0),
+            path(&[(-0.52, 0.17), (-0.4, 0.46)], 5.0),
+            path(&[(-0.26, 0.4), (-0.05, mount_height_m)], 4.0),
+            path(&[(-0.05, mount_height_m), (0.0, mount_height_m)], 14.0),
+        ]
+    }
+
+    /// The echoes, appearing as the beam passes them.
+    fn echoes(&self, k: usize, shot: &Shot) -> Vec<Group> {
+        let (first, last) = shot.sweep_deg;
+        let begin = self.begins_s.get(k).copied().unwrap_or(0.0);
+        let until = self
+            .begins_s
+            .get(k + 1)
+            .map_or(self.ends_s + FADE_S, |next| next - DRIVE_S);
+        let share = |e: &Echo| {
+            let below = (self.mirror_m - e.at.1).atan2(e.at.0).to_degrees();
+            ((below - first) / (last - first)).clamp(0.0, 1.0)
+        };
+        let group = |g: usize| {
+            let (from, to) = (g as f64 / GROUPS as f64, (g + 1) as f64 / GROUPS as f64);
+            let passed =
+                |e: &&Echo| (from..to).contains(&share(e)) || (to >= 1.0 && share(e) >= 1.0);
+            let dots: Vec<Circle> = shot
+                .echoes
+                .iter()
+                .filter(passed)
+                .map(|e| self.dot(shot, e))
+                .collect();
+            (!dots.is_empty()).then(|| {
+                let time = begin + (from + to) / 2.0 * SWEEP_S;
+                let group = Group::new().set("fill", BEAM).set("opacity", 0);
+                dots.into_iter()
+                    .fold(group, Group::add)
+                    .add(self.shown(time, until))
+            })
+        };
+        (0..GROUPS).filter_map(group).collect()
+    }
+
+    fn dot(&self, shot: &Shot, echo: &Echo) -> Circle {
+        let strength = (echo.snr_db / STRONG_DB).clamp(0.15, 1.0);
+        Circle::new()
+            .set("cx", number(self.x(shot.travel_m + echo.at.0)))
+            .set("cy", number(self.y(echo.at.1)))
+            .set("r", number(2.0 + 4.0 * strength))
+            .set("fill-opacity", number(0.9 * strength))
+    }
+
+    /// The answer: words above, the steps with their ±2σ, and how far it vouches for itself.
+    fn answer(&self, k: usize, shot: &Shot) -> Group {
+        let hue = colour(shot.answer.scan.status);
+        let (from, to) = self.told(k);
+        let mut group = Group::new()
+            .set("opacity", 0)
+            .add(self.shown(from, to - FADE_S));
+        let mut level = 0.0;
+        let mut line = vec![(shot.travel_m, 0.0)];
+        for s in &shot.answer.steps {
+            let (x, y) = (shot.travel_m + metres(s.distance), metres(s.height));
+            let (dx, dy) = (2.0 * metres(s.distance_sigma), 2.0 * metres(s.height_sigma));
+            line.extend([(x, level), (x, y)]);
+            level = y;
+            let (left, top) = (self.x(x - dx), self.y(y + dy));
+            group = group.add(
+                Rectangle::new()
+                    .set("x", number(left - 3.0))
+                    .set("y", number(top))
+                    .set("width", number(2.0 * dx * SCALE + 6.0))
+                    .set("height", number(2.0 * dy * SCALE))
+                    .set("fill", hue)
+                    .set("fill-opacity", 0.45),
+            );
+        }
+        if let Some(&(x, y)) = line.last() {
+            line.push((x + 0.15, y));
+        }
+        let places: Vec<String> = line.into_iter().map(|p| self.at(p)).collect();
+        group = group.add(
+            Path::new()
+                .set("d", format!("M{}", places.join(" L")))
+                .set("fill", "none")
+                .set("stroke", hue)
+                .set("stroke-width", 3.5)
+                .set("stroke-linejoin", "round"),
+        );
+        group = Self::words(shot, hue).into_iter().fold(group, Group::add);
+        let horizon = shot.answer.horizon_m.filter(|&horizon| horizon > 0.0);
+        match horizon {
+            Some(horizon) => self
+                .horizon(shot.travel_m + horizon)
+                .into_iter()
+                .fold(group, Group::add),
+            None => group,
+        }
+    }
+
+    fn horizon(&self, x_m: f64) -> Vec<Group> {
+        let (edge_m, label) = if x_m < self.x_m.1 {
+            (x_m, "vouched for up to here")
+        } else {
+            (self.x_m.1 - 0.01, "vouched for beyond the picture")
+        };
+        let x = number(self.x(edge_m));
+        let line = Line::new()
+            .set("x1", x.clone())
+            .set("x2", x.clone())
+            .set("y1", number(HEAD + 18.0))
+            .set("y2", number(self.y(self.y_m.0)))
+            .set("stroke", FAINT)
+            .set("stroke-width", 2)
+            .set("stroke-dasharray", "7 5");
+        let label = Text::new(label)
+            .set("x", x)
+            .set("dx", -8)
+            .set("y", number(HEAD + 32.0))
+            .set("font-size", 15)
+            .set("text-anchor", "end")
+            .set("fill", FAINT);
+        vec![Group::new().add(line).add(label)]
+    }
+
+    /// Count and status, how far it vouches and why not farther, and the first steps, side by side.
+    fn words(shot: &Shot, hue: &str) -> Vec<Text> {
+        let line = |words: String, (x, y): (f64, f64), size: u32, fill: &str| {
+            Text::new(words)
+                .set("x", x)
+                .set("y", y)
+                .set("font-size", size)
+                .set("fill", fill)
+        };
+        let summary = shot.answer.summary();
+        // "ok (reason): what, vouched for …"; the reasons go to the second line.
+        let (status, rest) = summary.split_once(": ").unwrap_or((&summary, ""));
+        let (status, reasons) = status.split_once(" (").unwrap_or((status, ""));
+        let (what, vouched) = rest.split_once(", ").unwrap_or((rest, ""));
+        let reasons = reasons.trim_end_matches(')');
+        let parts: Vec<&str> = [vouched, reasons]
+            .into_iter()
+            .filter(|part| !part.is_empty())
+            .collect();
+        let mut lines = vec![
+            line(format!("{status}: {what}"), (20.0, 40.0), 26, hue).set("font-weight", "bold"),
+            line(parts.join("; "), (20.0, 68.0), 18, INK),
+        ];
+        for (s, column) in shot.answer.steps.iter().take(COLUMNS).zip(0u32..) {
+            let words = format!(
+                "{}:  {:.1} ± {:.1} / {:.1} ± {:.1} cm",
+                s.index,
+                100.0 * metres(s.distance),
+                200.0 * metres(s.distance_sigma),
+                100.0 * metres(s.height),
+                200.0 * metres(s.height_sigma)
+            );
+            let x = 20.0 + COLUMN * f64::from(column);
+            lines.push(line(words, (x, 96.0), 17, FAINT));
+        }
+        lines
+    }
+}

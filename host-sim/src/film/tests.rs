@@ -1,0 +1,74 @@
+use super::*;
+use crate::answer::metres;
+use crate::recording::Recording;
+use crate::replay::{self, Options};
+use std::path::Path;
+
+fn film(name: &str) -> (Film, String) {
+    let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    let recording = Recording::read(&dir.join(name)).unwrap();
+    let mut film = Film::new(&recording);
+    let options = Options {
+        scans: Some(2),
+        ..Options::default()
+    };
+    replay::answers(&recording, &options, |scanned| {
+        film.take(&recording, scanned)
+    })
+    .unwrap();
+    let svg = film.svg();
+    (film, svg)
+}
+
+/// The elements called `tag` of the document, each up to its end.
+fn elements<'s>(svg: &'s str, tag: &str) -> Vec<&'s str> {
+    let open = format!("<{tag} ");
+    svg.match_indices(&open)
+        .map(|(at, _)| svg[at..].split_inclusive('>').next().unwrap())
+        .collect()
+}
+
+#[test]
+fn each_scan_is_told_with_its_steps() {
+    let (film, svg) = film("stair_a");
+    assert_eq!(film.shots.len(), 2);
+    for shot in &film.shots {
+        assert_eq!(shot.answer.steps.len(), 3);
+        assert!(shot.echoes.len() >= 6, "{}", shot.echoes.len());
+        let told = format!("1:  {:.1} ±", 100.0 * metres(shot.answer.steps[0].distance));
+        assert!(svg.contains(&told), "{told}");
+    }
+    assert!(svg.contains("ok: 3 steps up"));
+    assert!(svg.contains("vouched for up to 1.0 m"));
+    // As the recording's angles have it.
+    assert_eq!(film.shots[0].sweep_deg, (-20.0, 50.0));
+}
+
+#[test]
+fn times_ascend_from_nought_to_one() {
+    for name in ["stair_a", "empty", "descending"] {
+        let (_, svg) = film(name);
+        let moving = ["animate", "animateTransform"].map(|tag| elements(&svg, tag));
+        assert!(moving.iter().all(|kind| !kind.is_empty()));
+        for element in moving.concat() {
+            let list = |key: &str| {
+                let from = element.find(&format!("{key}=\"")).unwrap() + key.len() + 2;
+                element[from..]
+                    .split('"')
+                    .next()
+                    .unwrap()
+                    .split(';')
+                    .count()
+            };
+            assert_eq!(list("keyTimes"), list("values"), "{element}");
+            let from = element.find("keyTimes=\"").unwrap() + 10;
+            let times: Vec<f64> = (element[from..].split('"').next().unwrap())
+                .split(';')
+                .map(|t| t.parse().unwrap())
+                .collect();
+            assert_eq!((times[0], times[times.len() - 1]), (0.0, 1.0), "{element}");
+            assert!(times.windows(2).all(|t| t[0] <= t[1]), "{element}");
+        }
+        assert!(!svg.contains("NaN") && !svg.contains("inf"), "{name}");
+    }
+}
