@@ -46,7 +46,8 @@ pub fn list() -> String {
             SerialPortType::Unknown => String::new(),
         };
         let alias = alias(Path::new(&port.port_name));
-        let _ = writeln!(out, "  {:<14} {what}", port.port_name);
+        let line = format!("  {:<14} {what}", port.port_name);
+        let _ = writeln!(out, "{}", line.trim_end());
         if let Some(alias) = alias {
             let _ = writeln!(out, "  {:<14} also {alias}, whatever its number", "");
         }

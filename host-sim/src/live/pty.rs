@@ -6,8 +6,9 @@ use std::time::Duration;
 use anyhow::{Context, Result};
 use serialport::{SerialPort, TTYPort};
 
-/// A reader that is there takes what is written within that; one that is not is waited for once.
-const PATIENCE: Duration = Duration::from_millis(50);
+/// A reader that is there takes what is written within that, however busy the machine; one that is not is waited for
+/// once.
+const PATIENCE: Duration = Duration::from_secs(2);
 /// Written at once: a terminal with less room than that says so beforehand.
 const PIECE: usize = 64;
 
