@@ -11,8 +11,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use serialport::SerialPort;
-use stairscan::config::{Plane, SweepConfig, to_fixed};
+use stairscan::config::{Config, Plane, SweepConfig, to_fixed};
 use stairscan::scan::frame::LINK_BAUD;
+use stairscan::scan::schedule::shaft_angle;
 use stairscan::scan::{Micros, Schedule};
 
 use super::{Settings, emit};
@@ -30,6 +31,8 @@ use crate::tap::scans::{Scan, Tap, Wire};
 
 /// After so long without a frame the scan that is being heard is over, ms: a module may take 0.6 s of retries.
 const QUIET: Ms = 3_000;
+/// Longer than the longest answer takes at 115,200 baud: 23 sentences of 70 bytes.
+const LINGER: Duration = Duration::from_millis(300);
 
 /// Arguments of `record`.
 #[derive(clap::Args, Debug)]
@@ -107,6 +110,34 @@ struct Heard {
     splitter: Splitter,
     /// Why it ended, where that is worth telling.
     gone: Option<String>,
+}
+
+impl Heard {
+    /// Takes what a port of the tap brought; `false` where that is its end.
+    fn take(&mut self, at: Ms, came: Came) -> bool {
+        match came {
+            Came::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
+            Came::Report(bytes) => {
+                for line in self.splitter.push(&bytes) {
+                    self.beside.line(at, &line);
+                }
+            }
+            Came::Gone(why) => {
+                self.gone = Some(why);
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Hands over the scans that are whole, and says so.
+    fn scans_into(&mut self, scans: &mut Vec<Scan>) {
+        while let Some(scan) = self.tap.scan() {
+            let (rows, lost) = (scan.rows.len(), scan.lost());
+            eprintln!("scan: {rows} rows, {lost} of them lost");
+            scans.push(scan);
+        }
+    }
 }
 
 /// Listens, or asks, and writes what came of it.
@@ -209,38 +240,30 @@ fn collect(
     let whole = |scans: &[Scan]| scans.iter().filter(|scan| scan.begun).count();
     while !stop.load(Ordering::Relaxed) && whole(&scans) < wanted {
         match came.recv_timeout(Duration::from_millis(100)) {
-            Ok((at, Came::Link(wire, bytes))) => heard.tap.push(at, wire, &bytes),
-            Ok((at, Came::Report(bytes))) => {
-                for line in heard.splitter.push(&bytes) {
-                    heard.beside.line(at, &line);
+            Ok((at, what)) => {
+                if !heard.take(at, what) {
+                    break;
                 }
-            }
-            Ok((_, Came::Gone(why))) => {
-                heard.gone = Some(why);
-                break;
             }
             Err(RecvTimeoutError::Timeout) => {}
             Err(RecvTimeoutError::Disconnected) => break,
         }
         let now = started.elapsed().as_millis() as Ms;
-        if heard
-            .tap
-            .heard()
-            .is_some_and(|last| now.saturating_sub(last) > QUIET)
-        {
+        let quiet = |last: Ms| now.saturating_sub(last) > QUIET;
+        if heard.tap.heard().is_some_and(quiet) {
             heard.tap.end();
         }
-        while let Some(scan) = heard.tap.scan() {
-            eprintln!(
-                "scan: {} rows, {} of them lost",
-                scan.rows.len(),
-                scan.lost()
-            );
-            scans.push(scan);
+        heard.scans_into(&mut scans);
+    }
+    // The last answer is still on its way: the report port is the slower one.
+    let until = Instant::now() + LINGER;
+    while let Ok((at, what)) = came.recv_timeout(until.saturating_duration_since(Instant::now())) {
+        if matches!(what, Came::Report(_)) {
+            heard.take(at, what);
         }
     }
     heard.tap.end();
-    scans.extend(std::iter::from_fn(|| heard.tap.scan()));
+    heard.scans_into(&mut scans);
     (heard, scans)
 }
 
@@ -251,17 +274,14 @@ fn ask_module(args: &Args, stop: &AtomicBool) -> Result<(Heard, Vec<Scan>)> {
     let mut serial = open(&args.ports[0], args.baud)?;
     serial.set_timeout(Duration::from_millis(1))?;
     let mut link = ask::link(ask::Serial::new(serial), &overheard);
-    let config = stairscan::config::Config {
+    let mut config = Config {
         sweep: args.angles,
-        mount: stairscan::config::MountConfig {
-            plane: args.said.plane.unwrap_or(Plane::Depth),
-            ..Default::default()
-        },
-        ..Default::default()
+        ..Config::default()
     };
+    config.mount.plane = args.said.plane.unwrap_or(Plane::Depth);
     let schedule = Schedule::new(&config).map_err(|error| anyhow!("--angles: {error}"))?;
     let mut angles: Vec<i32> = (0..schedule.rows())
-        .map(|row| stairscan::scan::schedule::shaft_angle(schedule.position(row)))
+        .map(|row| shaft_angle(schedule.position(row)))
         .collect();
     let (mut heard, mut scans) = (Heard::default(), Vec::new());
     for _ in 0..args.scans.unwrap_or(1) {
@@ -272,19 +292,17 @@ fn ask_module(args: &Args, stop: &AtomicBool) -> Result<(Heard, Vec<Scan>)> {
             }
             Micros(at.as_micros() as u32)
         };
-        ask::scan(&mut link, &angles, &mut now).with_context(|| args.ports[0].clone())?;
+        let asked = ask::scan(&mut link, &angles, stop, &mut now);
         now();
         heard.tap.end();
-        while let Some(scan) = heard.tap.scan() {
-            eprintln!(
-                "scan: {} rows, {} of them lost",
-                scan.rows.len(),
-                scan.lost()
-            );
-            scans.push(scan);
+        heard.scans_into(&mut scans);
+        match asked {
+            Err(error) if scans.is_empty() => return Err(error.context(args.ports[0].clone())),
+            Err(error) => heard.gone = Some(format!("{}: {error}", args.ports[0])),
+            Ok(()) => {}
         }
         angles.reverse();
-        if stop.load(Ordering::Relaxed) {
+        if heard.gone.is_some() || stop.load(Ordering::Relaxed) {
             break;
         }
     }

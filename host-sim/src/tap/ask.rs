@@ -4,6 +4,7 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::io::{Read, Write};
 use std::rc::Rc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::Poll;
 
 use anyhow::{Result, bail};
@@ -81,61 +82,80 @@ impl BytePort for Serial {
     }
 }
 
+/// So many rows lost one after the other end a scan, as the scanner's own.
+const LOST_IN_A_ROW: u32 = 8;
+
 /// One scan: the module's settings, then a chirp at each of `angles` of the shaft (0.001°). `now` is asked for the time
-/// again and again.
+/// again and again; `stop` ends the scan.
 ///
 /// # Errors
-/// The module does not tell its settings. A chirp that does not come is left to the tap to tell.
+/// The module does not tell its settings, or falls silent. A single chirp that does not come is left to the tap to tell.
 pub fn scan(
     link: &mut dyn RadarLink,
     angles: &[i32],
+    stop: &AtomicBool,
     now: &mut dyn FnMut() -> Micros,
 ) -> Result<()> {
-    let mut settings = Err(LinkError::Timeout);
-    for _ in 0..=RETRIES {
+    let settings = attempts(|| {
         link.configure(now(), TIMEOUT_US);
-        settings = loop {
-            if let Poll::Ready(result) = link.poll_settings(now()) {
-                break result;
-            }
-        };
-        if settings.is_ok() {
-            break;
-        }
-    }
-    let Ok(radar) = settings else {
-        bail!(
-            "the module does not tell its settings: {}",
-            explain(settings.err())
-        );
+        wait(|| link.poll_settings(now()))
+    });
+    let radar = match settings {
+        Ok(radar) => radar,
+        Err(error) => bail!("the module does not tell its settings: {}", explain(error)),
     };
     let mut samples = vec![Iq::default(); usize::from(radar.samples)];
+    let mut lost = 0;
     for &angle in angles {
-        for _ in 0..=RETRIES {
+        if stop.load(Ordering::Relaxed) {
+            return Ok(());
+        }
+        let chirp = attempts(|| {
             link.trigger(now(), angle, TIMEOUT_US);
-            let result = loop {
-                if let Poll::Ready(result) = link.poll_chirp(now(), &mut samples) {
-                    break result;
-                }
-            };
-            if result.is_ok() {
-                break;
+            wait(|| link.poll_chirp(now(), &mut samples))
+        });
+        match chirp {
+            Ok(()) => lost = 0,
+            Err(error) if lost + 1 == LOST_IN_A_ROW => {
+                bail!("{LOST_IN_A_ROW} chirps did not come: {}", explain(error));
             }
+            Err(_) => lost += 1,
         }
     }
     Ok(())
 }
 
-fn explain(error: Option<LinkError>) -> String {
+/// Asks until there is an answer, or enough.
+fn attempts<T>(mut ask: impl FnMut() -> Result<T, LinkError>) -> Result<T, LinkError> {
+    let mut result = ask();
+    for _ in 0..RETRIES {
+        if result.is_ok() {
+            break;
+        }
+        result = ask();
+    }
+    result
+}
+
+/// Polls until there is an answer; every question has its time-out.
+fn wait<T>(mut poll: impl FnMut() -> Poll<Result<T, LinkError>>) -> Result<T, LinkError> {
+    loop {
+        if let Poll::Ready(result) = poll() {
+            return result;
+        }
+    }
+}
+
+fn explain(error: LinkError) -> String {
     match error {
-        Some(LinkError::Timeout) => {
+        LinkError::Timeout => {
             "nothing came. Is it powered, and are its TX+/TX- and RX+/RX- the right way round?"
                 .to_owned()
         }
-        Some(LinkError::Frame(_)) => {
+        LinkError::Frame(_) => {
             "what came is damaged. The link's speed is 1,000,000 baud".to_owned()
         }
-        Some(LinkError::Module(code)) => format!("it reports error {code} (docs/link.md)"),
+        LinkError::Module(code) => format!("it reports error {code} (docs/link.md)"),
         _ => "it answers something else".to_owned(),
     }
 }

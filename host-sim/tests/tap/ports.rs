@@ -147,6 +147,20 @@ fn the_module_itself_is_asked() {
 }
 
 #[test]
+fn a_module_that_is_not_there_is_told() {
+    let dir = Scratch::new("record-no-module");
+    let output = dir.path().join("bench");
+    let (_master, _slave, path) = terminal();
+    let output_of = sim(&["record", &path, "--module", "-o", output.to_str().unwrap()]);
+    let told = String::from_utf8(output_of.stderr).unwrap();
+    assert!(!output_of.status.success());
+    assert!(
+        told.contains("does not tell its settings: nothing came"),
+        "{told}"
+    );
+}
+
+#[test]
 fn what_cannot_be_recorded_is_explained() {
     let refused = |args: &[&str], words: &str| {
         let output = sim(args);
