@@ -13,7 +13,7 @@ use host_sim::emulate::session::Waits;
 use host_sim::emulate::tools::Tool;
 use host_sim::emulate::{Session, image};
 use host_sim::live::device::{self, Cable};
-use host_sim::live::model::{Link, State};
+use host_sim::live::model::{Entry, Link, State};
 use host_sim::live::port::Source;
 use host_sim::live::pty::Pty;
 use host_sim::live::trouble::{Strange, Trouble};
@@ -219,6 +219,15 @@ fn a_terminal_is_asked_for_and_a_port_listed() {
     assert!(told.contains("serial port"), "{told}");
 }
 
+/// Ends the emulator's thread, after a failure as well.
+struct EndOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for EndOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// The image itself, watched over a pseudo-terminal.
 #[test]
 fn the_image_in_the_emulator_is_watched() {
@@ -241,7 +250,14 @@ fn the_image_in_the_emulator_is_watched() {
             session.connect().unwrap();
             session.follow(recording.scans(), &ended).unwrap();
         });
+        // The emulator ends whatever becomes of what follows.
+        let end = EndOnDrop(&ended);
         let scanned = |state: &State, _| {
+            let halted = |entry: &Entry| entry.text.contains(",HALT,");
+            assert!(
+                !state.log.iter().any(halted),
+                "the image crashed: {state:?}"
+            );
             let answer = state.answer.as_ref().map(|(_, answer)| answer);
             answer.is_some_and(|answer| answer.scan.scan > 0)
         };
@@ -249,7 +265,7 @@ fn the_image_in_the_emulator_is_watched() {
         assert_eq!(view.steps(), replayed(&recording));
         view.until("LIVE", |state, _| state.pulse.is_some());
         assert!(view.ask("status").contains("clock hsi-16"));
-        ended.store(true, Ordering::Relaxed);
+        drop(end);
         emulator.join().unwrap();
     });
     let gone = |state: &State, _| matches!(state.link, Link::Away(_, Trouble::Unplugged(_)));
