@@ -35,6 +35,21 @@ pub fn metres(length: Tenths) -> f64 {
     f64::from(length.0) / 10_000.0
 }
 
+/// What may stand where, in words: `  80.0 cm: something 15 cm high may stand (12 %)`.
+pub fn maybe_words(maybe: &MaybeLine) -> String {
+    let what = if maybe.height.0 < 0 {
+        "the ground may end".to_owned()
+    } else {
+        let height = 100.0 * metres(maybe.height);
+        format!("something {height:.0} cm high may stand")
+    };
+    format!(
+        "{:6.1} cm: {what} ({:.0} %)",
+        100.0 * metres(maybe.distance),
+        f64::from(maybe.probability) / 10.0
+    )
+}
+
 impl Answer {
     /// Parses the sentences of one scan.
     pub fn parse(recording: &str, sentences: Vec<String>) -> Result<Self> {
@@ -163,20 +178,7 @@ impl Answer {
             );
         }
         for m in &self.maybes {
-            let what = if m.height.0 < 0 {
-                "the ground may end".to_owned()
-            } else {
-                format!(
-                    "something {:.0} cm high may stand",
-                    100.0 * metres(m.height)
-                )
-            };
-            let _ = writeln!(
-                out,
-                "  maybe  {:6.1} cm: {what} ({:.0} %)",
-                100.0 * metres(m.distance),
-                f64::from(m.probability) / 10.0
-            );
+            let _ = writeln!(out, "  maybe  {}", maybe_words(m));
         }
         out
     }

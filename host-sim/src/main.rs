@@ -32,6 +32,10 @@ enum Command {
     Timing(commands::timing::Args),
     /// Scan recordings with the image itself, in an emulator, and print the steps
     Emulate(commands::emulate::Args),
+    /// Watch a scanner at a serial port: side view, status in words, age, a command line
+    Live(commands::live::Args),
+    /// Listen on the radar link and write what goes over it as a recording, with the scanner's answers
+    Record(commands::record::Args),
     /// Show why a scan came out as it did: scatterers with their roles, the winner and its rivals
     Inspect(commands::inspect::Args),
     /// Write scans as one page for any browser: verdict, side view, range profiles, rivals
@@ -86,6 +90,8 @@ fn main() -> ExitCode {
         Command::Seal(args) => commands::seal::run(&args),
         Command::Timing(args) => commands::timing::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
+        Command::Live(args) => commands::live::run(&args),
+        Command::Record(args) => commands::record::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Report(args) => commands::report::run(&args),
         Command::Convert(args) => commands::convert::run(&args),

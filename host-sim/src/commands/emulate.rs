@@ -2,21 +2,32 @@
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::Instant;
 
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, anyhow, ensure};
 
 use super::replay::show;
-use super::{Format, Settings, progress};
+use super::{Format, Settings, live, progress};
 use crate::answer::Answer;
 use crate::emulate::module::Misdeed;
 use crate::emulate::session::Waits;
 use crate::emulate::{Fault, Session, image};
+use crate::live::model::State;
+use crate::live::port::Source;
+use crate::live::pty::Pty;
+use crate::live::terminal;
+use crate::live::trouble::REPORT_BAUD;
 use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::replay;
 
 /// Arguments of `emulate`.
 #[derive(clap::Args, Debug)]
+#[command(after_help = "Examples:
+  cargo sim emulate recordings/stair_a                      what the image reports
+  cargo sim emulate recordings/stair_a --fault lost@10-12   with three chirps lost
+  cargo sim emulate recordings/stair_a --live               the screen of `live` on the running image")]
 pub struct Args {
     /// Recordings, with or without suffix; each is scan 1 after a boot of its own
     #[arg(required = true)]
@@ -36,6 +47,13 @@ pub struct Args {
     /// of lost, corrupt, repeat, late, error, silent, config
     #[arg(long = "fault")]
     faults: Vec<Fault>,
+    /// Watch the image over a pseudo-terminal, as `live` watches a scanner at a port: one recording, again and
+    /// again
+    #[arg(long, conflicts_with_all = ["scans", "single", "format"])]
+    live: bool,
+    /// With --live: keep every sentence with its time in a new file of this directory
+    #[arg(long, value_name = "DIR", requires = "live")]
+    record: Option<PathBuf>,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -47,6 +65,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Some(elf) => elf.clone(),
         None => image::build(&[])?,
     };
+    if args.live {
+        return watch(&elf, args);
+    }
     let mut code = ExitCode::SUCCESS;
     for path in &args.recordings {
         let mut good = true;
@@ -107,17 +128,9 @@ fn boot(
     let name = &recording.name;
     // The emulator's microseconds are not the chair's.
     let playback = Playback::new(recording, &args.settings.config()?)?.by_trigger();
-    let mut waits = Waits::default();
-    if !args.faults.is_empty() {
-        // What never comes is waited for: not longer than a busy host needs.
-        (waits.chirp, waits.configure) = (10_000_000, 5_000_000);
-    }
-    if args.faults.iter().any(|f| f.misdeed == Misdeed::Silent) {
-        waits.connect = 20_000_000;
-    }
     let mut session = Session::boot(elf, &playback).with_context(|| name.clone())?;
     session
-        .configure(&playback.settings(), waits)
+        .configure(&playback.settings(), waits(args))
         .with_context(|| name.clone())?;
     session.module.set_faults(&args.faults);
     let rows = recording.chirps_per_scan() * scans;
@@ -135,4 +148,50 @@ fn boot(
     });
     bar.finish_and_clear();
     done.with_context(|| name.clone())
+}
+
+/// How long the image waits for the radar module.
+fn waits(args: &Args) -> Waits {
+    let mut waits = Waits::default();
+    if !args.faults.is_empty() {
+        // What never comes is waited for: not longer than a busy host needs.
+        (waits.chirp, waits.configure) = (10_000_000, 5_000_000);
+    }
+    if args.faults.iter().any(|f| f.misdeed == Misdeed::Silent) {
+        waits.connect = 20_000_000;
+    }
+    waits
+}
+
+/// The image on the screen of `live`, until the user ends it.
+fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
+    ensure!(
+        args.recordings.len() == 1,
+        "--live: expected one recording, found {}",
+        args.recordings.len()
+    );
+    let recording = Recording::read(&args.recordings[0])?;
+    let playback = Playback::new(&recording, &args.settings.config()?)?.by_trigger();
+    let pty = Pty::new()?;
+    let port = pty.path.clone();
+    let state = State::new(&port, 0).about(format!("the image on {}", recording.name));
+    let keep = live::begin(args.record.as_deref(), &state.port)?;
+    let (started, ended) = (Instant::now(), AtomicBool::new(false));
+    std::thread::scope(|scope| {
+        let emulator = scope.spawn(|| {
+            let mut session = Session::boot(elf, &playback)?;
+            session.watch(pty);
+            session.configure(&playback.settings(), waits(args))?;
+            session.module.set_faults(&args.faults);
+            session.connect()?;
+            session.follow(recording.scans(), &ended)
+        });
+        let source = Source::port(started, &port, REPORT_BAUD);
+        let shown = terminal::run(started, &source, state, keep);
+        ended.store(true, Ordering::Relaxed);
+        let emulated = emulator.join();
+        shown.and(emulated.unwrap_or_else(|_| Err(anyhow!("the emulator's thread panicked"))))
+    })
+    .with_context(|| recording.name.clone())?;
+    Ok(ExitCode::SUCCESS)
 }

@@ -21,6 +21,7 @@ const PROGRAM: &str = "host-sim";
 /// The commands by what they are for, in the order in which they are listed.
 pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
+    ("Watch a scanner", &["live", "record"]),
     ("Look", &["report", "inspect", "profile", "convert"]),
     (
         "Measure",
@@ -51,6 +52,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "replay recordings/stair_a",
             "replay recordings --format json",
             "replay recordings/stair_b --plots pictures",
+            "replay recordings/stair_a --film stair_a.svg",
         ],
     ),
     (
@@ -66,6 +68,22 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "emulate recordings/stair_a",
             "emulate recordings/stair_a --estimator paper",
+            "emulate recordings/stair_a --live",
+        ],
+    ),
+    (
+        "live",
+        &[
+            "live",
+            "live /dev/ttyUSB0 --record session",
+            "live --demo recordings/stair_a",
+        ],
+    ),
+    (
+        "record",
+        &[
+            "record /dev/ttyUSB0 /dev/ttyUSB1 --report /dev/ttyUSB2 -o stairs",
+            "record /dev/ttyUSB0 --module -o stairs",
         ],
     ),
     ("calibrate", &["calibrate recordings/stair_a --wall 1.25"]),

@@ -1,4 +1,6 @@
-//! One boot of the image with everything around it: configure, scan, ask.
+//! One boot of the image with everything around it: configure, scan, ask; or let somebody watch.
+
+mod watched;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -12,6 +14,7 @@ use stairscan::scan::record::MOUNTING;
 use super::module::{Module, Request, Trigger};
 use super::qemu::{Input, Qemu, read_some, write_all};
 use super::shaft::Shaft;
+use crate::live::pty::Pty;
 use crate::motion::by_trigger::ByTrigger;
 use crate::playback::Playback;
 
@@ -89,6 +92,8 @@ pub struct Session<'a> {
     /// … and those that were skipped.
     skipped: usize,
     partial: Vec<u8>,
+    /// Who watches, and may type.
+    watcher: Option<Pty>,
 }
 
 impl<'a> Session<'a> {
@@ -121,6 +126,7 @@ impl<'a> Session<'a> {
             read: 0,
             skipped: 0,
             partial: Vec::new(),
+            watcher: None,
         };
         session.wait_for("the boot sentence", |s| matches!(s, Sentence::Boot { .. }))?;
         Ok(session)
@@ -141,6 +147,7 @@ impl<'a> Session<'a> {
             self.partial.extend(&buffer[..n]);
             self.split_lines();
         }
+        busy |= self.pass_on(&buffer[..n])?;
         if !busy {
             self.qemu.check()?;
         }

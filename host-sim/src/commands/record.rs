@@ -1,0 +1,411 @@
+//! `record PORT…`: what goes over the radar link, as a recording, with the scanner's answers beside it.
+
+use std::cell::RefCell;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::rc::Rc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError, Sender};
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use serialport::SerialPort;
+use stairscan::config::{Config, Plane, SweepConfig, to_fixed};
+use stairscan::scan::frame::LINK_BAUD;
+use stairscan::scan::schedule::shaft_angle;
+use stairscan::scan::{Micros, Schedule};
+
+use super::{Settings, emit};
+use crate::live::Ms;
+use crate::live::lines::Splitter;
+use crate::live::port::{self, passes};
+use crate::live::ports;
+use crate::live::trouble::REPORT_BAUD;
+use crate::recording::{self, Recording};
+use crate::replay;
+use crate::tap::ask;
+use crate::tap::beside::{self, Beside, Said};
+use crate::tap::gather::{Gather, Part};
+use crate::tap::scans::{Scan, Tap, Wire};
+
+/// After so long without a frame the scan that is being heard is over, ms: a module may take 0.6 s of retries.
+const QUIET: Ms = 3_000;
+/// Longer than the longest answer takes at 115,200 baud: 23 sentences of 70 bytes.
+const LINGER: Duration = Duration::from_millis(300);
+
+/// Arguments of `record`.
+#[derive(clap::Args, Debug)]
+#[command(after_help = "Examples:
+  cargo sim record /dev/ttyUSB0 /dev/ttyUSB1 -o hall        two receivers, one on each direction of the link
+  cargo sim record /dev/ttyUSB0 -o hall --scans 5           one receiver that hears both directions
+  cargo sim record /dev/ttyUSB0 /dev/ttyUSB1 -o hall --report /dev/ttyUSB2 --ask
+                                                            with the scanner's answers, and its settings asked for
+  cargo sim record /dev/ttyUSB0 --module -o bench           no scanner: the module itself, asked by this program
+
+Ctrl-C ends it; what is whole by then is written. Begin before the scanner's first scan (or `reset` it), and
+`replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/live.md.")]
+pub struct Args {
+    /// Ports that hear the radar link: one a direction, or one for both
+    #[arg(required = true, num_args = 1..=2, value_name = "PORT")]
+    ports: Vec<String>,
+    /// The recording to write, with or without suffix
+    #[arg(short, long, value_name = "REC")]
+    output: PathBuf,
+    /// The scanner's report port: its sentences are kept beside the recording
+    #[arg(long, value_name = "PORT")]
+    report: Option<String>,
+    /// Ask the scanner for its settings (`get`) over the report port, which must be able to send
+    #[arg(long, requires = "report")]
+    ask: bool,
+    /// The port is the module's own: ask it for chirps in the scanner's place
+    #[arg(long, conflicts_with = "report")]
+    module: bool,
+    /// With --module: angles of the beam, FIRST:LAST:STEP in degrees
+    #[arg(long, requires = "module", default_value = "-20:50:0.25", value_parser = angles, allow_hyphen_values = true)]
+    angles: SweepConfig,
+    /// End after so many scans
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    scans: Option<u32>,
+    /// Speed of the radar link
+    #[arg(long, default_value_t = LINK_BAUD)]
+    baud: u32,
+    #[command(flatten)]
+    said: Said,
+    #[command(flatten)]
+    settings: Settings,
+}
+
+fn angles(text: &str) -> Result<SweepConfig, String> {
+    let expected = || "expected FIRST:LAST:STEP in degrees, such as -20:50:0.25".to_owned();
+    let numbers: Option<Vec<i32>> = (text.split(':'))
+        .map(|part| part.parse().ok().and_then(|v: f64| to_fixed(v, 1e-3)))
+        .collect();
+    let Some(&[first_angle, last, angle_step]) = numbers.as_deref() else {
+        return Err(expected());
+    };
+    let steps = (angle_step > 0).then(|| (last - first_angle) / angle_step);
+    let count = steps.and_then(|steps| u16::try_from(steps + 1).ok());
+    let sweep = SweepConfig {
+        first_angle,
+        angle_step,
+        angle_count: count.ok_or_else(expected)?,
+    };
+    sweep.validate().map_err(|error| error.to_string())?;
+    Ok(sweep)
+}
+
+/// What a port brought.
+enum Came {
+    Link(Wire, Vec<u8>),
+    Report(Vec<u8>),
+    Gone(String),
+}
+
+/// What has been heard so far.
+#[derive(Default)]
+struct Heard {
+    tap: Tap,
+    beside: Beside,
+    splitter: Splitter,
+    /// Why it ended, where that is worth telling.
+    gone: Option<String>,
+}
+
+impl Heard {
+    /// Takes what a port of the tap brought; `false` where that is its end.
+    fn take(&mut self, at: Ms, came: Came) -> bool {
+        match came {
+            Came::Link(wire, bytes) => self.tap.push(at, wire, &bytes),
+            Came::Report(bytes) => {
+                for line in self.splitter.push(&bytes) {
+                    self.beside.line(at, &line);
+                }
+            }
+            Came::Gone(why) => {
+                self.gone = Some(why);
+                return false;
+            }
+        }
+        true
+    }
+
+    /// Hands over the scans that are whole, and says so.
+    fn scans_into(&mut self, scans: &mut Vec<Scan>) {
+        while let Some(scan) = self.tap.scan() {
+            let (rows, lost) = (scan.rows.len(), scan.lost());
+            eprintln!("scan: {rows} rows, {lost} of them lost");
+            scans.push(scan);
+        }
+    }
+}
+
+/// Listens, or asks, and writes what came of it.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    ensure!(
+        !args.module || args.ports.len() == 1,
+        "--module: expected one port"
+    );
+    let stop = Arc::new(AtomicBool::new(false));
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register(signal, stop.clone())?;
+    }
+    let (heard, scans) = match args.module {
+        true => ask_module(args, &stop)?,
+        false => listen(args, &stop)?,
+    };
+    if let Some(why) = &heard.gone {
+        eprintln!("{why}: what is whole is written");
+    }
+    write(args, heard, scans)
+}
+
+/// The tap until it is ended: what was heard, and the scans.
+fn listen(args: &Args, stop: &Arc<AtomicBool>) -> Result<(Heard, Vec<Scan>)> {
+    let started = Instant::now();
+    let (sender, came) = mpsc::channel();
+    let wires: &[Wire] = match args.ports.len() {
+        1 => &[Wire::Both],
+        _ => &[Wire::ToModule, Wire::FromModule],
+    };
+    let mut threads = Vec::new();
+    for (path, wire) in args.ports.iter().zip(wires) {
+        let (port, wire) = (open(path, args.baud)?, *wire);
+        let bytes = move |bytes| Came::Link(wire, bytes);
+        threads.push(follow(path, port, started, &sender, stop, bytes));
+    }
+    if let Some(path) = &args.report {
+        let mut port = open(path, REPORT_BAUD)?;
+        if args.ask {
+            port.write_all(b"get\r\n").with_context(|| path.clone())?;
+        }
+        threads.push(follow(path, port, started, &sender, stop, Came::Report));
+    }
+    drop(sender);
+    eprintln!("listening; Ctrl-C ends");
+    let found = collect(args, &came, started, stop);
+    stop.store(true, Ordering::Relaxed);
+    for thread in threads {
+        let _ = thread.join();
+    }
+    Ok(found)
+}
+
+fn open(path: &str, baud: u32) -> Result<Box<dyn SerialPort>> {
+    port::open(path, baud).map_err(|error| {
+        let (what, helps) = ports::trouble(path, &error).explain(path);
+        let helps: String = helps.iter().map(|help| format!("\n  {help}")).collect();
+        anyhow!("{what}{helps}")
+    })
+}
+
+/// Reads a port in a thread of its own.
+fn follow(
+    path: &str,
+    mut port: Box<dyn SerialPort>,
+    started: Instant,
+    sender: &Sender<(Ms, Came)>,
+    stop: &Arc<AtomicBool>,
+    came: impl Fn(Vec<u8>) -> Came + Send + 'static,
+) -> std::thread::JoinHandle<()> {
+    let (path, sender, stop) = (path.to_owned(), sender.clone(), stop.clone());
+    std::thread::spawn(move || {
+        let mut buffer = [0; 4096];
+        while !stop.load(Ordering::Relaxed) {
+            let what = match port.read(&mut buffer) {
+                Ok(count @ 1..) => came(buffer[..count].to_vec()),
+                Err(error) if passes(error.kind()) && Path::new(&path).exists() => continue,
+                Ok(_) => Came::Gone(format!("{path} has gone")),
+                Err(error) => Came::Gone(format!("{path} has gone ({error})")),
+            };
+            let last = matches!(what, Came::Gone(_));
+            let at = started.elapsed().as_millis() as Ms;
+            if sender.send((at, what)).is_err() || last {
+                return;
+            }
+        }
+    })
+}
+
+/// Takes what comes until there are scans enough, a port is gone, or the user ends it.
+fn collect(
+    args: &Args,
+    came: &Receiver<(Ms, Came)>,
+    started: Instant,
+    stop: &AtomicBool,
+) -> (Heard, Vec<Scan>) {
+    let (mut heard, mut scans) = (Heard::default(), Vec::new());
+    let wanted = args.scans.map_or(usize::MAX, |scans| scans as usize);
+    let whole = |scans: &[Scan]| scans.iter().filter(|scan| scan.begun).count();
+    while !stop.load(Ordering::Relaxed) && whole(&scans) < wanted {
+        match came.recv_timeout(Duration::from_millis(100)) {
+            Ok((at, what)) => {
+                if !heard.take(at, what) {
+                    break;
+                }
+            }
+            Err(RecvTimeoutError::Timeout) => {}
+            Err(RecvTimeoutError::Disconnected) => break,
+        }
+        let now = started.elapsed().as_millis() as Ms;
+        let quiet = |last: Ms| now.saturating_sub(last) > QUIET;
+        if heard.tap.heard().is_some_and(quiet) {
+            heard.tap.end();
+        }
+        heard.scans_into(&mut scans);
+    }
+    // The last answer is still on its way: the report port is the slower one.
+    let until = Instant::now() + LINGER;
+    while let Ok((at, what)) = came.recv_timeout(until.saturating_duration_since(Instant::now())) {
+        if matches!(what, Came::Report(_)) {
+            heard.take(at, what);
+        }
+    }
+    heard.tap.end();
+    heard.scans_into(&mut scans);
+    (heard, scans)
+}
+
+/// Asks the module itself, scan after scan, to and fro.
+fn ask_module(args: &Args, stop: &AtomicBool) -> Result<(Heard, Vec<Scan>)> {
+    let started = Instant::now();
+    let overheard = Rc::new(RefCell::new(Vec::new()));
+    let mut serial = open(&args.ports[0], args.baud)?;
+    serial.set_timeout(Duration::from_millis(1))?;
+    let mut link = ask::link(ask::Serial::new(serial), &overheard);
+    let mut config = Config {
+        sweep: args.angles,
+        ..Config::default()
+    };
+    config.mount.plane = args.said.plane.unwrap_or(Plane::Depth);
+    let schedule = Schedule::new(&config).map_err(|error| anyhow!("--angles: {error}"))?;
+    let mut angles: Vec<i32> = (0..schedule.rows())
+        .map(|row| shaft_angle(schedule.position(row)))
+        .collect();
+    let (mut heard, mut scans) = (Heard::default(), Vec::new());
+    for _ in 0..args.scans.unwrap_or(1) {
+        let mut now = || {
+            let at = started.elapsed();
+            for (wire, byte) in overheard.borrow_mut().drain(..) {
+                heard.tap.push(at.as_millis() as Ms, wire, &[byte]);
+            }
+            Micros(at.as_micros() as u32)
+        };
+        let asked = ask::scan(&mut link, &angles, stop, &mut now);
+        now();
+        heard.tap.end();
+        heard.scans_into(&mut scans);
+        match asked {
+            Err(error) if scans.is_empty() => return Err(error.context(args.ports[0].clone())),
+            Err(error) => heard.gone = Some(format!("{}: {error}", args.ports[0])),
+            Ok(()) => {}
+        }
+        angles.reverse();
+        if heard.gone.is_some() || stop.load(Ordering::Relaxed) {
+            break;
+        }
+    }
+    Ok((heard, scans))
+}
+
+/// Writes recordings and sentences and says what they hold.
+fn write(args: &Args, heard: Heard, scans: Vec<Scan>) -> Result<ExitCode> {
+    let Heard { tap, beside, .. } = heard;
+    let (mut mounting, doubt) = beside::mounting(&args.said, &beside);
+    if args.module {
+        mounting.sweep = Some(args.angles);
+    }
+    let meta_file = recording::meta_path(&args.output);
+    let mut gather = Gather::new(&recording::name_of(&meta_file), mounting);
+    scans.iter().for_each(|scan| gather.take(scan));
+    let notes = doubt.iter().chain(&gather.notes);
+    notes.for_each(|note| eprintln!("note: {note}"));
+    if tap.damaged() > 0 || tap.strays() > 0 {
+        eprintln!(
+            "note: {} damaged frames, {} answers to requests that were not heard",
+            tap.damaged(),
+            tap.strays()
+        );
+    }
+    if gather.recorded() == 0 {
+        bail!("{}", nothing(&tap, scans.len(), args.baud));
+    }
+    let parts = gather.parts();
+    for part in &parts {
+        let path = args.output.with_file_name(&part.recording.name);
+        part.recording.write(&path)?;
+        write_answers(args, &path, part, &beside)?;
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Why there is nothing to write.
+fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
+    match (tap.heard(), tap.damaged()) {
+        (None, 0) => format!(
+            "nothing was heard on the radar link. Does the receiver's input hang on TX+/TX- or RX+/RX-, with a \
+             common ground? Does the scanner scan? Listened at {baud} baud"
+        ),
+        (None, damaged) => format!(
+            "no whole frame was heard, {damaged} damaged ones: the link's speed is {LINK_BAUD} baud (listened at \
+             {baud}); can the adapter do that?"
+        ),
+        _ => format!("no scan was heard from its beginning to its end ({scans} in part)"),
+    }
+}
+
+/// The answers beside a recording: the scanner's own, and whether replay gives the same.
+fn write_answers(args: &Args, path: &Path, part: &Part, beside: &Beside) -> Result<()> {
+    let (config, mode, word) = beside::as_scanner(&args.settings.config()?, beside);
+    let options = replay::Options {
+        motion: Some(mode),
+        ..args.settings.options(config)
+    };
+    let Recording { name, meta, .. } = &part.recording;
+    let rows = part.recording.chirps_per_scan();
+    let mut text = format!("{name}: {} scans of {rows} rows", part.times.len());
+    if let (Some(first), Some(last)) = (
+        meta.angles_deg.first(),
+        meta.angles_deg.get(rows.wrapping_sub(1)),
+    ) {
+        text += &format!(", {first:.2}° to {last:.2}°");
+    }
+    let answers = replay::answers(&part.recording, &options, |_| ())?;
+    let mut kept = String::new();
+    let (mut same, mut compared) = (0, 0);
+    for (k, answer) in answers.iter().enumerate() {
+        let next = part.times.get(k + 1).map(|times| times.1);
+        if let Some(said) = beside.answer(part.times[k].1, next) {
+            compared += 1;
+            match beside::difference(said, &answer.sentences) {
+                None => same += 1,
+                Some(how) => text += &format!("\n  scan {}: replay gives {how}", k + 1),
+            }
+        }
+        for line in &answer.sentences {
+            kept += &format!("{} r {line}\n", part.times[k].1);
+        }
+    }
+    if compared > 0 {
+        text +=
+            &format!("\n  replay gives the scanner's own sentences for {same} of {compared} scans");
+    }
+    let heard = beside
+        .lines
+        .iter()
+        .map(|(at, line)| format!("{at} < {line}\n"));
+    let lines = format!(
+        "0 # ms since the tap began; < at the report port, r by replay --motion {}\n{}{kept}",
+        word,
+        heard.collect::<String>()
+    );
+    let file = path.with_file_name(format!("{name}.sentences"));
+    recording::write_whole(&file, lines.as_bytes())?;
+    emit(&format!(
+        "{text}\nnext: cargo sim replay {} --motion {}\n",
+        path.display(),
+        word
+    ));
+    Ok(())
+}

@@ -1,0 +1,159 @@
+//! A scanner on the host, in real time: the scanner's own loop over a recording, with a port that takes commands.
+//!
+//! Its answers are those of `replay` (of `replay --by-trigger` where the recording knows the chair's motion). A
+//! recording of one scan is scanned again and again; after the last scan of a sequence it boots anew.
+
+use std::cell::RefCell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::time::{Duration, Instant};
+
+use anyhow::Result;
+use stairscan::config::Config;
+use stairscan::drive::Odometry;
+use stairscan::pipeline::Pipeline;
+use stairscan::report::command::framed;
+use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
+
+use super::lines::Splitter;
+use super::model::Event;
+use super::port::Inside;
+use crate::motion::Timetable;
+use crate::playback::{Playback, PlaybackLink, SimShaft};
+use crate::recording::Recording;
+use crate::volatile::{Volatile, identity};
+
+/// Between two steps of the scanner: some four a row, so that a scan takes about as long as on the chip.
+const STEP: Duration = Duration::from_millis(1);
+
+/// What a scanner's report port is wired to.
+pub trait Cable {
+    /// What has come for the scanner, whole lines.
+    fn read(&mut self) -> Vec<u8>;
+    /// Takes bytes from the scanner; like a UART it waits for nobody.
+    fn write(&mut self, bytes: &[u8]);
+    /// Whether nobody needs the scanner any more.
+    fn ended(&self) -> bool;
+}
+
+/// Scans `recording` until the cable says that it is enough.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn run(recording: &Recording, base: &Config, cable: &mut dyn Cable) -> Result<()> {
+    let playback = Playback::new(recording, base)?.by_trigger();
+    while !cable.ended() {
+        boot(recording, &playback, cable);
+    }
+    Ok(())
+}
+
+/// One boot: until the cable ends it, or the recording's scans have all been answered.
+fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
+    let table = playback.motion().map(Timetable::by_trigger);
+    let table = table.map(|table| Rc::new(RefCell::new(table)));
+    let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
+    let mut pipeline = Box::new(Pipeline::new());
+    let hardware = Hardware {
+        mirror: SimShaft::default(),
+        link: PlaybackLink::new(playback, table.clone()),
+        port: Wire {
+            table,
+            ..Wire::default()
+        },
+        board: Volatile::SCANNING,
+    };
+    let started = Instant::now();
+    let mut scanner = Scanner::new(
+        hardware,
+        &mut *pipeline,
+        (&mut reports, &mut odometry),
+        Some(playback.settings()),
+        identity("host"),
+        Micros(0),
+    );
+    let mut commanded = 0;
+    while !cable.ended() {
+        let typed = cable.read();
+        scanner.port_mut().type_in(&typed);
+        scanner.step(Micros(started.elapsed().as_micros() as u32));
+        let scans = scanner.scans() as usize;
+        if scans > commanded {
+            for (key, value) in playback.commands_after(commanded) {
+                let line = framed(&["set", key, &value]);
+                scanner.port_mut().type_in(line.as_bytes());
+            }
+            commanded += 1;
+        }
+        cable.write(&std::mem::take(&mut scanner.port_mut().out));
+        if recording.scans() > 1 && scans > recording.scans() {
+            return;
+        }
+        std::thread::sleep(STEP);
+    }
+}
+
+/// The scanner's end of the cable.
+#[derive(Default)]
+struct Wire {
+    /// Where motion sentences come from, and lines go in between.
+    table: Option<Rc<RefCell<Timetable>>>,
+    typed: VecDeque<u8>,
+    out: Vec<u8>,
+}
+
+impl Wire {
+    /// Takes whole lines, so that motion sentences come between them.
+    fn type_in(&mut self, lines: &[u8]) {
+        match &self.table {
+            Some(table) => table.borrow_mut().type_in(&String::from_utf8_lossy(lines)),
+            None => self.typed.extend(lines),
+        }
+    }
+}
+
+impl BytePort for Wire {
+    fn read(&mut self) -> Option<u8> {
+        match &self.table {
+            Some(table) => table.borrow_mut().read(),
+            None => self.typed.pop_front(),
+        }
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        self.out.extend(bytes);
+        bytes.len()
+    }
+}
+
+/// The cable of `--demo`: straight to the screen.
+pub struct Direct {
+    inside: Inside,
+    splitter: Splitter,
+}
+
+impl Direct {
+    /// To the screen whose other end `inside` is.
+    pub fn new(inside: Inside) -> Self {
+        inside.tell(Event::Opened);
+        let splitter = Splitter::default();
+        Self { inside, splitter }
+    }
+}
+
+impl Cable for Direct {
+    fn read(&mut self) -> Vec<u8> {
+        let line = self.inside.line().map(|line| format!("{line}\r\n"));
+        line.unwrap_or_default().into_bytes()
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        for line in self.splitter.push(bytes) {
+            self.inside.tell(Event::Line(line));
+        }
+    }
+
+    fn ended(&self) -> bool {
+        self.inside.ended()
+    }
+}

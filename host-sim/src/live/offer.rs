@@ -1,0 +1,141 @@
+//! What is said of a command before it is sent.
+
+use stairscan::report::command::{self, Command, MAX_COMMAND, framed};
+use stairscan::scan::Settings;
+
+/// Nothing stops a person who insists.
+const ANYWAY: &str = "Enter sends it anyway, but";
+
+/// What becomes of a line that was typed.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Checked {
+    /// It is sent as it is.
+    Send(String),
+    /// This line is offered, for this reason; the next Enter sends it.
+    Offer {
+        /// What would be sent.
+        line: String,
+        /// Why it was not sent at once.
+        why: String,
+    },
+}
+
+/// Looks at `typed` as the scanner's own parser would.
+pub fn check(typed: &str) -> Checked {
+    let typed = typed.trim();
+    let offer = |line: &str, why: String| Checked::Offer {
+        line: line.to_owned(),
+        why,
+    };
+    if typed.len() > MAX_COMMAND {
+        let why = format!("{ANYWAY} line: expected at most {MAX_COMMAND} characters");
+        return offer(typed, why);
+    }
+    let parsed = match command::parse(typed) {
+        Ok(parsed) => parsed,
+        Err(bad) => {
+            let whose = if bad.command == "-" { "" } else { bad.command };
+            let (field, expected) = (bad.error.field, bad.error.expected);
+            let why = format!(
+                "{ANYWAY} {}: expected {expected}",
+                format!("{whose} {field}").trim_start()
+            );
+            return offer(typed, why);
+        }
+    };
+    let doubt = value_doubt(&parsed);
+    let line = match parsed {
+        _ if command::is_framed(typed) => typed.to_owned(),
+        Command::Set(key, value) => sentence(&["set", key, value]),
+        Command::Save => sentence(&["save"]),
+        Command::Calibrate(task) => {
+            let (wall, date) = (task.wall_mm.to_string(), task.date.to_string());
+            sentence(&["calibrate", &wall, &date])
+        }
+        _ => typed.to_owned(),
+    };
+    match doubt {
+        Some(doubt) => offer(&line, format!("{ANYWAY} {doubt}")),
+        None if line != typed => {
+            let word = parsed.word();
+            offer(
+                &line,
+                format!("{word} counts only inside a sentence with its CRC: Enter sends this one"),
+            )
+        }
+        None => Checked::Send(line),
+    }
+}
+
+/// A command's sentence without its line end.
+fn sentence(words: &[&str]) -> String {
+    framed(words).trim_end().to_owned()
+}
+
+/// What a scanner with default settings would have against a value. One that is set otherwise may take it.
+fn value_doubt(command: &Command<'_>) -> Option<String> {
+    let Command::Set(key, value) = command else {
+        return None;
+    };
+    let error = Settings::default().set(key, value).err()?;
+    let (field, expected) = (error.field, error.expected);
+    Some(format!(
+        "with default settings it would be refused: {field}: expected {expected}"
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn offered(typed: &str) -> (String, String) {
+        match check(typed) {
+            Checked::Offer { line, why } => (line, why),
+            Checked::Send(line) => panic!("{line} is sent at once"),
+        }
+    }
+
+    #[test]
+    fn plain_commands_go_out_as_typed() {
+        for line in [
+            "scan", "start", "stop", "status", "version", "get", "get seed", "reset",
+        ] {
+            assert_eq!(check(line), Checked::Send(line.to_owned()));
+        }
+        assert_eq!(check("  scan "), Checked::Send("scan".to_owned()));
+    }
+
+    #[test]
+    fn what_changes_something_is_offered_with_its_crc() {
+        let (line, why) = offered("set seed 7");
+        assert_eq!(line, "$PSTC,set,seed,7*352B37A8");
+        assert!(why.contains("Enter sends this one"), "{why}");
+        // The offer itself is sent.
+        assert_eq!(check(&line), Checked::Send(line));
+        for typed in ["save", "calibrate 1500 20261122", "set,mount-height,41000"] {
+            let (line, _) = offered(typed);
+            assert!(
+                command::is_framed(&line) && command::parse(&line).is_ok(),
+                "{line}"
+            );
+        }
+    }
+
+    #[test]
+    fn bad_lines_are_explained_by_field() {
+        for (typed, words) in [
+            ("scna", "command: expected start stop"),
+            ("get sead", "get key: expected a setting"),
+            ("set seed", "set seed: expected a value"),
+            ("scan now", "scan arguments: expected no more"),
+            ("$PSTC,set,seed,7*00000000", "crc: expected"),
+            ("calibrate 1500", "calibrate date: expected"),
+            ("set seed x", "refused: seed"),
+            ("set plane sideways", "refused: plane: expected"),
+            (&"x".repeat(97), "line: expected at most 96"),
+        ] {
+            let (_, why) = offered(typed);
+            assert!(why.contains(words), "{typed}: {why}");
+        }
+    }
+}

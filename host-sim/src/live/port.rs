@@ -1,0 +1,180 @@
+//! The thread that reads and writes a port, and opens it again when it went away.
+//!
+//! Nothing but bytes goes over the port: DTR and RTS are left as the system sets them, so that no adapter that
+//! has a reset wired to one of them resets anything while the program runs.
+
+use std::io::ErrorKind;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{self, Receiver, Sender};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use serialport::SerialPort;
+
+use super::Ms;
+use super::lines::Splitter;
+use super::model::Event;
+use super::ports;
+use super::trouble::Trouble;
+
+/// A read waits so long for a byte: what is typed goes out within that.
+const READ: Duration = Duration::from_millis(20);
+/// Between two attempts to open a port.
+const RETRY: Duration = Duration::from_millis(300);
+/// A line of a command takes 8 ms at 115,200 baud.
+const WRITE: Duration = Duration::from_secs(1);
+
+/// Where events come from and lines go to: a port, or a scanner on this machine.
+#[derive(Debug)]
+pub struct Source {
+    /// What happened, and when.
+    pub events: Receiver<(Ms, Event)>,
+    /// Lines to send, without their ends.
+    pub lines: Sender<String>,
+    stop: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+/// The other end of a [`Source`], in its thread.
+#[derive(Debug)]
+pub struct Inside {
+    started: Instant,
+    events: Sender<(Ms, Event)>,
+    lines: Receiver<String>,
+    stop: Arc<AtomicBool>,
+}
+
+impl Inside {
+    /// Tells what happens now.
+    pub fn tell(&self, event: Event) {
+        let at = self.started.elapsed().as_millis() as Ms;
+        // Nobody listens any more: then `ended` says so.
+        let _ = self.events.send((at, event));
+    }
+
+    /// The next line to send, if there is one.
+    pub fn line(&self) -> Option<String> {
+        self.lines.try_recv().ok()
+    }
+
+    /// Whether the session is over.
+    pub fn ended(&self) -> bool {
+        self.stop.load(Ordering::Relaxed)
+    }
+}
+
+impl Source {
+    /// Runs `work` in a thread of its own until the source is dropped. Times count from `started`.
+    pub fn run(started: Instant, work: impl FnOnce(Inside) + Send + 'static) -> Self {
+        let (to_screen, events) = mpsc::channel();
+        let (lines, from_screen) = mpsc::channel();
+        let stop = Arc::new(AtomicBool::new(false));
+        let inside = Inside {
+            started,
+            events: to_screen,
+            lines: from_screen,
+            stop: stop.clone(),
+        };
+        Self {
+            events,
+            lines,
+            stop,
+            thread: Some(std::thread::spawn(move || work(inside))),
+        }
+    }
+
+    /// The serial port `path`, opened again and again.
+    pub fn port(started: Instant, path: &str, baud: u32) -> Self {
+        let path = path.to_owned();
+        Self::run(started, move |inside| keep_open(&inside, &path, baud))
+    }
+}
+
+impl Drop for Source {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+fn keep_open(inside: &Inside, path: &str, baud: u32) {
+    while !inside.ended() {
+        match open(path, baud) {
+            Ok(mut port) => {
+                inside.tell(Event::Opened);
+                if let Some(why) = talk(inside, path, &mut *port) {
+                    inside.tell(Event::Failed(Trouble::Unplugged(why)));
+                }
+            }
+            Err(error) => inside.tell(Event::Failed(ports::trouble(path, &error))),
+        }
+        // What was typed for a scanner that is not there is not for the one that comes next.
+        while inside.line().is_some() {}
+        std::thread::sleep(RETRY);
+    }
+}
+
+/// Opens a port, exclusively. DTR and RTS are not touched.
+///
+/// # Errors
+/// As the library says; [`ports::trouble`] explains it.
+pub fn open(path: &str, baud: u32) -> serialport::Result<Box<dyn SerialPort>> {
+    serialport::new(path, baud)
+        .timeout(READ)
+        .preserve_dtr_on_open()
+        .open()
+}
+
+/// Reads and writes until the session is over, or the port gone: then why.
+fn talk(inside: &Inside, path: &str, port: &mut dyn SerialPort) -> Option<String> {
+    let mut splitter = Splitter::default();
+    let mut buffer = [0; 1024];
+    while !inside.ended() {
+        while let Some(line) = inside.line() {
+            if let Err(error) = write(port, format!("{line}\r\n").as_bytes()) {
+                return Some(error.to_string());
+            }
+        }
+        match port.read(&mut buffer) {
+            Ok(0) => return Some("its end was reached".to_owned()),
+            Ok(count) => {
+                let lines = splitter.push(&buffer[..count]);
+                lines
+                    .into_iter()
+                    .for_each(|line| inside.tell(Event::Line(line)));
+            }
+            Err(error) if passes(error.kind()) => {
+                // Not every driver tells a reader that its device was pulled out.
+                if !Path::new(path).exists() {
+                    return Some("no such device any more".to_owned());
+                }
+            }
+            Err(error) => return Some(error.to_string()),
+        }
+    }
+    None
+}
+
+/// Whether an error says no more than that nothing came.
+pub fn passes(kind: ErrorKind) -> bool {
+    matches!(
+        kind,
+        ErrorKind::TimedOut | ErrorKind::WouldBlock | ErrorKind::Interrupted
+    )
+}
+
+fn write(port: &mut dyn SerialPort, mut bytes: &[u8]) -> std::io::Result<()> {
+    let begun = Instant::now();
+    while !bytes.is_empty() {
+        match port.write(bytes) {
+            Ok(count) => bytes = &bytes[count..],
+            Err(error) if passes(error.kind()) && begun.elapsed() < WRITE => {}
+            Err(error) => return Err(error),
+        }
+    }
+    Ok(())
+}

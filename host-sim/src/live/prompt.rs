@@ -1,0 +1,216 @@
+//! The command line and its history.
+
+use super::offer::{self, Checked};
+
+/// Lines that the history keeps.
+const REMEMBERED: usize = 500;
+
+/// What is done to the command line.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Key {
+    /// A character is typed.
+    Char(char),
+    /// The character before the cursor goes.
+    Backspace,
+    /// That at the cursor goes.
+    Delete,
+    /// To the left.
+    Left,
+    /// To the right.
+    Right,
+    /// To the beginning.
+    Home,
+    /// To the end.
+    End,
+    /// The line before in the history.
+    Up,
+    /// The one after.
+    Down,
+    /// All of it goes.
+    Clear,
+}
+
+/// The command line. Only ASCII can be typed: nothing else is in a command.
+#[derive(Clone, Debug, Default)]
+pub struct Prompt {
+    /// What stands there.
+    pub text: String,
+    /// Before which character the cursor stands.
+    pub cursor: usize,
+    /// What is said of it.
+    pub note: String,
+    /// Whether the next Enter sends it as it stands.
+    offered: bool,
+    history: Vec<String>,
+    /// Which line of the history stands there.
+    place: Option<usize>,
+    /// What had been typed before the history was looked at.
+    draft: String,
+}
+
+impl Prompt {
+    /// Changes the line.
+    pub fn key(&mut self, key: Key) {
+        match key {
+            Key::Char(c @ ' '..='~') => {
+                self.text.insert(self.cursor, c);
+                self.cursor += 1;
+                self.changed();
+            }
+            Key::Char(_) => self.note = "commands are plain ASCII".to_owned(),
+            Key::Backspace if self.cursor > 0 => {
+                self.cursor -= 1;
+                self.text.remove(self.cursor);
+                self.changed();
+            }
+            Key::Delete if self.cursor < self.text.len() => {
+                self.text.remove(self.cursor);
+                self.changed();
+            }
+            Key::Backspace | Key::Delete => {}
+            Key::Left => self.cursor = self.cursor.saturating_sub(1),
+            Key::Right => self.cursor = (self.cursor + 1).min(self.text.len()),
+            Key::Home => self.cursor = 0,
+            Key::End => self.cursor = self.text.len(),
+            Key::Up => self.look_back(),
+            Key::Down => self.look_forward(),
+            Key::Clear => {
+                self.replace(String::new());
+                self.place = None;
+            }
+        }
+    }
+
+    /// Enter: the line to send, if there is one. What is not sent at once stands there as an offer.
+    pub fn enter(&mut self) -> Option<String> {
+        let typed = self.text.trim().to_owned();
+        if typed.is_empty() {
+            return None;
+        }
+        if self.offered {
+            return Some(self.send(typed));
+        }
+        self.remember(&typed);
+        match offer::check(&typed) {
+            Checked::Send(line) => Some(self.send(line)),
+            Checked::Offer { line, why } => {
+                self.replace(line);
+                self.note = why;
+                self.offered = true;
+                None
+            }
+        }
+    }
+
+    fn send(&mut self, line: String) -> String {
+        self.replace(String::new());
+        self.place = None;
+        line
+    }
+
+    fn changed(&mut self) {
+        self.note.clear();
+        self.offered = false;
+    }
+
+    fn replace(&mut self, text: String) {
+        self.cursor = text.len();
+        self.text = text;
+        self.changed();
+    }
+
+    fn remember(&mut self, line: &str) {
+        self.place = None;
+        if self.history.last().is_none_or(|last| last != line) {
+            self.history.push(line.to_owned());
+        }
+        let surplus = self.history.len().saturating_sub(REMEMBERED);
+        self.history.drain(..surplus);
+    }
+
+    fn look_back(&mut self) {
+        let place = self.place.unwrap_or(self.history.len());
+        let Some(before) = place.checked_sub(1) else {
+            return;
+        };
+        if self.place.is_none() {
+            self.draft = std::mem::take(&mut self.text);
+        }
+        self.replace(self.history[before].clone());
+        self.place = Some(before);
+    }
+
+    fn look_forward(&mut self) {
+        let Some(place) = self.place else { return };
+        let next = place + 1;
+        match self.history.get(next) {
+            Some(line) => {
+                self.replace(line.clone());
+                self.place = Some(next);
+            }
+            None => {
+                let draft = std::mem::take(&mut self.draft);
+                self.replace(draft);
+                self.place = None;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn typed(prompt: &mut Prompt, text: &str) -> Option<String> {
+        text.chars().for_each(|c| prompt.key(Key::Char(c)));
+        prompt.enter()
+    }
+
+    #[test]
+    fn the_line_can_be_edited() {
+        let mut prompt = Prompt::default();
+        "sctusx".chars().for_each(|c| prompt.key(Key::Char(c)));
+        prompt.key(Key::Backspace);
+        prompt.key(Key::Home);
+        prompt.key(Key::Right);
+        prompt.key(Key::Delete);
+        "ta".chars().for_each(|c| prompt.key(Key::Char(c)));
+        assert_eq!((prompt.text.as_str(), prompt.cursor), ("status", 3));
+        prompt.key(Key::Char('é'));
+        assert_eq!(prompt.text, "status");
+        assert_eq!(prompt.enter().as_deref(), Some("status"));
+        assert_eq!(prompt.enter(), None);
+    }
+
+    #[test]
+    fn an_offer_is_sent_by_the_next_enter_and_only_as_it_stands() {
+        let mut prompt = Prompt::default();
+        assert_eq!(typed(&mut prompt, "set seed 7"), None);
+        assert_eq!(prompt.text, "$PSTC,set,seed,7*352B37A8");
+        assert_eq!(prompt.enter().as_deref(), Some("$PSTC,set,seed,7*352B37A8"));
+        // A letter typed into it makes another line, which is looked at anew.
+        assert_eq!(typed(&mut prompt, "save"), None);
+        assert_eq!(typed(&mut prompt, "x"), None);
+        assert!(prompt.note.contains("crc"), "{}", prompt.note);
+        prompt.key(Key::Clear);
+        assert_eq!((prompt.text.as_str(), prompt.note.as_str()), ("", ""));
+        // Nothing stops a person who insists.
+        assert_eq!(typed(&mut prompt, "scna"), None);
+        assert_eq!(prompt.enter().as_deref(), Some("scna"));
+    }
+
+    #[test]
+    fn the_history_keeps_what_was_typed() {
+        let mut prompt = Prompt::default();
+        typed(&mut prompt, "stop");
+        typed(&mut prompt, "stop");
+        typed(&mut prompt, "scan");
+        "get".chars().for_each(|c| prompt.key(Key::Char(c)));
+        let mut seen = Vec::new();
+        for key in [Key::Up, Key::Up, Key::Up, Key::Down, Key::Down, Key::Down] {
+            prompt.key(key);
+            seen.push(prompt.text.clone());
+        }
+        assert_eq!(seen, ["scan", "stop", "stop", "scan", "get", "get"]);
+    }
+}

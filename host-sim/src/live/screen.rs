@@ -1,0 +1,320 @@
+//! The screen, drawn from the state.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Layout, Position, Rect};
+use ratatui::style::{Color, Modifier, Style};
+use ratatui::text::{Line, Span};
+use ratatui::widgets::{Block, Paragraph, Wrap};
+use stairscan::answer::Status;
+
+use super::Ms;
+use super::model::{Entry, Link, Pulse, Standing, State, Way};
+use super::prompt::Prompt;
+use super::side;
+use super::trouble::Trouble;
+use crate::answer::{Answer, maybe_words, metres};
+
+/// On less nothing can be read.
+const LEAST: (u16, u16) = (72, 22);
+/// Width of the table of steps.
+const TABLE: u16 = 43;
+/// Reasons that are explained; more are counted.
+const REASONS: usize = 4;
+
+/// What is no longer the present state.
+const GREY: Style = Style::new().fg(Color::DarkGray);
+const BOLD: Style = Style::new().add_modifier(Modifier::BOLD);
+const WARN: Style = Style::new().fg(Color::Yellow);
+
+/// Draws everything as it is at `now`.
+pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
+    let area = frame.area();
+    if area.width < LEAST.0 || area.height < LEAST.1 {
+        let text = format!(
+            "This terminal has {} x {} characters; live needs {} x {}.",
+            area.width, area.height, LEAST.0, LEAST.1
+        );
+        frame.render_widget(Paragraph::new(text).wrap(Wrap { trim: true }), area);
+        return;
+    }
+    let trouble = trouble(state, now);
+    let verdict = verdict(state, now, usize::from(area.width));
+    let lines = |count: usize| Constraint::Length(count as u16);
+    let rows = Layout::vertical([
+        lines(1 + trouble.len()),
+        lines(verdict.len()),
+        Constraint::Min(8),
+        lines(1),
+        Constraint::Max(7),
+        lines(3),
+    ])
+    .split(area);
+    let mut head = vec![title(state)];
+    head.extend(trouble);
+    frame.render_widget(Paragraph::new(head), rows[0]);
+    frame.render_widget(Paragraph::new(verdict), rows[1]);
+    let fresh = state.standing(now) == Standing::Fresh;
+    let middle =
+        Layout::horizontal([Constraint::Min(30), Constraint::Length(TABLE)]).split(rows[2]);
+    let answer = state.answer.as_ref().map(|(_, answer)| answer);
+    side::draw(frame, middle[0], answer, fresh);
+    table(frame, middle[1], answer, fresh);
+    frame.render_widget(Paragraph::new(pulse(state, now)), rows[3]);
+    log(frame, rows[4], state);
+    command_line(frame, rows[5], state, prompt, now);
+}
+
+/// Port and link.
+fn title(state: &State) -> Line<'static> {
+    let link = match &state.link {
+        Link::Opening => "opening".to_owned(),
+        Link::Open(_) if state.reopened > 0 => format!("open (reconnected {}x)", state.reopened),
+        Link::Open(_) => "open".to_owned(),
+        Link::Away(..) => "not open".to_owned(),
+    };
+    let speed = match state.baud {
+        0 => String::new(),
+        baud => format!(", {baud} baud"),
+    };
+    let about = match state.about.as_str() {
+        "" => String::new(),
+        about => format!(", {about}"),
+    };
+    let text = format!(" stairscan live   {}{speed}{about}: {link}", state.port);
+    Line::styled(text, BOLD)
+}
+
+/// What is wrong with the port and what helps.
+fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
+    let (since, (what, helps)) = match (&state.link, state.strange(now)) {
+        (Link::Away(since, trouble), _) => {
+            let gone = matches!(trouble, Trouble::Unplugged(_));
+            (gone.then_some(*since), trouble.explain(&state.port))
+        }
+        (_, Some(strange)) => (None, strange.explain(state.baud)),
+        _ => return Vec::new(),
+    };
+    let since = since.map(|since| format!(", {} ago", span(now.saturating_sub(since))));
+    let mut lines = vec![Line::styled(
+        format!(" ! {what}{}", since.unwrap_or_default()),
+        Style::new().fg(Color::Red).add_modifier(Modifier::BOLD),
+    )];
+    lines.extend(
+        helps
+            .into_iter()
+            .map(|help| Line::styled(format!("   {help}"), WARN)),
+    );
+    lines
+}
+
+/// The answer in a line, its age, its reasons with what they mean.
+fn verdict(state: &State, now: Ms, width: usize) -> Vec<Line<'static>> {
+    let Some((_, answer)) = &state.answer else {
+        return vec![Line::raw(" No answer yet.")];
+    };
+    let standing = state.standing(now);
+    let age = span(state.age(now).unwrap_or(0));
+    let old = match standing {
+        Standing::Fresh => None,
+        Standing::Unplugged => Some("the port is gone".to_owned()),
+        Standing::Silent(ms) => Some(format!("the scanner has been silent for {}", span(ms))),
+        Standing::Restarted => Some("the scanner has restarted since".to_owned()),
+        Standing::Old => Some("too old to act on".to_owned()),
+    };
+    let (status, colour) = match answer.scan.status {
+        Status::Ok => (" OK ", Color::Cyan),
+        Status::Degraded => (" DEGRADED ", Color::Yellow),
+        Status::Fault => (" FAULT ", Color::Red),
+    };
+    let (badge, text) = match &old {
+        None => (Style::new().fg(Color::Black).bg(colour), Style::new()),
+        Some(_) => (GREY.add_modifier(Modifier::REVERSED), GREY),
+    };
+    let mut first = vec![
+        Span::raw(" "),
+        Span::styled(status, badge),
+        Span::styled(format!("  {}", words(answer)), text),
+    ];
+    if old.is_none() {
+        first.push(Span::raw(format!("   age {age}")));
+    }
+    let mut lines = vec![Line::from(first)];
+    if let Some(why) = old {
+        lines.push(Line::styled(
+            format!("   LAST ANSWER, {age} old: {why}"),
+            WARN,
+        ));
+    }
+    let reasons: Vec<_> = answer.scan.reasons.iter().collect();
+    for reason in reasons.iter().take(REASONS) {
+        let told = format!("{}: {}", reason.as_str(), reason.meaning());
+        lines.extend(wrapped(&told, width.saturating_sub(4)).map(|line| Line::styled(line, text)));
+    }
+    if let Some(more @ 1..) = reasons.len().checked_sub(REASONS) {
+        lines.push(Line::styled(
+            format!("   and {more} more: see the last SCAN"),
+            text,
+        ));
+    }
+    lines
+}
+
+/// `text` in lines of at most `width` characters, indented.
+fn wrapped(text: &str, width: usize) -> impl Iterator<Item = String> {
+    let mut lines = vec![String::from("  ")];
+    for word in text.split(' ') {
+        let full = lines
+            .last()
+            .is_none_or(|line| line.len() + 1 + word.len() > width);
+        if full {
+            lines.push("     ".to_owned());
+        }
+        if let Some(line) = lines.last_mut() {
+            line.push(' ');
+            line.push_str(word);
+        }
+    }
+    lines.into_iter()
+}
+
+/// What the answer says behind its status: `3 steps up, vouched for up to 1.0 m, confidence 98.9 %`.
+fn words(answer: &Answer) -> String {
+    let summary = answer.summary();
+    let said = summary.split_once(": ").map_or("", |(_, said)| said);
+    let said = said.split_once(" (").map_or(said, |(said, _)| said);
+    match answer.scan.confidence {
+        None => said.to_owned(),
+        Some(tenths) => format!("{said}, confidence {:.1} %", f64::from(tenths) / 10.0),
+    }
+}
+
+/// A time for people.
+fn span(ms: Ms) -> String {
+    match ms / 1000 {
+        0..60 => format!("{:.1} s", ms as f64 / 1000.0),
+        s @ 60..3600 => format!("{}:{:02} min", s / 60, s % 60),
+        s => format!("{}:{:02} h", s / 3600, s / 60 % 60),
+    }
+}
+
+/// The steps, and what may stand where.
+fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool) {
+    let style = if fresh { Style::new() } else { GREY };
+    let mut lines = Vec::new();
+    if let Some(answer) = answer.filter(|answer| !answer.steps.is_empty()) {
+        lines.push(Line::styled(
+            " #   distance ±2σ     height ±2σ   seen",
+            style,
+        ));
+        for s in &answer.steps {
+            let pair = |value, sigma| {
+                let (value, sigma) = (100.0 * metres(value), 200.0 * metres(sigma));
+                format!("{value:6.1} ± {sigma:<4.1}")
+            };
+            let (distance, height) = (
+                pair(s.distance, s.distance_sigma),
+                pair(s.height, s.height_sigma),
+            );
+            let line = format!("{:>2}  {distance}   {height}   {:>3} %", s.index, s.quality);
+            lines.push(Line::styled(line, style));
+        }
+    }
+    for maybe in answer.map_or(&[][..], |answer| &answer.maybes) {
+        lines.push(Line::styled(format!(" ? {}", maybe_words(maybe)), style));
+    }
+    let block = Block::bordered().title(" Steps, cm ");
+    frame.render_widget(
+        Paragraph::new(lines)
+            .block(block)
+            .wrap(Wrap { trim: false }),
+        area,
+    );
+}
+
+/// The scanner's last sign of life in a line.
+fn pulse(state: &State, now: Ms) -> Line<'static> {
+    let Some(pulse) = &state.pulse else {
+        return Line::styled(" No LIVE yet.", GREY);
+    };
+    let Pulse {
+        state: what,
+        scan,
+        motion,
+        counters: [motion_faults, refused, damaged, link],
+        ..
+    } = pulse;
+    let up = span(u64::from(pulse.uptime_ms));
+    let text = format!(
+        " {what}, scan {scan}, up {up} | motion {motion}, {motion_faults} faults | \
+         refused {refused}, damaged {damaged}, link errors {link}"
+    );
+    let style = match state.standing(now) {
+        Standing::Unplugged | Standing::Silent(_) => GREY,
+        _ => Style::new(),
+    };
+    Line::styled(text, style)
+}
+
+/// The last sentences but `LIVE`, the newest at the bottom.
+fn log(frame: &mut Frame<'_>, area: Rect, state: &State) {
+    let block = Block::bordered().title(" Last sentences (ms since start; > sent, x damaged) ");
+    let room = usize::from(block.inner(area).height);
+    let line = |entry: &Entry| {
+        let (mark, style) = match entry.way {
+            Way::In => (' ', Style::new()),
+            Way::Damaged => ('x', Style::new().fg(Color::Red)),
+            Way::Out => ('>', Style::new().fg(Color::Cyan)),
+            Way::Note => ('#', WARN),
+        };
+        Line::styled(format!("{:>8} {mark} {}", entry.at, entry.text), style)
+    };
+    let first = state.log.len().saturating_sub(room);
+    let lines: Vec<_> = state.log.iter().skip(first).map(line).collect();
+    frame.render_widget(Paragraph::new(lines).block(block), area);
+}
+
+/// The command line, what is said of it, and what the last command brought.
+fn command_line(frame: &mut Frame<'_>, area: Rect, state: &State, prompt: &Prompt, now: Ms) {
+    let typed = Line::from(vec![
+        Span::styled(" > ", BOLD),
+        Span::raw(prompt.text.clone()),
+    ]);
+    let note = Line::styled(format!("   {}", prompt.note), WARN);
+    let help = "   Enter sends, Up and Down: history, Esc clears, Ctrl-C ends. Try: status";
+    let note = match prompt.note.is_empty() {
+        false => note,
+        true => Line::styled(help, GREY),
+    };
+    frame.render_widget(Paragraph::new(vec![typed, note, asked(state, now)]), area);
+    let column = area.x + 3 + prompt.cursor as u16;
+    frame.set_cursor_position(Position::new(
+        column.min(area.right().saturating_sub(1)),
+        area.y,
+    ));
+}
+
+/// What the last command brought.
+fn asked(state: &State, now: Ms) -> Line<'static> {
+    let Some(asked) = &state.asked else {
+        return Line::raw("");
+    };
+    match &asked.reply {
+        Some((at, text, good)) => {
+            let took = span(at.saturating_sub(asked.at));
+            let style = if *good {
+                Style::new().fg(Color::Cyan)
+            } else {
+                WARN
+            };
+            Line::styled(format!("   {}: {text} (after {took})", asked.text), style)
+        }
+        None if asked.overdue(now) => {
+            let text = format!(
+                "   {}: no answer. Does the adapter's TX go to J2 pin 3 (REPORT_RX)?",
+                asked.text
+            );
+            Line::styled(text, WARN)
+        }
+        None => Line::styled(format!("   {}: sent", asked.text), GREY),
+    }
+}

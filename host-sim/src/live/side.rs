@@ -1,0 +1,155 @@
+//! The side view: the staircase that the answer tells, each step with its ±2σ, and how far it is vouched for.
+
+use ratatui::Frame;
+use ratatui::layout::{Constraint, Rect};
+use ratatui::style::{Color, Style};
+use ratatui::symbols::Marker;
+use ratatui::text::Span;
+use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
+
+use crate::answer::{Answer, metres};
+
+/// Behind the last step's edge the tread is drawn on for this, cm.
+const BEHIND: f64 = 30.0;
+/// The least that is shown: the way of an `ok`, cm.
+const LEAST: f64 = 120.0;
+/// Marks of the axes stand so far apart, cm.
+const MARK: f64 = 50.0;
+
+/// The points of one mark, cm.
+type Points = Vec<(f64, f64)>;
+
+/// What is drawn of an answer, in cm.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Shape {
+    /// Ground, risers and treads, from left to right.
+    pub outline: Points,
+    /// Two bars a step, along and up: ±2σ.
+    pub bars: Vec<[(f64, f64); 2]>,
+    /// Where something may stand.
+    pub maybes: Points,
+    /// Up to where the answer vouches for itself.
+    pub horizon: Option<f64>,
+}
+
+impl Shape {
+    /// Of an answer; a fault shows nothing.
+    pub fn of(answer: &Answer) -> Self {
+        if answer.is_fault() {
+            return Self::default();
+        }
+        let mut outline = vec![(0.0, 0.0)];
+        let mut bars = Vec::new();
+        let mut level = 0.0;
+        let mut end: f64 = LEAST - BEHIND;
+        for step in &answer.steps {
+            let [x, y, sx, sy] = [
+                step.distance,
+                step.height,
+                step.distance_sigma,
+                step.height_sigma,
+            ]
+            .map(|length| 100.0 * metres(length));
+            outline.extend([(x, level), (x, y)]);
+            bars.push([(x - 2.0 * sx, y), (x + 2.0 * sx, y)]);
+            bars.push([(x, y - 2.0 * sy), (x, y + 2.0 * sy)]);
+            (level, end) = (y, end.max(x));
+        }
+        let horizon = answer.horizon_m.map(|m| 100.0 * m).filter(|h| *h > 0.0);
+        let maybes = answer.maybes.iter();
+        let maybes = maybes.map(|m| (100.0 * metres(m.distance), 100.0 * metres(m.height)));
+        let maybes: Points = maybes.collect();
+        let farthest = maybes
+            .iter()
+            .map(|m| m.0)
+            .chain(horizon)
+            .fold(end, f64::max);
+        outline.push((farthest + BEHIND, level));
+        Self {
+            outline,
+            bars,
+            maybes,
+            horizon,
+        }
+    }
+
+    /// Bounds along and up, on marks of the axes.
+    fn bounds(&self) -> ([f64; 2], [f64; 2]) {
+        let bars = self.bars.iter().flatten();
+        let all = self.outline.iter().chain(bars).chain(&self.maybes);
+        let (mut x, mut y) = ([0.0, LEAST], [0.0_f64, MARK]);
+        for &(along, up) in all {
+            x = [along.min(x[0]), along.max(x[1])];
+            y = [up.min(y[0]), up.max(y[1])];
+        }
+        let wide =
+            |[low, high]: [f64; 2]| [MARK * (low / MARK).floor(), MARK * (high / MARK).ceil()];
+        (wide(x), wide(y))
+    }
+}
+
+/// How the parts are coloured; grey where the answer is no longer the present one.
+struct Colours {
+    outline: Color,
+    bars: Color,
+    horizon: Color,
+    maybes: Color,
+}
+
+/// Draws `answer` into `area`.
+pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool) {
+    let shape = answer.map(Shape::of).unwrap_or_default();
+    let colour = |c: Color| if fresh { c } else { Color::DarkGray };
+    let colours = Colours {
+        outline: colour(Color::White),
+        bars: colour(Color::Yellow),
+        horizon: colour(Color::Cyan),
+        maybes: colour(Color::Magenta),
+    };
+    let (x, y) = shape.bounds();
+    let horizon = upright(shape.horizon, y);
+    let sets = datasets(&shape, &horizon, &colours);
+    let axis = |[low, high]: [f64; 2], title: &'static str| {
+        let marks = ((high - low) / MARK).round() as usize;
+        let mark = |k: usize| Span::raw(format!("{:.0}", low + MARK * k as f64));
+        Axis::default()
+            .title(title)
+            .bounds([low, high])
+            .labels((0..=marks).map(mark).collect::<Vec<_>>())
+            .style(Style::new().fg(Color::Gray))
+    };
+    let chart = Chart::new(sets)
+        .block(Block::bordered().title(" Side view: steps, + their ±2σ, : horizon, ? maybe "))
+        .x_axis(axis(x, "from mirror, cm"))
+        .y_axis(axis(y, "height, cm"))
+        .legend_position(None)
+        .hidden_legend_constraints((Constraint::Length(0), Constraint::Length(0)));
+    frame.render_widget(chart, area);
+}
+
+/// A dotted line over the whole height.
+fn upright(at: Option<f64>, [low, high]: [f64; 2]) -> Points {
+    let dots = |x: f64| (0..=30).map(move |k| (x, low + (high - low) * f64::from(k) / 30.0));
+    at.into_iter().flat_map(dots).collect()
+}
+
+fn datasets<'a>(shape: &'a Shape, horizon: &'a Points, colours: &Colours) -> Vec<Dataset<'a>> {
+    let line = |data: &'a [(f64, f64)], colour, marker| {
+        let set = Dataset::default().data(data).marker(marker);
+        set.graph_type(GraphType::Line)
+            .style(Style::new().fg(colour))
+    };
+    let dots = |data: &'a [(f64, f64)], colour, marker| {
+        let set = Dataset::default().data(data).marker(marker);
+        set.graph_type(GraphType::Scatter)
+            .style(Style::new().fg(colour))
+    };
+    let mut sets = vec![
+        dots(horizon, colours.horizon, Marker::Custom(':')),
+        line(&shape.outline, colours.outline, Marker::Braille),
+    ];
+    let bars = shape.bars.iter();
+    sets.extend(bars.map(|bar| line(bar, colours.bars, Marker::Custom('+'))));
+    sets.push(dots(&shape.maybes, colours.maybes, Marker::Custom('?')));
+    sets
+}

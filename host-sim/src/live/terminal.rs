@@ -1,0 +1,144 @@
+//! Keys, time and screen brought together.
+
+use std::io::{IsTerminal, stdout};
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, ensure};
+use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
+
+use super::Ms;
+use super::keep::Keep;
+use super::model::{Event, State};
+use super::port::Source;
+use super::prompt::{Key, Prompt};
+use super::screen;
+
+/// From screen to screen.
+const FRAME: Duration = Duration::from_millis(50);
+
+/// Shows what `source` brings until the user ends it. Times count from `started`, as the source's do.
+///
+/// # Errors
+/// Where there is no terminal, or it cannot be drawn on.
+pub fn run(started: Instant, source: &Source, state: State, keep: Option<Keep>) -> Result<()> {
+    ensure!(
+        stdout().is_terminal(),
+        "stdout: expected a terminal to draw on; `--record DIR` keeps the sentences in a file"
+    );
+    let mut terminal = ratatui::try_init()?;
+    let mut session = Session {
+        state,
+        prompt: Prompt::default(),
+        keep,
+    };
+    let done = loop {
+        let now = started.elapsed().as_millis() as Ms;
+        while let Ok((at, event)) = source.events.try_recv() {
+            session.take(at, &event);
+        }
+        let drawn = terminal.draw(|frame| {
+            screen::draw(frame, &session.state, &session.prompt, now);
+        });
+        if let Err(error) = drawn {
+            break Err(error.into());
+        }
+        match session.keys(source, now) {
+            Ok(true) => {}
+            Ok(false) => break Ok(()),
+            Err(error) => break Err(error),
+        }
+    };
+    ratatui::restore();
+    done
+}
+
+/// What is shown and kept.
+struct Session {
+    state: State,
+    prompt: Prompt,
+    keep: Option<Keep>,
+}
+
+impl Session {
+    fn take(&mut self, at: Ms, event: &Event) {
+        let before = self.state.link.clone();
+        self.state.take(at, event);
+        match event {
+            Event::Line(line) => self.keep(at, '<', line),
+            // An attempt more is no news.
+            _ if self.state.link == before => {}
+            Event::Opened => self.keep(at, '#', "the port is open"),
+            Event::Failed(trouble) => {
+                let (what, _) = trouble.explain(&self.state.port);
+                self.keep(at, '#', &what);
+            }
+        }
+    }
+
+    fn keep(&mut self, at: Ms, way: char, text: &str) {
+        if let Some(keep) = &mut self.keep
+            && let Err(error) = keep.line(at, way, text)
+        {
+            self.state
+                .note(at, &format!("nothing is recorded any more: {error:#}"));
+            self.keep = None;
+        }
+    }
+
+    /// Waits for keys for the time of a frame; whether to go on.
+    fn keys(&mut self, source: &Source, now: Ms) -> Result<bool> {
+        if !event::poll(FRAME)? {
+            return Ok(true);
+        }
+        loop {
+            if let event::Event::Key(key) = event::read()?
+                && key.kind != KeyEventKind::Release
+                && !self.key(key, source, now)
+            {
+                return Ok(false);
+            }
+            if !event::poll(Duration::ZERO)? {
+                return Ok(true);
+            }
+        }
+    }
+
+    /// One key; whether to go on.
+    fn key(&mut self, key: KeyEvent, source: &Source, now: Ms) -> bool {
+        let control = key.modifiers.contains(KeyModifiers::CONTROL);
+        let edit = match key.code {
+            KeyCode::Char('c' | 'd') if control => return false,
+            KeyCode::Char(_) if control => return true,
+            KeyCode::Enter => {
+                self.enter(source, now);
+                return true;
+            }
+            KeyCode::Char(c) => Key::Char(c),
+            KeyCode::Backspace => Key::Backspace,
+            KeyCode::Delete => Key::Delete,
+            KeyCode::Left => Key::Left,
+            KeyCode::Right => Key::Right,
+            KeyCode::Home => Key::Home,
+            KeyCode::End => Key::End,
+            KeyCode::Up => Key::Up,
+            KeyCode::Down => Key::Down,
+            KeyCode::Esc => Key::Clear,
+            _ => return true,
+        };
+        self.prompt.key(edit);
+        true
+    }
+
+    fn enter(&mut self, source: &Source, now: Ms) {
+        if !self.state.is_open() {
+            self.prompt.note = "the port is not open: nothing can be sent".to_owned();
+            return;
+        }
+        if let Some(line) = self.prompt.enter() {
+            self.keep(now, '>', &line);
+            self.state.sent(now, &line);
+            // A source that has ended has told so.
+            let _ = source.lines.send(line);
+        }
+    }
+}

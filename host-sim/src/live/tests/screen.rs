@@ -1,0 +1,172 @@
+//! Snapshots of the screen. `LIVE_SNAPSHOTS=write cargo test -p host-sim --lib live` writes them anew, to be
+//! looked at before they are committed.
+
+use std::path::Path;
+
+use ratatui::Terminal;
+use ratatui::backend::TestBackend;
+use ratatui::buffer::Buffer;
+use ratatui::style::Color;
+use stairscan::answer::{Reason, Status};
+use stairscan::report::Sentence;
+
+use super::*;
+use crate::live::prompt::{Key, Prompt};
+use crate::live::screen;
+use crate::live::trouble::Trouble;
+
+fn drawn(state: &State, prompt: &Prompt, now: Ms) -> Buffer {
+    let mut terminal = Terminal::new(TestBackend::new(100, 30)).unwrap();
+    let draw = |frame: &mut ratatui::Frame<'_>| screen::draw(frame, state, prompt, now);
+    terminal.draw(draw).unwrap();
+    terminal.backend().buffer().clone()
+}
+
+fn text(buffer: &Buffer) -> String {
+    let rows = buffer.content.chunks(usize::from(buffer.area.width));
+    let row = |cells: &[ratatui::buffer::Cell]| {
+        let text: String = cells.iter().map(|cell| cell.symbol()).collect();
+        format!("{}\n", text.trim_end())
+    };
+    rows.map(row).collect()
+}
+
+/// Compares the screen with what is kept under `name`.
+fn snapshot(name: &str, state: &State, prompt: &Prompt, now: Ms) -> Buffer {
+    let buffer = drawn(state, prompt, now);
+    let text = text(&buffer);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("src/live/tests/{name}.txt"));
+    if std::env::var_os("LIVE_SNAPSHOTS").is_some_and(|value| value == "write") {
+        std::fs::write(&path, &text).unwrap();
+    }
+    let kept = std::fs::read_to_string(&path).unwrap_or_default();
+    assert!(text == kept, "{name}: the screen is now\n{text}");
+    buffer
+}
+
+/// Whether the word `what` stands on the screen in grey.
+fn is_grey(buffer: &Buffer, what: &str) -> bool {
+    let width = usize::from(buffer.area.width);
+    let row = buffer.content.chunks(width).find_map(|cells| {
+        let text: Vec<&str> = cells.iter().map(|cell| cell.symbol()).collect();
+        let at = (0..width).find(|&k| text[k..].concat().starts_with(what))?;
+        Some(cells[at].fg == Color::DarkGray)
+    });
+    row.unwrap_or_else(|| panic!("{what} is not on the screen"))
+}
+
+#[test]
+fn ok() {
+    let screen = snapshot("ok", &scanned(), &Prompt::default(), 3_200);
+    assert!(!is_grey(&screen, "3 steps up") && !is_grey(&screen, " 1    50.0"));
+    let page = include_str!("../../../../docs/live.md");
+    assert!(
+        page.contains(&text(&screen)),
+        "docs/live.md shows another screen"
+    );
+}
+
+#[test]
+fn degraded() {
+    let mut state = State::new("/dev/ttyUSB0", 115_200);
+    state.take(100, &Event::Opened);
+    let lines = [
+        "$PSTR,SCAN,4,degraded,down,1,2,lost-rows+unconfirmed,0.0,41.2,1,100152FB",
+        "$PSTR,STEP,4,1,1,612.5,-172.0,,-172.0,2.5,12.0,80",
+        "$PSTR,MAYBE,4,1,1,912.0,-100.0,22.5",
+    ];
+    let closed = lines.map(|line| {
+        let body = line.trim_start_matches('$');
+        format!("{line}*{:08X}", stairscan::report::sentence::crc32(body))
+    });
+    tell(&mut state, 2_000, &closed.each_ref().map(String::as_str));
+    tell(&mut state, 2_100, &[&live(70_000, Some(110))]);
+    snapshot("degraded", &state, &Prompt::default(), 2_200);
+}
+
+#[test]
+fn fault() {
+    let mut state = scanned();
+    let fault = scan(2, Status::Fault, &[Reason::MotorStall]);
+    tell(&mut state, 9_000, &[&fault, &live(11_000, Some(6_100))]);
+    let screen = snapshot("fault", &state, &Prompt::default(), 9_300);
+    assert!(!text(&screen).contains("50.0 ±"), "a fault tells no steps");
+}
+
+#[test]
+fn stale() {
+    let screen = snapshot("stale", &scanned(), &Prompt::default(), 6_000);
+    assert!(is_grey(&screen, "3 steps up") && is_grey(&screen, " 1    50.0"));
+}
+
+#[test]
+fn unplugged() {
+    let mut state = scanned();
+    let gone = Trouble::Unplugged("no such device any more".to_owned());
+    state.take(5_000, &Event::Failed(gone));
+    let screen = snapshot("unplugged", &state, &Prompt::default(), 17_300);
+    assert!(is_grey(&screen, "3 steps up"));
+}
+
+#[test]
+fn no_port() {
+    let mut state = State::new("/dev/ttyUSB7", 115_200);
+    let ports = vec!["/dev/ttyUSB0".to_owned(), "/dev/ttyS0".to_owned()];
+    state.take(10, &Event::Failed(Trouble::Missing(ports)));
+    snapshot("no-port", &state, &Prompt::default(), 60);
+}
+
+#[test]
+fn forbidden() {
+    let mut state = State::new("/dev/ttyUSB0", 115_200);
+    state.take(10, &Event::Failed(Trouble::Forbidden(None)));
+    snapshot("forbidden", &state, &Prompt::default(), 60);
+}
+
+#[test]
+fn wrong_port() {
+    let mut state = State::new("/dev/ttyS0", 115_200);
+    state.take(10, &Event::Opened);
+    snapshot("silent-port", &state, &Prompt::default(), 4_000);
+    let mut state = State::new("/dev/ttyACM0", 9_600);
+    state.take(10, &Event::Opened);
+    tell(&mut state, 900, &["\\x00\\xf8\\x80~\\xff", "\\xe0\\x1c"]);
+    snapshot("wrong-speed", &state, &Prompt::default(), 4_000);
+}
+
+#[test]
+fn command_answered_and_offered() {
+    let mut state = scanned();
+    state.sent(3_150, "stop");
+    tell(
+        &mut state,
+        3_180,
+        &[&line(&Sentence::Done { command: "stop" })],
+    );
+    let mut prompt = Prompt::default();
+    "set mount-height 41000"
+        .chars()
+        .for_each(|c| prompt.key(Key::Char(c)));
+    assert_eq!(prompt.enter(), None);
+    snapshot("command", &state, &prompt, 3_200);
+}
+
+#[test]
+fn any_size_and_any_answer_can_be_drawn() {
+    let full: Vec<Reason> = Reason::ALL.to_vec();
+    let mut state = scanned();
+    tell(
+        &mut state,
+        3_150,
+        &[&scan(3, Status::Degraded, &full[..12])],
+    );
+    for state in [scanned(), state, State::new("", 0)] {
+        for (width, height) in [(1, 1), (40, 10), (72, 22), (73, 200), (300, 23)] {
+            let mut terminal = Terminal::new(TestBackend::new(width, height)).unwrap();
+            let draw = |frame: &mut ratatui::Frame<'_>| {
+                screen::draw(frame, &state, &Prompt::default(), 3_200);
+            };
+            terminal.draw(draw).unwrap();
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! What the scanner said at its report port meanwhile: its settings, and its answers beside replay's.
+
+use std::collections::BTreeMap;
+
+use stairscan::config::{Config, Plane, SweepConfig};
+use stairscan::drive::Mode;
+use stairscan::report::Sentence;
+use stairscan::scan::Settings;
+
+use super::gather::Mounting;
+use crate::live::Ms;
+use crate::recording::MirrorSetup;
+
+/// Two ports may be read so far apart, ms; scans take longer.
+const APART: Ms = 100;
+
+/// What was heard at the report port.
+#[derive(Clone, Debug, Default)]
+pub struct Beside {
+    /// Each line and when it came.
+    pub lines: Vec<(Ms, String)>,
+    settings: BTreeMap<String, String>,
+    /// Answers, and when their heads came.
+    answers: Vec<(Ms, Vec<String>)>,
+    to_come: u8,
+}
+
+impl Beside {
+    /// Takes a line.
+    pub fn line(&mut self, at: Ms, line: &str) {
+        self.lines.push((at, line.to_owned()));
+        match Sentence::parse(line) {
+            Ok(Sentence::Scan(head)) if head.scan > 0 => {
+                self.to_come = head.following();
+                self.answers.push((at, vec![line.to_owned()]));
+            }
+            Ok(Sentence::Step(_) | Sentence::Maybe(_)) if self.to_come > 0 => {
+                self.to_come -= 1;
+                if let Some((_, answer)) = self.answers.last_mut() {
+                    answer.push(line.to_owned());
+                }
+            }
+            Ok(Sentence::Config { key, value }) => {
+                self.settings.insert(key.to_owned(), value.to_owned());
+            }
+            _ => {}
+        }
+    }
+
+    /// The answer to the scan that ended at `end`, before the next one ended.
+    pub fn answer(&self, end: Ms, next: Option<Ms>) -> Option<&[String]> {
+        let due = |at: Ms| at + APART >= end && next.is_none_or(|next| at + APART < next);
+        let found = self.answers.iter().find(|(at, _)| due(*at));
+        found.map(|(_, answer)| &answer[..])
+    }
+
+    /// The scanner's settings as far as it has told them (`get`), and whether it has told how it is mounted.
+    pub fn settings(&self) -> (Settings, bool) {
+        let mut settings = Settings::default();
+        // Angles only together, in whatever order they are valid.
+        for _ in 0..3 {
+            for (key, value) in &self.settings {
+                let known = Settings::key(key);
+                let _ = known.map(|key| settings.set(key, value));
+            }
+        }
+        let mounting = ["plane", "mirror-offset", "mount-height", "beamwidth"];
+        (
+            settings,
+            mounting.iter().all(|key| self.settings.contains_key(*key)),
+        )
+    }
+
+    /// The angles and the chirp's duration that the scanner has told.
+    fn told(&self) -> (Option<SweepConfig>, Option<u32>) {
+        let (settings, _) = self.settings();
+        let keys = ["first-angle", "angle-step", "angle-count"];
+        let all = keys.iter().all(|key| self.settings.contains_key(*key));
+        let chirp = settings.timing.chirp_duration;
+        let us = (self.settings.contains_key("chirp-duration") && chirp > 0).then_some(chirp);
+        (all.then_some(settings.config.sweep), us)
+    }
+}
+
+/// What people say of the mounting; none of it where they do not.
+#[derive(clap::Args, Clone, Debug, Default)]
+pub struct Said {
+    /// Mirror centre above the ground, m
+    #[arg(long, value_name = "M", value_parser = metres)]
+    pub mount_height: Option<f64>,
+    /// Radar lens to mirror centre, m
+    #[arg(long, value_name = "M", value_parser = metres)]
+    pub mirror_offset: Option<f64>,
+    /// Full two-sided 3 dB width of the beam, degrees
+    #[arg(long, value_name = "DEG", value_parser = metres)]
+    pub beamwidth: Option<f64>,
+    /// Plane that the mirror sweeps: depth or height
+    #[arg(long, value_parser = plane)]
+    pub plane: Option<Plane>,
+}
+
+fn metres(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    let sane = value > 0.0 && value < 100.0;
+    sane.then_some(value)
+        .ok_or("expected a number above 0".to_owned())
+}
+
+fn plane(text: &str) -> Result<Plane, String> {
+    match text {
+        "depth" => Ok(Plane::Depth),
+        "height" => Ok(Plane::Height),
+        _ => Err("expected depth or height".to_owned()),
+    }
+}
+
+/// The mounting: as people say, else as the scanner has told, else that of the defaults; and what to tell of it.
+pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
+    let (settings, told) = beside.settings();
+    let mount = &settings.config.mount;
+    let metres = |hundredths: i32| f64::from(hundredths) / 1e5;
+    let Said {
+        mount_height,
+        mirror_offset,
+        beamwidth,
+        plane,
+    } = *said;
+    let setup = MirrorSetup {
+        offset_m: mirror_offset.unwrap_or(metres(mount.mirror_offset)),
+        beamwidth_deg: beamwidth.unwrap_or(f64::from(mount.beamwidth) / 1000.0),
+        mount_height_m: mount_height.unwrap_or(metres(mount.mount_height)),
+        plane: plane.unwrap_or(mount.plane),
+    };
+    let all = mount_height.and(mirror_offset).and(beamwidth).is_some() && plane.is_some();
+    let note = (!told && !all).then(|| {
+        format!(
+            "the link does not tell how the scanner is mounted: taken are plane {}, mirror offset {} m, mount \
+             height {} m, beam {}°; say otherwise with --plane, --mirror-offset, --mount-height, --beamwidth, \
+             or let the scanner tell it with --report PORT --ask",
+            if setup.plane == Plane::Depth { "depth" } else { "height" },
+            setup.offset_m,
+            setup.mount_height_m,
+            setup.beamwidth_deg
+        )
+    });
+    let (sweep, chirp_us) = beside.told();
+    let mounting = Mounting {
+        setup,
+        sweep,
+        chirp_us,
+    };
+    (mounting, note)
+}
+
+/// What replay needs beyond the recording to be the scanner that was tapped: configuration and motion mode, as far as
+/// the scanner has told them; the mode also as the word of `--motion`.
+pub fn as_scanner(base: &Config, beside: &Beside) -> (Config, Mode, String) {
+    let (settings, _) = beside.settings();
+    let mut config = *base;
+    if beside.settings.contains_key("seed") {
+        config.seed = settings.config.seed;
+    }
+    if beside.settings.contains_key("estimator") {
+        config.estimator = settings.config.estimator;
+    }
+    if beside.settings.contains_key("mirror-echo") {
+        config.mount.mirror_echo = settings.config.mount.mirror_echo;
+    }
+    let word = settings.get("motion").map(|word| word.as_str().to_owned());
+    (config, settings.motion, word.unwrap_or_default())
+}
+
+/// How a replayed answer differs from the scanner's own; `None` if not at all.
+pub fn difference(said: &[String], replayed: &[String]) -> Option<&'static str> {
+    if said == replayed {
+        return None;
+    }
+    // SCAN with neither number nor hash, the others without their scan's number.
+    let bare = |lines: &[String]| -> Vec<String> {
+        let body = |line: &String| {
+            let body = line
+                .rsplit_once('*')
+                .map_or(line.as_str(), |(body, _)| body);
+            let mut fields: Vec<&str> = body.split(',').collect();
+            if fields.first() == Some(&"$PSTR") && fields.len() > 3 {
+                if fields[1] == "SCAN" {
+                    fields.pop();
+                }
+                fields.remove(2);
+            }
+            fields.join(",")
+        };
+        lines.iter().map(body).collect()
+    };
+    Some(match bare(said) == bare(replayed) {
+        true => {
+            "the same steps, status and horizon; only the scan's number or the hash of the settings differs"
+        }
+        false => "another answer: is the scanner set otherwise, or did it know earlier scans?",
+    })
+}

@@ -1,0 +1,266 @@
+//! Scans into recordings, as far as the format allows.
+//!
+//! A recording holds scans that follow each other, all with the same angles, to and fro. Whatever breaks that
+//! begins another recording: a scan with missing rows (which stands alone, without them), one that was left out,
+//! other settings of the module, a mirror that goes the same way twice.
+
+use serde_json::Map;
+use stairscan::config::{RadarConfig, SweepConfig};
+
+use super::scans::Scan;
+use super::sweep::{self, Sweep};
+use crate::live::Ms;
+use crate::recording::{Metadata, MirrorSetup, Motion, Recording, Sequence};
+
+/// The fewest rows of a scan.
+const FEWEST: usize = 3;
+/// A recording holds an hour at most.
+const LONGEST: Ms = 3_600_000;
+
+/// What the link does not tell.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Mounting {
+    /// How the scanner is mounted.
+    pub setup: MirrorSetup,
+    /// The angles that it is set to, if they are known.
+    pub sweep: Option<SweepConfig>,
+    /// Duration of a chirp, µs, if it is known.
+    pub chirp_us: Option<u32>,
+}
+
+/// A recording and when its scans were made: first and last trigger of each.
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// The recording.
+    pub recording: Recording,
+    /// First and last trigger of each scan.
+    pub times: Vec<(Ms, Ms)>,
+    /// What its scans have in common.
+    kind: Kind,
+    /// Whether the last one went from the last angle to the first.
+    backward: bool,
+}
+
+/// What scans of one recording have in common.
+#[derive(Clone, Debug, PartialEq)]
+struct Kind {
+    radar: RadarConfig,
+    /// None where the angles follow no schedule.
+    sweep: Option<SweepConfig>,
+    whole: bool,
+}
+
+/// Collects scans.
+#[derive(Clone, Debug)]
+pub struct Gather {
+    name: String,
+    mounting: Mounting,
+    parts: Vec<Part>,
+    /// Whether the next scan cannot follow the last one.
+    broken: bool,
+    scans: usize,
+    /// What people should know.
+    pub notes: Vec<String>,
+}
+
+impl Gather {
+    /// For recordings called `name`, `name-2` and so on.
+    pub fn new(name: &str, mounting: Mounting) -> Self {
+        Self {
+            name: name.to_owned(),
+            mounting,
+            parts: Vec::new(),
+            broken: false,
+            scans: 0,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Scans that have been recorded.
+    pub fn recorded(&self) -> usize {
+        self.parts.iter().map(|part| part.times.len()).sum()
+    }
+
+    /// The recordings.
+    pub fn parts(self) -> Vec<Part> {
+        self.parts
+    }
+
+    /// Takes the next scan; what cannot be recorded is left out, and told in the notes.
+    pub fn take(&mut self, scan: &Scan) {
+        self.scans += 1;
+        if let Err(why) = self.record(scan) {
+            self.broken = true;
+            self.note(&format!("left out: {why}"));
+        }
+    }
+
+    fn note(&mut self, text: &str) {
+        self.notes
+            .push(format!("scan {} of the tap: {text}", self.scans));
+    }
+
+    fn record(&mut self, scan: &Scan) -> Result<(), String> {
+        if !scan.begun {
+            return Err("the tap began within it".to_owned());
+        }
+        let Some(radar) = scan.radar else {
+            return Err("the module's settings were not heard".to_owned());
+        };
+        if !scan.settings_heard {
+            self.note("the module's settings were not heard: they are taken to be those of the scan before");
+        }
+        let heard = scan.heard().count();
+        if heard < FEWEST {
+            return Err(format!("{heard} chirps were heard ({})", scan.losses));
+        }
+        let plane = self.mounting.setup.plane;
+        let angles: Vec<i32> = scan.rows.iter().map(|row| row.angle).collect();
+        let told = self
+            .mounting
+            .sweep
+            .and_then(|told| sweep::follows(&told, &angles, plane));
+        let found = told.or_else(|| sweep::schedule(&angles, plane));
+        self.check_end(found.as_ref())?;
+        if found.is_none() {
+            self.note("its angles follow no schedule of this motor: recorded as the shaft's own");
+        }
+        if scan.lost() > 0 {
+            self.note(&format!(
+                "{} of {} rows are missing in the recording: {}",
+                scan.lost(),
+                scan.rows.len(),
+                scan.losses
+            ));
+        }
+        let kind = Kind {
+            radar,
+            sweep: found.as_ref().map(|found| found.config),
+            whole: scan.lost() == 0,
+        };
+        self.add(scan, kind, found.as_ref());
+        Ok(())
+    }
+
+    /// Refuses a scan that ended before its last angle, where that is known.
+    fn check_end(&self, found: Option<&Sweep>) -> Result<(), String> {
+        let before = self.parts.last().and_then(|part| part.kind.sweep);
+        let (Some(known), Some(found)) = (self.mounting.sweep.or(before), found) else {
+            return Ok(());
+        };
+        let end =
+            |sweep: &SweepConfig, row: usize| sweep.first_angle + sweep.angle_step * row as i32;
+        let last = end(&known, usize::from(known.angle_count) - 1);
+        let rows = (found.rows.iter().min(), found.rows.iter().max());
+        let (Some(first_row), Some(last_row)) = rows else {
+            return Ok(());
+        };
+        let (low, high) = (
+            end(&found.config, *first_row),
+            end(&found.config, *last_row),
+        );
+        let within = low >= known.first_angle && high <= last;
+        if within && (low > known.first_angle || high < last) {
+            let degrees = |angle: i32| f64::from(angle) / 1000.0;
+            return Err(format!(
+                "it went from {}° to {}° only, of {}° to {}°",
+                degrees(low),
+                degrees(high),
+                degrees(known.first_angle),
+                degrees(last)
+            ));
+        }
+        Ok(())
+    }
+
+    fn add(&mut self, scan: &Scan, kind: Kind, found: Option<&Sweep>) {
+        let backward = match (scan.rows.first(), scan.rows.last()) {
+            (Some(first), Some(last)) => {
+                let plane = self.mounting.setup.plane;
+                sweep::beam(last.angle, plane) < sweep::beam(first.angle, plane)
+            }
+            _ => false,
+        };
+        let times = (scan.rows[0].at, scan.rows[scan.rows.len() - 1].at);
+        let follows = |part: &Part| {
+            let since = times.1.saturating_sub(part.times[0].0);
+            kind.whole
+                && kind.sweep.is_some()
+                && part.kind == kind
+                && part.backward != backward
+                && since < LONGEST
+        };
+        let broken = std::mem::take(&mut self.broken);
+        if broken || !self.parts.last().is_some_and(follows) {
+            if self.parts.last().is_some() {
+                let name = self.name(self.parts.len() + 1);
+                self.note(&format!("begins another recording, {name}"));
+            }
+            let part = self.begin(kind, backward);
+            self.parts.push(part);
+        }
+        let plane = self.mounting.setup.plane;
+        let Some(part) = self.parts.last_mut() else {
+            return;
+        };
+        part.backward = backward;
+        part.times.push(times);
+        let begun = part.times[0].0;
+        let meta = &mut part.recording.meta;
+        meta.sequence.scans = part.times.len();
+        for (k, row) in scan.rows.iter().enumerate() {
+            let Some(chirp) = &row.chirp else { continue };
+            let scheduled = found.map(|found| {
+                let row = found.rows[k] as i32;
+                found.config.first_angle + found.config.angle_step * row
+            });
+            let angle = scheduled.unwrap_or(sweep::beam(row.angle, plane));
+            meta.angles_deg.push(f64::from(angle) / 1000.0);
+            meta.motion
+                .time_s
+                .push(row.at.saturating_sub(begun) as f64 / 1000.0);
+            part.recording.samples.extend(chirp);
+        }
+    }
+
+    fn name(&self, number: usize) -> String {
+        match number {
+            1 => self.name.clone(),
+            n => format!("{}-{n}", self.name),
+        }
+    }
+
+    fn begin(&self, kind: Kind, backward: bool) -> Part {
+        let RadarConfig {
+            carrier_khz,
+            bandwidth_khz,
+            samples,
+        } = kind.radar;
+        let rate = |us: u32| f64::from(samples) * 1e6 / f64::from(us.max(1));
+        Part {
+            recording: Recording {
+                name: self.name(self.parts.len() + 1),
+                meta: Metadata {
+                    description:
+                        "tap of the radar link; times are those at which triggers were heard"
+                            .to_owned(),
+                    sample_rate_hz: self.mounting.chirp_us.map(rate),
+                    carrier_hz: f64::from(carrier_khz) * 1e3,
+                    bandwidth_hz: f64::from(bandwidth_khz) * 1e3,
+                    samples_per_chirp: usize::from(samples),
+                    mirror: Some(self.mounting.setup.clone()),
+                    angles_deg: Vec::new(),
+                    motion: Motion::default(),
+                    sequence: Sequence::default(),
+                    truth: None,
+                    disturbance: None,
+                    extra: Map::new(),
+                },
+                samples: Vec::new(),
+            },
+            times: Vec::new(),
+            kind,
+            backward,
+        }
+    }
+}

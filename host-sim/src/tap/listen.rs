@@ -1,0 +1,160 @@
+//! Bytes of one direction of the radar link, or of both in turn, into frames.
+
+use stairscan::Iq;
+use stairscan::config::RadarConfig;
+use stairscan::scan::frame::{self, Decoder, Frame, Kind, Progress};
+
+/// A frame that was heard.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Heard {
+    /// Scanner: what are you set to?
+    Configure,
+    /// Scanner: one chirp, with the shaft at this angle, 0.001°.
+    Trigger(i32),
+    /// Module: this.
+    Settings(RadarConfig),
+    /// Module: a chirp.
+    Chirp(Vec<Iq>),
+    /// Module: it cannot, for this reason.
+    Error(u8),
+    /// A frame whose payload is none of its kind.
+    Malformed,
+}
+
+impl Heard {
+    fn of(frame: &Frame<'_>) -> Self {
+        let payload = frame.payload;
+        match frame.kind {
+            Kind::Configure => Some(Self::Configure),
+            Kind::Trigger => {
+                let angle = <[u8; 4]>::try_from(payload).ok();
+                angle.map(|angle| Self::Trigger(i32::from_le_bytes(angle)))
+            }
+            Kind::Settings => frame::parse_settings(payload).map(Self::Settings),
+            Kind::Chirp => {
+                let mut samples = vec![Iq::default(); payload.len() / 4];
+                frame::parse_chirp(payload, &mut samples).then_some(Self::Chirp(samples))
+            }
+            Kind::Error => payload.first().map(|code| Self::Error(*code)),
+        }
+        .unwrap_or(Self::Malformed)
+    }
+}
+
+/// Finds the frames in a stream.
+///
+/// The scanner's own [`Decoder`] begins anew with every request. A tap cannot, for it may hear the two directions
+/// one after the other: where a frame turns out to be damaged, it looks for another one within what it took
+/// for that frame, so that a few lost bytes cost no more than the frame that they were lost from.
+#[derive(Debug, Default)]
+pub struct Listener {
+    decoder: Decoder,
+    /// What has come since the last whole frame.
+    pending: Vec<u8>,
+    /// How much of it the decoder has seen.
+    seen: usize,
+    /// Frames that were damaged, or bytes that looked like one's beginning.
+    pub damaged: u32,
+}
+
+impl Listener {
+    /// The frames that `bytes` complete, each with its sequence number.
+    pub fn push(&mut self, bytes: &[u8]) -> Vec<(u16, Heard)> {
+        self.pending.extend(bytes);
+        let mut heard = Vec::new();
+        while let Some(&byte) = self.pending.get(self.seen) {
+            self.seen += 1;
+            match self.decoder.push(byte) {
+                Ok(Progress::Partial) => self.forget_garbage(),
+                Ok(Progress::Complete) => {
+                    let frame = self.decoder.frame();
+                    heard.extend(frame.map(|frame| (frame.sequence, Heard::of(&frame))));
+                    self.skip(self.seen);
+                }
+                Err(_) => {
+                    self.damaged += 1;
+                    self.skip(self.beginning() + 1);
+                }
+            }
+        }
+        heard
+    }
+
+    /// Where the frame began that the decoder has given up.
+    fn beginning(&self) -> usize {
+        let magic = self.pending.windows(2).position(|two| two == b"SR");
+        magic.unwrap_or(0)
+    }
+
+    /// Drops the first `count` bytes and looks at the rest anew.
+    fn skip(&mut self, count: usize) {
+        self.pending.drain(..count.min(self.pending.len()));
+        self.seen = 0;
+        self.decoder.reset();
+    }
+
+    /// Bytes that begin no frame need not be looked at again.
+    fn forget_garbage(&mut self) {
+        let begun = self.pending.windows(2).any(|two| two == b"SR");
+        if !begun && self.seen == self.pending.len() && self.pending.last() != Some(&b'S') {
+            self.pending.clear();
+            self.seen = 0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+    use stairscan::scan::frame::MAX_FRAME;
+
+    fn frame(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+        let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
+        frame::encode(kind, sequence, payload, &mut out);
+        out.to_vec()
+    }
+
+    #[test]
+    fn lost_bytes_cost_one_frame() {
+        let chirp = |k: u16| frame(Kind::Chirp, k, &[k as u8; 80]);
+        for lost in [1, 10, 60] {
+            let mut bytes = chirp(1);
+            bytes.truncate(92 - lost);
+            for k in 2..6 {
+                bytes.extend(chirp(k));
+            }
+            let mut listener = Listener::default();
+            let heard = listener.push(&bytes);
+            let numbers: Vec<u16> = heard.iter().map(|h| h.0).collect();
+            assert_eq!(numbers, [2, 3, 4, 5], "{lost} bytes lost");
+            assert!(listener.damaged > 0);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn frames_are_found_however_the_bytes_are_cut(
+            cuts in proptest::collection::vec(1_usize..40, 1..60),
+            garbage in proptest::collection::vec(any::<u8>(), 0..60),
+        ) {
+            let mut bytes = Vec::new();
+            for k in 0..8 {
+                bytes.extend(&garbage);
+                bytes.extend(frame(Kind::Trigger, k, &1000_i32.to_le_bytes()));
+            }
+            // What garbage took for a frame's beginning has ended by then.
+            bytes.extend([0; MAX_FRAME]);
+            let mut listener = Listener::default();
+            let mut heard = Vec::new();
+            let (mut at, mut cut) = (0, cuts.iter().cycle());
+            while at < bytes.len() {
+                let end = (at + cut.next().unwrap()).min(bytes.len());
+                heard.extend(listener.push(&bytes[at..end]));
+                at = end;
+            }
+            let triggers = heard.iter().filter(|h| h.1 == Heard::Trigger(1000)).count();
+            prop_assert_eq!(triggers, 8);
+        }
+    }
+}

@@ -1,0 +1,399 @@
+//! Requests and answers into scans, row by row.
+
+use std::collections::VecDeque;
+use std::fmt;
+
+use stairscan::Iq;
+use stairscan::config::RadarConfig;
+
+use super::listen::{Heard, Listener};
+use crate::live::Ms;
+
+/// Answers that may come before the tap has heard their request: ports are read one after the other, and a busy
+/// machine may read one of them half a second late.
+const EARLY: usize = 64;
+/// One that waits longer than that, ms, belongs to a request that was not heard: numbers come again.
+const WAITS: Ms = 1_000;
+
+/// A request and what came back.
+#[derive(Clone, Debug)]
+struct Asked {
+    sequence: u16,
+    /// Shaft angle of a trigger, 0.001°.
+    angle: i32,
+    at: Ms,
+    answer: Option<Heard>,
+}
+
+/// A scan that is being heard: a question for the settings, and the triggers up to the next such question.
+#[derive(Clone, Debug)]
+struct Draft {
+    /// The number of the question; none where the tap began within the scan.
+    question: Option<u16>,
+    radar: Option<RadarConfig>,
+    /// What the module was set to before.
+    before: Option<RadarConfig>,
+    triggers: Vec<Asked>,
+}
+
+/// One row of a scan.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Row {
+    /// Angle of the shaft, 0.001°.
+    pub angle: i32,
+    /// When it was triggered last.
+    pub at: Ms,
+    /// The chirp that the scanner got, if the tap heard it whole.
+    pub chirp: Option<Vec<Iq>>,
+}
+
+/// What went wrong while a scan was heard.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Losses {
+    /// Triggers to which no intact answer was heard.
+    pub unanswered: u32,
+    /// Answers of the module that it cannot.
+    pub refused: u32,
+    /// Chirps with another number of samples than the module is set to.
+    pub misshapen: u32,
+}
+
+impl fmt::Display for Losses {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self {
+            unanswered,
+            refused,
+            misshapen,
+        } = self;
+        write!(
+            f,
+            "{unanswered} triggers without an intact answer, {refused} errors of the module, {misshapen} chirps \
+             of a wrong length"
+        )
+    }
+}
+
+/// A scan as the tap heard it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scan {
+    /// What the module is set to; `None` where that was never heard.
+    pub radar: Option<RadarConfig>,
+    /// Whether it has said so for this scan; else it is what it said before.
+    pub settings_heard: bool,
+    /// Whether its beginning was heard.
+    pub begun: bool,
+    /// Its rows, in the order in which they were triggered.
+    pub rows: Vec<Row>,
+    /// What went wrong.
+    pub losses: Losses,
+}
+
+impl Scan {
+    /// Rows whose chirp was heard.
+    pub fn heard(&self) -> impl Iterator<Item = (&Row, &[Iq])> {
+        let rows = self.rows.iter();
+        rows.filter_map(|row| Some((row, row.chirp.as_deref()?)))
+    }
+
+    /// Rows whose chirp was not.
+    pub fn lost(&self) -> usize {
+        self.rows.len() - self.heard().count()
+    }
+}
+
+/// Which wire bytes were heard on.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Wire {
+    /// From scanner to module.
+    ToModule,
+    /// From module to scanner.
+    FromModule,
+    /// Both on one port: the link is never used both ways at once.
+    Both,
+}
+
+/// The tap.
+#[derive(Debug, Default)]
+pub struct Tap {
+    wires: [Listener; 3],
+    drafts: VecDeque<Draft>,
+    early: VecDeque<(Ms, u16, Heard)>,
+    /// What the module said last of its settings.
+    radar: Option<RadarConfig>,
+    /// Answers to requests that the tap did not hear.
+    strays: u32,
+    done: VecDeque<Scan>,
+    /// When a frame was heard last.
+    heard: Option<Ms>,
+}
+
+impl Tap {
+    /// Takes what was heard at `now`.
+    pub fn push(&mut self, now: Ms, wire: Wire, bytes: &[u8]) {
+        for (sequence, heard) in self.wires[wire as usize].push(bytes) {
+            self.heard = Some(now);
+            match heard {
+                Heard::Configure => self.begin(Some(sequence)),
+                Heard::Trigger(angle) => self.trigger(now, sequence, angle),
+                answer => {
+                    if let Some(answer) = self.answer(sequence, answer) {
+                        self.keep_early(now, sequence, answer);
+                    }
+                    continue;
+                }
+            }
+            // Its answer may have been read first.
+            self.forget_early(now);
+            if let Some(place) = self.early.iter().position(|early| early.1 == sequence)
+                && let Some((_, sequence, answer)) = self.early.remove(place)
+            {
+                self.answer(sequence, answer);
+            }
+        }
+    }
+
+    /// The next scan of which everything has been heard.
+    pub fn scan(&mut self) -> Option<Scan> {
+        self.done.pop_front()
+    }
+
+    /// Nothing more comes, or nothing more of this scan: what has been heard is all.
+    pub fn end(&mut self) {
+        while let Some(draft) = self.drafts.pop_front() {
+            self.finish(draft);
+        }
+    }
+
+    /// When a frame was heard last.
+    pub fn heard(&self) -> Option<Ms> {
+        self.heard
+    }
+
+    /// Frames that came damaged, on all wires.
+    pub fn damaged(&self) -> u32 {
+        self.wires.iter().map(|wire| wire.damaged).sum()
+    }
+
+    /// Answers to requests that the tap did not hear.
+    pub fn strays(&self) -> u32 {
+        self.strays + self.early.len() as u32
+    }
+
+    fn trigger(&mut self, now: Ms, sequence: u16, angle: i32) {
+        if self.drafts.is_empty() {
+            // The tap begins within a scan.
+            self.begin(None);
+        }
+        if let Some(draft) = self.drafts.back_mut() {
+            draft.triggers.push(Asked {
+                sequence,
+                angle,
+                at: now,
+                answer: None,
+            });
+        }
+    }
+
+    fn begin(&mut self, question: Option<u16>) {
+        self.drafts.push_back(Draft {
+            question,
+            radar: None,
+            before: self.radar,
+            triggers: Vec::new(),
+        });
+    }
+
+    fn keep_early(&mut self, now: Ms, sequence: u16, answer: Heard) {
+        self.forget_early(now);
+        if self.early.len() == EARLY {
+            self.early.pop_front();
+            self.strays += 1;
+        }
+        self.early.push_back((now, sequence, answer));
+    }
+
+    /// Gives up answers whose requests do not come any more.
+    fn forget_early(&mut self, now: Ms) {
+        let late = |early: &mut (Ms, u16, Heard)| now.saturating_sub(early.0) > WAITS;
+        while self.early.pop_front_if(late).is_some() {
+            self.strays += 1;
+        }
+    }
+
+    /// Puts an answer to its request; gives it back where there is none.
+    fn answer(&mut self, sequence: u16, answer: Heard) -> Option<Heard> {
+        for (place, draft) in self.drafts.iter_mut().enumerate().rev() {
+            if draft.question == Some(sequence) {
+                if let Heard::Settings(radar) = answer {
+                    draft.radar = Some(radar);
+                    self.radar = Some(radar);
+                }
+            } else if let Some(asked) = draft
+                .triggers
+                .iter_mut()
+                .rev()
+                .find(|a| a.sequence == sequence)
+            {
+                asked.answer = Some(answer);
+            } else {
+                continue;
+            }
+            // The module answers in order: of the scans before, all has been heard.
+            for draft in self.drafts.drain(..place).collect::<Vec<_>>() {
+                self.finish(draft);
+            }
+            return None;
+        }
+        Some(answer)
+    }
+
+    /// Turns a draft into a scan. A question without triggers was none of a scan: a self-test, or a retry.
+    fn finish(&mut self, draft: Draft) {
+        if draft.triggers.is_empty() {
+            return;
+        }
+        let radar = draft.radar.or(draft.before);
+        let samples = radar.map(|radar| usize::from(radar.samples));
+        let mut losses = Losses::default();
+        let mut rows: Vec<Row> = Vec::new();
+        for asked in draft.triggers {
+            let chirp = match asked.answer {
+                Some(Heard::Chirp(chirp)) if samples.is_none_or(|n| n == chirp.len()) => {
+                    Some(chirp)
+                }
+                Some(Heard::Chirp(_)) => count(&mut losses.misshapen),
+                Some(Heard::Error(_)) => count(&mut losses.refused),
+                _ => count(&mut losses.unanswered),
+            };
+            let row = Row {
+                angle: asked.angle,
+                at: asked.at,
+                chirp,
+            };
+            match rows.last_mut() {
+                // A retry: what came before it was not taken, or came too late.
+                Some(last) if last.angle == row.angle => *last = row,
+                _ => rows.push(row),
+            }
+        }
+        self.done.push_back(Scan {
+            radar,
+            settings_heard: draft.radar.is_some(),
+            begun: draft.question.is_some(),
+            rows,
+            losses,
+        });
+    }
+}
+
+fn count<T>(counter: &mut u32) -> Option<T> {
+    *counter += 1;
+    None
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stairscan::scan::frame::{self, Kind, MAX_FRAME};
+
+    const RADAR: RadarConfig = RadarConfig {
+        carrier_khz: 94_000_000,
+        bandwidth_khz: 10_000_000,
+        samples: 16,
+    };
+
+    fn hear(tap: &mut Tap, at: Ms, kind: Kind, sequence: u16, payload: &[u8]) {
+        let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
+        frame::encode(kind, sequence, payload, &mut out);
+        tap.push(at, Wire::Both, &out);
+    }
+
+    fn settings(tap: &mut Tap, at: Ms, sequence: u16, radar: &RadarConfig) {
+        hear(tap, at, Kind::Configure, sequence, &[]);
+        hear(
+            tap,
+            at,
+            Kind::Settings,
+            sequence,
+            &frame::settings_payload(radar),
+        );
+    }
+
+    fn trigger(tap: &mut Tap, at: Ms, sequence: u16, angle: i32) {
+        hear(tap, at, Kind::Trigger, sequence, &angle.to_le_bytes());
+    }
+
+    /// A chirp all of whose samples are `value`.
+    fn chirp(tap: &mut Tap, at: Ms, sequence: u16, value: u8) {
+        hear(tap, at, Kind::Chirp, sequence, &[value; 64]);
+    }
+
+    fn values(scan: &Scan) -> Vec<Option<i16>> {
+        let first = |row: &Row| row.chirp.as_ref().map(|chirp| chirp[0].i & 0xFF);
+        scan.rows.iter().map(first).collect()
+    }
+
+    #[test]
+    fn the_last_attempt_at_a_row_counts() {
+        let mut tap = Tap::default();
+        settings(&mut tap, 0, 1, &RADAR);
+        // Late: the scanner had asked again.
+        trigger(&mut tap, 1, 2, 0);
+        trigger(&mut tap, 2, 3, 0);
+        chirp(&mut tap, 3, 2, 2);
+        chirp(&mut tap, 4, 3, 3);
+        // Late, and then nothing: the scanner had given it up.
+        trigger(&mut tap, 5, 4, 250);
+        trigger(&mut tap, 6, 5, 250);
+        chirp(&mut tap, 7, 4, 4);
+        trigger(&mut tap, 8, 6, 500);
+        hear(&mut tap, 9, Kind::Error, 6, &[2]);
+        trigger(&mut tap, 10, 7, 750);
+        hear(&mut tap, 11, Kind::Chirp, 7, &[7; 60]);
+        tap.end();
+        let scan = tap.scan().unwrap();
+        assert_eq!(values(&scan), [Some(3), None, None, None]);
+        let expected = Losses {
+            unanswered: 1,
+            refused: 1,
+            misshapen: 1,
+        };
+        assert_eq!((scan.losses, scan.lost(), tap.scan()), (expected, 3, None));
+    }
+
+    #[test]
+    fn a_number_that_comes_again_gets_no_old_chirp() {
+        let mut tap = Tap::default();
+        settings(&mut tap, 0, 1, &RADAR);
+        // Its request was not heard.
+        chirp(&mut tap, 10, 7, 99);
+        trigger(&mut tap, 5_000, 7, 0);
+        tap.end();
+        assert_eq!(values(&tap.scan().unwrap()), [None]);
+        assert_eq!(tap.strays(), 1);
+    }
+
+    #[test]
+    fn settings_that_were_not_heard_are_those_before_never_those_after() {
+        let other = RadarConfig {
+            bandwidth_khz: 5_000_000,
+            ..RADAR
+        };
+        let mut tap = Tap::default();
+        hear(&mut tap, 0, Kind::Configure, 1, &[]);
+        trigger(&mut tap, 1, 2, 0);
+        settings(&mut tap, 2, 3, &RADAR);
+        trigger(&mut tap, 3, 4, 0);
+        hear(&mut tap, 4, Kind::Configure, 5, &[]);
+        trigger(&mut tap, 5, 6, 0);
+        settings(&mut tap, 6, 7, &other);
+        tap.end();
+        let heard: Vec<_> = std::iter::from_fn(|| tap.scan())
+            .map(|scan| (scan.radar, scan.settings_heard))
+            .collect();
+        assert_eq!(
+            heard,
+            [(None, false), (Some(RADAR), true), (Some(RADAR), false)]
+        );
+    }
+}

@@ -1,0 +1,166 @@
+//! The schedule of angles that triggers were made for.
+//!
+//! A trigger carries the angle that the shaft has on its microstep, up to 0.0035° beside the scheduled one. A
+//! recording of those angles would be another scan: its schedule would begin elsewhere, and rows would fall on
+//! other microsteps. So the schedule is looked for that falls on all of these microsteps, the roundest one where
+//! several do; rows of either are the same.
+
+use stairscan::config::{Plane, SweepConfig};
+use stairscan::scan::schedule::{microsteps, shaft_angle};
+
+/// How far a scheduled angle may lie from its microstep, 0.001°, rounded up.
+const OFF: i32 = 4;
+/// Divisors of round angles, 0.001°, the roundest first.
+const ROUND: [i32; 8] = [10_000, 5_000, 1_000, 500, 250, 100, 10, 1];
+
+/// The schedule, and which row of it each trigger was.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep {
+    /// First angle, step and count.
+    pub config: SweepConfig,
+    /// The row of each angle.
+    pub rows: Vec<usize>,
+}
+
+/// The schedule behind `angles` of the shaft (0.001°, in the order of their triggers); `None` where none falls on
+/// all of them, as for a motor with other steps.
+pub fn schedule(angles: &[i32], plane: Plane) -> Option<Sweep> {
+    let beams: Vec<i32> = angles.iter().map(|angle| beam(*angle, plane)).collect();
+    let places = places(&beams)?;
+    let rows = places.iter().copied().max()?;
+    let low = *beams.iter().min()?;
+    let span = beams.iter().max()? - low;
+    let step = (f64::from(span) / rows as f64).round() as i32;
+    let mut best: Option<(usize, SweepConfig)> = None;
+    for angle_step in step - 1..=step + 1 {
+        for first_angle in low - OFF..=low + OFF {
+            let config = SweepConfig {
+                first_angle,
+                angle_step,
+                angle_count: u16::try_from(rows + 1).ok()?,
+            };
+            let falls = |(place, angle): (&usize, &i32)| on_shaft(&config, *place, plane) == *angle;
+            let rank = round(first_angle) + round(angle_step);
+            if best.is_none_or(|(least, _)| rank < least) && places.iter().zip(angles).all(falls) {
+                best = Some((rank, config));
+            }
+        }
+    }
+    best.map(|(_, config)| Sweep {
+        config,
+        rows: places,
+    })
+}
+
+/// Whether `config` falls on all `angles`, and with which rows.
+pub fn follows(config: &SweepConfig, angles: &[i32], plane: Plane) -> Option<Sweep> {
+    let row = |angle: &i32| {
+        let along = beam(*angle, plane) - config.first_angle + config.angle_step / 2;
+        let row = usize::try_from(along.div_euclid(config.angle_step.max(1))).ok()?;
+        let within = row < usize::from(config.angle_count);
+        (within && on_shaft(config, row, plane) == *angle).then_some(row)
+    };
+    let rows: Option<Vec<usize>> = angles.iter().map(row).collect();
+    Some(Sweep {
+        config: *config,
+        rows: rows?,
+    })
+}
+
+/// Angle of the beam with the shaft at `angle`, 0.001°.
+pub fn beam(angle: i32, plane: Plane) -> i32 {
+    match plane {
+        Plane::Depth => angle,
+        Plane::Height => 90_000_i32.saturating_sub(angle),
+    }
+}
+
+/// Angle of the shaft on the microstep of a row, 0.001°.
+fn on_shaft(config: &SweepConfig, row: usize, plane: Plane) -> i32 {
+    let angle = config.first_angle + config.angle_step * row as i32;
+    shaft_angle(microsteps(beam(angle, plane)))
+}
+
+/// Rows by the usual difference of neighbours, from the lowest angle on; `None` where the angles do not go one way.
+fn places(beams: &[i32]) -> Option<Vec<usize>> {
+    let differences: Vec<i32> = beams.windows(2).map(|two| two[1] - two[0]).collect();
+    let rising = *differences.first()? > 0;
+    if differences.iter().any(|d| *d == 0 || (*d > 0) != rising) {
+        return None;
+    }
+    let mut sorted: Vec<i32> = differences.iter().map(|d| d.abs()).collect();
+    sorted.sort_unstable();
+    let usual = f64::from(sorted[sorted.len() / 2]);
+    let mut place = 0;
+    let mut places = vec![0];
+    for difference in &differences {
+        place += (f64::from(difference.abs()) / usual).round().max(1.0) as usize;
+        places.push(place);
+    }
+    if !rising {
+        places.iter_mut().for_each(|row| *row = place - *row);
+    }
+    Some(places)
+}
+
+/// How round an angle is: 0 for the roundest.
+fn round(angle: i32) -> usize {
+    let place = ROUND.iter().position(|divisor| angle % divisor == 0);
+    place.unwrap_or(ROUND.len())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn angles(config: &SweepConfig, plane: Plane) -> Vec<i32> {
+        let rows = 0..usize::from(config.angle_count);
+        rows.map(|row| on_shaft(config, row, plane)).collect()
+    }
+
+    #[test]
+    fn the_papers_sweep_comes_back_from_its_microsteps() {
+        let config = SweepConfig {
+            first_angle: -20_000,
+            angle_step: 250,
+            angle_count: 281,
+        };
+        for plane in [Plane::Depth, Plane::Height] {
+            let mut angles = angles(&config, plane);
+            let found = schedule(&angles, plane).unwrap();
+            assert_eq!(found.config, config);
+            assert_eq!(found.rows, (0..281).collect::<Vec<_>>());
+            // The other way round, and with rows missing.
+            angles.reverse();
+            angles.drain(100..103);
+            let found = schedule(&angles, plane).unwrap();
+            assert_eq!(
+                (found.config, found.rows[0], found.rows[100]),
+                (config, 280, 177)
+            );
+            assert_eq!(follows(&config, &angles, plane), Some(found));
+        }
+    }
+
+    #[test]
+    fn what_is_no_schedule_is_none() {
+        assert_eq!(schedule(&[], Plane::Depth), None);
+        assert_eq!(schedule(&[5], Plane::Depth), None);
+        assert_eq!(schedule(&[0, 1000, 1000], Plane::Depth), None);
+        assert_eq!(schedule(&[0, 1000, 500], Plane::Depth), None);
+        assert_eq!(schedule(&[1, 1003, 2009, 3001], Plane::Depth), None);
+    }
+
+    proptest! {
+        #[test]
+        fn a_schedule_that_is_found_falls_on_every_microstep(
+            first_angle in -60_000..0_i32, angle_step in 100..2_000_i32, angle_count in 10..60_u16
+        ) {
+            let config = SweepConfig { first_angle, angle_step, angle_count };
+            let all = angles(&config, Plane::Depth);
+            let found = schedule(&all, Plane::Depth).unwrap();
+            prop_assert_eq!(angles(&found.config, Plane::Depth), all);
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! `live` over real pseudo-terminals: a scanner speaks, is unplugged and comes back; wrong ports are explained;
+//! the image in the emulator is watched.
+
+use std::fs;
+use std::os::unix::fs::symlink;
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use host_sim::emulate::session::Waits;
+use host_sim::emulate::tools::Tool;
+use host_sim::emulate::{Session, image};
+use host_sim::live::device::{self, Cable};
+use host_sim::live::model::{Entry, Link, State};
+use host_sim::live::port::Source;
+use host_sim::live::pty::Pty;
+use host_sim::live::trouble::{Strange, Trouble};
+use host_sim::playback::Playback;
+use host_sim::recording::Recording;
+use host_sim::replay;
+use stairscan::config::Config;
+
+mod common;
+
+use common::{Scratch, sim, tools};
+
+/// Longer than anything here takes on a busy machine.
+const PATIENCE: Duration = Duration::from_secs(180);
+const BAUD: u32 = 115_200;
+
+fn stair_a() -> Recording {
+    Recording::read(&image::workspace().join("recordings/stair_a")).unwrap()
+}
+
+/// A scanner on a pseudo-terminal, until it is unplugged.
+struct Scanner {
+    path: String,
+    plug: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+struct PtyCable {
+    pty: Pty,
+    pulled: Arc<AtomicBool>,
+}
+
+impl Cable for PtyCable {
+    fn read(&mut self) -> Vec<u8> {
+        self.pty.read()
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        self.pty.write(bytes);
+    }
+
+    fn ended(&self) -> bool {
+        self.pulled.load(Ordering::Relaxed)
+    }
+}
+
+impl Scanner {
+    fn plug_in() -> Self {
+        let pty = Pty::new().unwrap();
+        let (path, plug) = (pty.path.clone(), Arc::new(AtomicBool::new(false)));
+        let pulled = plug.clone();
+        let thread = std::thread::spawn(move || {
+            let mut cable = PtyCable { pty, pulled };
+            device::run(&stair_a(), &Config::default(), &mut cable).unwrap();
+        });
+        Self { path, plug, thread }
+    }
+
+    fn unplug(self) {
+        self.plug.store(true, Ordering::Relaxed);
+        self.thread.join().unwrap();
+    }
+}
+
+/// A live view of a port.
+struct View {
+    source: Source,
+    state: State,
+    started: Instant,
+}
+
+impl View {
+    fn of(path: &str) -> Self {
+        let started = Instant::now();
+        Self {
+            source: Source::port(started, path, BAUD),
+            state: State::new(path, BAUD),
+            started,
+        }
+    }
+
+    fn now(&self) -> u64 {
+        self.started.elapsed().as_millis() as u64
+    }
+
+    /// Takes what comes until `done`.
+    fn until(&mut self, what: &str, done: impl Fn(&State, u64) -> bool) {
+        while !done(&self.state, self.now()) {
+            assert!(
+                self.started.elapsed() < PATIENCE,
+                "{what}: {:?}",
+                self.state
+            );
+            let Ok((at, event)) = self.source.events.recv_timeout(Duration::from_millis(50)) else {
+                continue;
+            };
+            self.state.take(at, &event);
+        }
+    }
+
+    /// Sends a command and waits for its answer.
+    fn ask(&mut self, line: &str) -> String {
+        let now = self.now();
+        self.state.sent(now, line);
+        self.source.lines.send(line.to_owned()).unwrap();
+        let replied = |state: &State, _| state.asked.as_ref().is_some_and(|a| a.reply.is_some());
+        self.until(line, replied);
+        self.state.asked.as_ref().unwrap().reply.clone().unwrap().1
+    }
+
+    fn steps(&self) -> Vec<String> {
+        let answer = &self.state.answer.as_ref().unwrap().1;
+        answer.sentences.clone()
+    }
+}
+
+/// What `replay` says of the first scan.
+fn replayed(recording: &Recording) -> Vec<String> {
+    replay::answer(recording, &replay::Options::default())
+        .unwrap()
+        .sentences
+}
+
+#[test]
+fn a_scanner_speaks_is_unplugged_and_comes_back() {
+    let dir = Scratch::new("live-unplugged");
+    let path = dir.path().join("port");
+    let scanner = Scanner::plug_in();
+    symlink(&scanner.path, &path).unwrap();
+    let mut view = View::of(path.to_str().unwrap());
+
+    view.until("steps", |state, _| state.answer.is_some());
+    assert_eq!(view.steps(), replayed(&stair_a()));
+    view.until("LIVE", |state, _| state.pulse.is_some());
+    let status = view.ask("status");
+    assert!(status.starts_with("scanning, clock host"), "{status}");
+    assert_eq!(
+        view.ask("set seed 7"),
+        "refused: crc: expected send $PSTC,set,seed,7*352B37A8"
+    );
+    assert_eq!(view.ask("$PSTC,set,seed,7*352B37A8"), "seed is 7");
+
+    scanner.unplug();
+    let gone = |state: &State, _| matches!(state.link, Link::Away(_, Trouble::Unplugged(_)));
+    view.until("unplugged", gone);
+    assert!(view.state.answer.is_some());
+    assert!(!Path::new(&path).exists());
+
+    let scanner = Scanner::plug_in();
+    fs::remove_file(&path).unwrap();
+    symlink(&scanner.path, &path).unwrap();
+    view.until("open again", |state, _| state.is_open());
+    assert_eq!(view.state.reopened, 1);
+    let back = view.now();
+    view.until("steps again", |state, _| {
+        state.answer.as_ref().is_some_and(|(at, _)| *at >= back)
+    });
+    assert_eq!(view.ask("stop"), "done");
+    drop(view);
+    scanner.unplug();
+}
+
+#[test]
+fn wrong_ports_are_explained() {
+    let mut view = View::of("/dev/no-such-port");
+    let missing = |state: &State, _| matches!(state.link, Link::Away(_, Trouble::Missing(_)));
+    view.until("a missing port", missing);
+
+    let file = Scratch::new("live-wrong-port");
+    let path = file.path().join("notes.txt");
+    fs::write(&path, "no port").unwrap();
+    let mut view = View::of(path.to_str().unwrap());
+    view.until("a file", |state, _| {
+        matches!(state.link, Link::Away(_, Trouble::NoPort))
+    });
+
+    let silent = Pty::new().unwrap();
+    let mut view = View::of(&silent.path);
+    view.until("nothing", |state, now| {
+        state.strange(now) == Some(Strange::Nothing)
+    });
+    let mut busy = View::of(&silent.path);
+    let locked = |state: &State, _| matches!(state.link, Link::Away(_, Trouble::Busy));
+    busy.until("a port that somebody else holds", locked);
+
+    let mut noisy = Pty::new().unwrap();
+    let mut view = View::of(&noisy.path);
+    view.until("open", |state, _| state.is_open());
+    noisy.write(b"\x80\xf8\x00\xff\n\xe0~\x1c\n");
+    view.until("noise", |state, now| {
+        state.strange(now) == Some(Strange::Noise)
+    });
+}
+
+#[test]
+fn a_terminal_is_asked_for_and_a_port_listed() {
+    let output = sim(&["live", "/dev/no-such-port"]);
+    let error = String::from_utf8(output.stderr).unwrap();
+    assert!(error.contains("expected a terminal"), "{error}");
+    let output = sim(&["live"]);
+    let told = [output.stdout, output.stderr].concat();
+    let told = String::from_utf8(told).unwrap();
+    assert!(told.contains("serial port"), "{told}");
+}
+
+/// Ends the emulator's thread, after a failure as well.
+struct EndOnDrop<'a>(&'a AtomicBool);
+
+impl Drop for EndOnDrop<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
+/// The image itself, watched over a pseudo-terminal.
+#[test]
+fn the_image_in_the_emulator_is_watched() {
+    if !tools(&[Tool::Target, Tool::Emulator]) {
+        return;
+    }
+    let elf = image::build(&[]).unwrap();
+    let recording = stair_a();
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let pty = Pty::new().unwrap();
+    let mut view = View::of(&pty.path);
+    let ended = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let emulator = scope.spawn(|| {
+            let mut session = Session::boot(&elf, &playback).unwrap();
+            session.watch(pty);
+            session
+                .configure(&playback.settings(), Waits::default())
+                .unwrap();
+            session.connect().unwrap();
+            session.follow(recording.scans(), &ended).unwrap();
+        });
+        // The emulator ends whatever becomes of what follows.
+        let end = EndOnDrop(&ended);
+        let scanned = |state: &State, _| {
+            let halted = |entry: &Entry| entry.text.contains(",HALT,");
+            assert!(
+                !state.log.iter().any(halted),
+                "the image crashed: {state:?}"
+            );
+            let answer = state.answer.as_ref().map(|(_, answer)| answer);
+            answer.is_some_and(|answer| answer.scan.scan > 0)
+        };
+        view.until("steps", scanned);
+        assert_eq!(view.steps(), replayed(&recording));
+        view.until("LIVE", |state, _| state.pulse.is_some());
+        assert!(view.ask("status").contains("clock hsi-16"));
+        drop(end);
+        emulator.join().unwrap();
+    });
+    let gone = |state: &State, _| matches!(state.link, Link::Away(_, Trouble::Unplugged(_)));
+    view.until("unplugged", gone);
+}

@@ -1,0 +1,198 @@
+//! The command over pseudo-terminals.
+
+use std::io::{BufRead, BufReader, Read, Write};
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::time::Duration;
+
+use host_sim::emulate::Module;
+use host_sim::playback::Playback;
+use host_sim::recording::Recording;
+use host_sim::tap::scans::Wire;
+use serialport::{SerialPort, TTYPort};
+use stairscan::config::Config;
+
+use crate::bench::{read, scan};
+use crate::common::{Scratch, sim};
+
+/// One end of a pseudo-terminal that waits for its reader, and the path of the other.
+fn terminal() -> (TTYPort, TTYPort, String) {
+    let (master, slave) = TTYPort::pair().unwrap();
+    let path = slave.name().unwrap();
+    // Unlike the pair, its copies are closed in programs that this one starts.
+    let (mut master, slave) = (
+        master.try_clone_native().unwrap(),
+        slave.try_clone_native().unwrap(),
+    );
+    master.set_timeout(Duration::from_secs(60)).unwrap();
+    (master, slave, path)
+}
+
+/// The program, once it has said that it listens.
+fn listening(args: &[&str]) -> (Child, BufReader<ChildStderr>) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(args)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut stderr = BufReader::new(child.stderr.take().unwrap());
+    let mut line = String::new();
+    stderr.read_line(&mut line).unwrap();
+    assert!(line.starts_with("listening"), "{line}");
+    (child, stderr)
+}
+
+/// The command over pseudo-terminals: a receiver on each direction of the link, and the report port.
+#[test]
+fn three_ports_are_recorded() {
+    let scanned = scan(&read("stair_a"), &Config::default(), 2, &[]);
+    let dir = Scratch::new("record-ports");
+    let output = dir.path().join("hall");
+    let (mut to, _to, to_path) = terminal();
+    let (mut from, _from, from_path) = terminal();
+    let (mut report, _report, report_path) = terminal();
+    let output = output.to_str().unwrap();
+    let args = [
+        "record",
+        &to_path,
+        &from_path,
+        "-o",
+        output,
+        "--report",
+        &report_path,
+    ];
+    let (mut child, mut stderr) = listening(&[&args[..], &["--ask", "--scans", "2"]].concat());
+    let mut asked = [0; 5];
+    report.read_exact(&mut asked).unwrap();
+    assert_eq!(&asked, b"get\r\n");
+    let mut lines = scanned.beside.lines.iter().peekable();
+    for (at, wire, bytes) in &scanned.traffic {
+        while let Some((_, line)) = lines.next_if(|(when, _)| when <= at) {
+            report.write_all(format!("{line}\r\n").as_bytes()).unwrap();
+        }
+        let port = if *wire == Wire::ToModule {
+            &mut to
+        } else {
+            &mut from
+        };
+        port.write_all(bytes).unwrap();
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    for (_, line) in lines {
+        report.write_all(format!("{line}\r\n").as_bytes()).unwrap();
+    }
+    let mut told = String::new();
+    child
+        .stdout
+        .take()
+        .unwrap()
+        .read_to_string(&mut told)
+        .unwrap();
+    let mut notes = String::new();
+    stderr.read_to_string(&mut notes).unwrap();
+    assert!(child.wait().unwrap().success(), "{notes}");
+    assert!(
+        told.contains("hall: 2 scans of 281 rows, -20.00° to 50.00°"),
+        "{told}"
+    );
+    assert!(
+        told.contains("the scanner's own sentences for 2 of 2 scans"),
+        "{told}{notes}"
+    );
+    let recording = Recording::read(output.as_ref()).unwrap();
+    assert_eq!(recording.scans(), 2);
+    let kept = std::fs::read_to_string(dir.path().join("hall.sentences")).unwrap();
+    for line in scanned.answers.iter().flatten() {
+        assert_eq!(
+            kept.matches(line.as_str()).count(),
+            2,
+            "said and replayed: {line}"
+        );
+    }
+}
+
+#[test]
+fn the_module_itself_is_asked() {
+    let original = read("stair_a");
+    let dir = Scratch::new("record-module");
+    let output = dir.path().join("bench");
+    let (mut master, _slave, path) = terminal();
+    master.set_timeout(Duration::from_millis(5)).unwrap();
+    let program = std::thread::spawn({
+        let output = output.clone();
+        move || sim(&["record", &path, "--module", "-o", output.to_str().unwrap()])
+    });
+    let playback = Playback::new(&original, &Config::default()).unwrap();
+    let mut module = Module::new(&playback);
+    module.get_ready();
+    let mut buffer = [0; 256];
+    while !program.is_finished() {
+        if let Ok(count) = master.read(&mut buffer) {
+            let (answer, _) = module.receive(&buffer[..count]);
+            master.set_timeout(Duration::from_secs(10)).unwrap();
+            master.write_all(&answer).unwrap();
+            master.set_timeout(Duration::from_millis(5)).unwrap();
+        }
+    }
+    let output_of = program.join().unwrap();
+    let told = String::from_utf8(output_of.stderr).unwrap();
+    assert!(output_of.status.success(), "{told}");
+    assert!(
+        told.contains("taken are plane depth, mirror offset 0.22 m"),
+        "{told}"
+    );
+    let recording = Recording::read(&output).unwrap();
+    assert_eq!(recording.samples, original.samples);
+    assert_eq!(recording.meta.angles_deg, original.meta.angles_deg);
+}
+
+#[test]
+fn a_module_that_is_not_there_is_told() {
+    let dir = Scratch::new("record-no-module");
+    let output = dir.path().join("bench");
+    let (_master, _slave, path) = terminal();
+    let output_of = sim(&["record", &path, "--module", "-o", output.to_str().unwrap()]);
+    let told = String::from_utf8(output_of.stderr).unwrap();
+    assert!(!output_of.status.success());
+    assert!(
+        told.contains("does not tell its settings: nothing came"),
+        "{told}"
+    );
+}
+
+#[test]
+fn what_cannot_be_recorded_is_explained() {
+    let refused = |args: &[&str], words: &str| {
+        let output = sim(args);
+        let told = String::from_utf8(output.stderr).unwrap();
+        assert!(!output.status.success() && told.contains(words), "{told}");
+    };
+    refused(
+        &["record", "/dev/no-such-port", "-o", "x"],
+        "no /dev/no-such-port",
+    );
+    refused(&["record", "-o", "x"], "PORT");
+    let module = ["record", "a", "--module", "-o", "x", "--angles"];
+    refused(
+        &[&module[..], &["1:2"]].concat(),
+        "expected FIRST:LAST:STEP",
+    );
+    let dir = Scratch::new("record-nothing");
+    let output = dir.path().join("x");
+    let (mut master, slave, path) = terminal();
+    let (mut child, mut stderr) = listening(&["record", &path, "-o", output.to_str().unwrap()]);
+    // Frames of another link's speed, and then the plug is pulled.
+    master
+        .write_all(&[b"SR\x01\x82".as_slice(), &[0x55; 2000]].concat())
+        .unwrap();
+    std::thread::sleep(Duration::from_millis(500));
+    drop((master, slave));
+    let mut told = String::new();
+    stderr.read_to_string(&mut told).unwrap();
+    assert!(!child.wait().unwrap().success());
+    assert!(
+        told.contains("has gone") && told.contains("1000000 baud"),
+        "{told}"
+    );
+    assert!(!output.with_extension("sigmf-meta").exists());
+}
