@@ -8,7 +8,7 @@ use anyhow::Result;
 use super::{emit, progress};
 use crate::soak::{Tally, soak};
 
-/// Memory may grow by so much between a tenth of the scans and the end, bytes: what the allocator keeps
+/// The peak of memory may grow by so much from the first half of the scans to the second, bytes: what the allocator keeps
 /// of the largest recording that has come by.
 const GROWTH: u64 = 32 << 20;
 /// So many differing scans are named.
@@ -31,9 +31,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let tally = soak(args.scans, args.seed, |scans| bar.set_position(scans))?;
     bar.finish_and_clear();
     emit(&text(&tally));
-    let grown = tally
-        .memory
-        .is_some_and(|(early, late)| late > early + GROWTH);
+    let [early, late] = tally.memory;
+    let grown = late > early + GROWTH;
     if grown {
         eprintln!("error: memory grows by more than {} MiB", GROWTH >> 20);
     }
@@ -60,13 +59,13 @@ fn text(tally: &Tally) -> String {
         tally.differing.len()
     );
     let _ = match tally.memory {
-        Some((early, late)) => writeln!(
+        [early, late] if early > 0 => writeln!(
             out,
-            "resident memory: {:.1} MiB after a tenth of the scans, {:.1} MiB at the end",
+            "resident memory: {:.1} MiB at most in the first half, {:.1} MiB in the second",
             early as f64 / f64::from(1 << 20),
             late as f64 / f64::from(1 << 20)
         ),
-        None => writeln!(out, "resident memory: not told on this system"),
+        _ => writeln!(out, "resident memory: not told on this system"),
     };
     out
 }
