@@ -63,6 +63,9 @@ pub mod report;
 pub mod scan;
 pub mod sort;
 
+/// The git revision that this was built from, `unknown` without git; a changed tree says so (`-dirty`).
+pub const REVISION: &str = env!("STAIRSCAN_REVISION");
+
 /// One complex sample of a chirp: in-phase and quadrature part of the down-converted signal.
 ///
 /// Full scale is ±32767 (Q0.15). The layout is that of the recordings (`ci16_le`) and of the

@@ -340,7 +340,7 @@ pub fn start(
         },
         identity: Identity {
             version: env!("CARGO_PKG_VERSION"),
-            revision: env!("STAIRSCAN_REVISION"),
+            revision: stairscan::REVISION,
             reset,
             clock: clocks.name,
             boots: record.boots,

@@ -59,6 +59,7 @@ pub fn page(mut entries: Vec<Entry>) -> Result<String> {
     let recordings: Vec<Value> = entries.into_iter().map(|entry| entry.data).collect();
     let data = json!({
         "version": env!("CARGO_PKG_VERSION"),
+        "revision": stairscan::REVISION,
         "recordings": recordings,
     });
     let data = serde_json::to_string(&data).context("the page's data")?;

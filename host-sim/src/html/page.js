@@ -455,6 +455,6 @@ at("side").addEventListener("pointerdown", point);
 at("side").addEventListener("pointerleave", () => { at("tip").hidden = true; });
 at("scan").addEventListener("input", (event) => { state.scan = Number(event.target.value) - 1; show(); });
 window.addEventListener("resize", redraw);
-at("made").textContent = `Made by cargo sim report, stairscan ${data.version}, with the scanner's own answers.`;
+at("made").textContent = `Made by cargo sim report, stairscan ${data.version}, revision ${data.revision}, with the scanner's own answers.`;
 fillIndex();
 show();

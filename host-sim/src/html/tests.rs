@@ -27,6 +27,7 @@ fn data(page: &str) -> Value {
 #[test]
 fn a_page_holds_what_replay_prints() {
     let page = page(vec![shown("stair_a")]).unwrap();
+    assert_eq!(data(&page)["revision"], stairscan::REVISION);
     let scan = &data(&page)["recordings"][0]["scans"][0];
     let answer = replay::answer(&recorded("stair_a"), &Options::default()).unwrap();
     let told = answer.json();
