@@ -54,9 +54,8 @@ impl Beside {
         found.map(|(_, answer)| &answer[..])
     }
 
-    /// The scanner's settings as far as it has told them (`get`), and whether it has told how it is mounted.
-    pub fn settings(&self) -> (Settings, bool) {
-        let mut settings = Settings::default();
+    /// Sets what the scanner has told.
+    fn tell(&self, settings: &mut Settings) {
         // Angles only together, in whatever order they are valid.
         for _ in 0..3 {
             for (key, value) in &self.settings {
@@ -64,6 +63,12 @@ impl Beside {
                 let _ = known.map(|key| settings.set(key, value));
             }
         }
+    }
+
+    /// The scanner's settings as far as it has told them (`get`), and whether it has told how it is mounted.
+    pub fn settings(&self) -> (Settings, bool) {
+        let mut settings = Settings::default();
+        self.tell(&mut settings);
         let mounting = ["plane", "mirror-offset", "mount-height", "beamwidth"];
         (
             settings,
@@ -155,19 +160,13 @@ pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
 /// What replay needs beyond the recording to be the scanner that was tapped: configuration and motion mode, as far as
 /// the scanner has told them; the mode also as the word of `--motion`.
 pub fn as_scanner(base: &Config, beside: &Beside) -> (Config, Mode, String) {
-    let (settings, _) = beside.settings();
-    let mut config = *base;
-    if beside.settings.contains_key("seed") {
-        config.seed = settings.config.seed;
-    }
-    if beside.settings.contains_key("estimator") {
-        config.estimator = settings.config.estimator;
-    }
-    if beside.settings.contains_key("mirror-echo") {
-        config.mount.mirror_echo = settings.config.mount.mirror_echo;
-    }
+    let mut settings = Settings {
+        config: *base,
+        ..Settings::default()
+    };
+    beside.tell(&mut settings);
     let word = settings.get("motion").map(|word| word.as_str().to_owned());
-    (config, settings.motion, word.unwrap_or_default())
+    (settings.config, settings.motion, word.unwrap_or_default())
 }
 
 /// How a replayed answer differs from the scanner's own; `None` if not at all.

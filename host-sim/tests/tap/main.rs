@@ -48,6 +48,8 @@ fn other_settings_are_learned_from_the_report() {
         ..Config::default()
     };
     base.mount.mirror_echo = 22_100;
+    base.mount.mirror_level = -30_000;
+    base.mount.range_scale = 10_000;
     let scanned = scan(&read("stair_b"), &base, 1, &[]);
     let (parts, _, _) = tapped(&scanned, &scanned.traffic);
     let (_, answers) = replayed("tap-settings", &parts[0], &scanned);
