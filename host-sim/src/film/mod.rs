@@ -9,7 +9,7 @@ mod stage;
 #[cfg(test)]
 mod tests;
 
-use stairscan::config::EstimatorKind;
+use stairscan::config::{EstimatorKind, Plane};
 
 use crate::answer::Answer;
 use crate::inspect::Inspection;
@@ -75,7 +75,12 @@ impl Film {
         let answer = scanned.answer;
         let scan = answer.scan_of_recording();
         let angles = scanned.recording().meta.angles_deg;
-        let ends = angles.first().copied().zip(angles.last().copied());
+        let ends = angles.first().zip(angles.last());
+        // In the height plane angles count from straight down.
+        let below = |angle: f64| match scanned.config.mount.plane {
+            Plane::Depth => angle,
+            Plane::Height => 90.0 - angle,
+        };
         let seen = scanned.config.estimator == EstimatorKind::Likelihood && !answer.is_fault();
         let mut echoes = Vec::new();
         if seen {
@@ -90,7 +95,7 @@ impl Film {
         }
         self.shots.push(Shot {
             travel_m: travel_m(recording, scan) - travel_m(recording, 0),
-            sweep_deg: ends.unwrap_or_default(),
+            sweep_deg: ends.map_or((0.0, 0.0), |(&first, &last)| (below(first), below(last))),
             answer: answer.clone(),
             echoes,
         });

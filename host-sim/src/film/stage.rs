@@ -1,14 +1,15 @@
 //! Where things stand in the picture, and when.
 
-use stairscan::answer::Status;
-use svg::Document;
+use plotters::style::RGBColor;
 use svg::node::element::{
     Animate, AnimateTransform, Circle, Group, Line, Path, Polygon, Rectangle, Text, Title,
 };
+use svg::{Document, Node};
 
 use super::{Echo, Film, Shot};
 use crate::answer::metres;
-use crate::plots::Point;
+use crate::plots::colour::{self, MEASURED};
+use crate::plots::{Point, steps, surface};
 use crate::recording::{TrueStep, Truth};
 
 /// Pixels a metre.
@@ -43,7 +44,6 @@ const STRONG_DB: f64 = 40.0;
 const INK: &str = "#1d2430";
 const FAINT: &str = "#6b7280";
 const SOLID: &str = "#d6d9de";
-const BEAM: &str = "#0062a8";
 
 /// The frame of the picture and its times.
 pub(super) struct Stage {
@@ -57,13 +57,8 @@ pub(super) struct Stage {
     mirror_m: f64,
 }
 
-/// Colour of an answer: green, orange and vermilion, told apart by brightness, too.
-fn colour(status: Status) -> &'static str {
-    match status {
-        Status::Ok => "#008460",
-        Status::Degraded => "#d68c00",
-        Status::Fault => "#ce4800",
-    }
+fn hex(colour: RGBColor) -> String {
+    format!("#{:02x}{:02x}{:02x}", colour.0, colour.1, colour.2)
 }
 
 fn number(v: f64) -> String {
@@ -128,13 +123,28 @@ impl Stage {
         HEAD + (self.y_m.1 - self.y_m.0) * SCALE + 6.0
     }
 
-    /// Something that changes over the film's time: at each time (seconds) a value, with straight lines between.
-    fn course(&self, points: &[(f64, f64)]) -> (String, String) {
+    /// Makes `node` an animation of `attribute`: at each time (seconds) a value, with straight lines between.
+    fn timed<N: Node>(&self, mut node: N, attribute: &str, course: &[(f64, String)]) -> N {
         let share = |t: f64| ((t / self.ends_s).clamp(0.0, 1.0) * 1e4).round() / 1e4;
-        let list = |of: &dyn Fn(&(f64, f64)) -> String| {
-            points.iter().map(of).collect::<Vec<_>>().join(";")
-        };
-        (list(&|p| share(p.0).to_string()), list(&|p| number(p.1)))
+        let times: Vec<String> = course.iter().map(|c| share(c.0).to_string()).collect();
+        let values: Vec<&str> = course.iter().map(|c| c.1.as_str()).collect();
+        node.assign("attributeName", attribute);
+        node.assign("values", values.join(";"));
+        node.assign("keyTimes", times.join(";"));
+        node.assign("dur", format!("{}s", self.ends_s));
+        node.assign("repeatCount", "indefinite");
+        node
+    }
+
+    fn opacity(&self, course: &[(f64, f64)]) -> Animate {
+        let course: Vec<_> = course.iter().map(|c| (c.0, number(c.1))).collect();
+        self.timed(Animate::new(), "opacity", &course)
+    }
+
+    /// Moved or turned: at each time what the transform `kind` takes.
+    fn moved(&self, kind: &str, course: &[(f64, String)]) -> AnimateTransform {
+        let transform = AnimateTransform::new().set("type", kind);
+        self.timed(transform, "transform", course)
     }
 
     /// Opacity: 0 but between two times.
@@ -147,24 +157,7 @@ impl Stage {
         } else {
             points.extend([(out, 1.0), (out + FADE_S, 0.0), (end, 0.0)]);
         }
-        let (times, values) = self.course(&points);
-        Animate::new()
-            .set("attributeName", "opacity")
-            .set("values", values)
-            .set("keyTimes", times)
-            .set("dur", format!("{}s", self.ends_s))
-            .set("repeatCount", "indefinite")
-    }
-
-    fn moved(&self, kind: &'static str, points: &[(f64, f64)]) -> AnimateTransform {
-        let (times, values) = self.course(points);
-        AnimateTransform::new()
-            .set("attributeName", "transform")
-            .set("type", kind)
-            .set("values", values)
-            .set("keyTimes", times)
-            .set("dur", format!("{}s", self.ends_s))
-            .set("repeatCount", "indefinite")
+        self.opacity(&points)
     }
 
     /// When the answer of shot `k` is told, and when that of the next one takes its place.
@@ -203,15 +196,9 @@ impl Stage {
 
     /// What is really there, or else the ground that the chair stands on.
     fn ground(&self, film: &Film) -> Polygon {
-        let mut level = 0.0;
-        let mut line = vec![(self.x_m.0, 0.0)];
-        for (x, y) in true_edges(film.truth.as_ref()) {
-            // Going down, a step's edge belongs to the level above it.
-            line.extend([(x, level), (x, y)]);
-            level = y;
-        }
-        let (right, bottom) = (self.x_m.1, self.y_m.0);
-        line.extend([(right, level), (right, bottom), (self.x_m.0, bottom)]);
+        let (left, right) = self.x_m;
+        let mut line = surface(left, right, &true_edges(film.truth.as_ref()));
+        line.extend([(right, self.y_m.0), (left, self.y_m.0)]);
         let points: Vec<String> = line.into_iter().map(|p| self.at(p)).collect();
         Polygon::new()
             .set("points", points.join(" "))
@@ -243,36 +230,23 @@ impl Stage {
             (BEAM_M, mirror.1 + spread),
             (BEAM_M, mirror.1 - spread),
         ];
-        let (opacity_times, opacity) = self.course(&lit);
+        let pivot = format!("{} {}", number(self.x(mirror.0)), number(self.y(mirror.1)));
+        let turn: Vec<_> = (turn.iter())
+            .map(|&(t, angle)| (t, format!("{} {pivot}", number(angle))))
+            .collect();
+        let way: Vec<_> = way.iter().map(|&(t, x)| (t, number(x))).collect();
         let beam = Polygon::new()
             .set("points", tips.map(|p| self.at(p)).join(" "))
-            .set("fill", BEAM)
+            .set("fill", hex(MEASURED))
             .set("fill-opacity", 0.25)
-            .add(
-                Animate::new()
-                    .set("attributeName", "opacity")
-                    .set("values", opacity)
-                    .set("keyTimes", opacity_times)
-                    .set("dur", format!("{}s", self.ends_s))
-                    .set("repeatCount", "indefinite"),
-            )
-            .add(self.turning(mirror, &turn));
+            .add(self.opacity(&lit))
+            .add(self.moved("rotate", &turn));
         let group = Group::new().add(beam);
         let group = self
             .outline(film.mount_height_m)
             .into_iter()
             .fold(group, Group::add);
         group.add(self.moved("translate", &way))
-    }
-
-    /// The beam's turning about the mirror.
-    fn turning(&self, mirror: Point, turn: &[(f64, f64)]) -> AnimateTransform {
-        let pivot = format!(" {} {}", number(self.x(mirror.0)), number(self.y(mirror.1)));
-        let (times, values) = self.course(turn);
-        let about: Vec<String> = values.split(';').map(|v| format!("{v}{pivot}")).collect();
-        self.moved("rotate", &[])
-            .set("keyTimes", times)
-            .set("values", about.join(";"))
     }
 
     /// A powered wheelchair from the side, its scanner foremost.
@@ -346,7 +320,7 @@ impl Stage {
                 .collect();
             (!dots.is_empty()).then(|| {
                 let time = begin + (from + to) / 2.0 * SWEEP_S;
-                let group = Group::new().set("fill", BEAM).set("opacity", 0);
+                let group = Group::new().set("fill", hex(MEASURED)).set("opacity", 0);
                 dots.into_iter()
                     .fold(group, Group::add)
                     .add(self.shown(time, until))
@@ -366,38 +340,38 @@ impl Stage {
 
     /// The answer: words above, the steps with their ±2σ, and how far it vouches for itself.
     fn answer(&self, k: usize, shot: &Shot) -> Group {
-        let hue = colour(shot.answer.scan.status);
+        let hue = &hex(colour::status(shot.answer.scan.status));
         let (from, to) = self.told(k);
         let mut group = Group::new()
             .set("opacity", 0)
             .add(self.shown(from, to - FADE_S));
-        let mut level = 0.0;
-        let mut line = vec![(shot.travel_m, 0.0)];
-        for s in &shot.answer.steps {
-            let (x, y) = (shot.travel_m + metres(s.distance), metres(s.height));
-            let (dx, dy) = (2.0 * metres(s.distance_sigma), 2.0 * metres(s.height_sigma));
-            line.extend([(x, level), (x, y)]);
-            level = y;
-            let (left, top) = (self.x(x - dx), self.y(y + dy));
+        let here = shot.travel_m;
+        let steps = steps(&shot.answer);
+        for s in &steps {
+            let (x, y) = (here + s.distance_m, s.height_m);
+            let (dx, dy) = s.two_sigma_m;
             group = group.add(
                 Rectangle::new()
-                    .set("x", number(left - 3.0))
-                    .set("y", number(top))
+                    .set("x", number(self.x(x - dx) - 3.0))
+                    .set("y", number(self.y(y + dy)))
                     .set("width", number(2.0 * dx * SCALE + 6.0))
                     .set("height", number(2.0 * dy * SCALE))
-                    .set("fill", hue)
+                    .set("fill", hue.as_str())
                     .set("fill-opacity", 0.45),
             );
         }
-        if let Some(&(x, y)) = line.last() {
-            line.push((x + 0.15, y));
-        }
+        let edges: Vec<Point> = steps
+            .iter()
+            .map(|s| (here + s.distance_m, s.height_m))
+            .collect();
+        let end = edges.last().map_or(here, |last| last.0) + 0.15;
+        let line = surface(here, end, &edges);
         let places: Vec<String> = line.into_iter().map(|p| self.at(p)).collect();
         group = group.add(
             Path::new()
                 .set("d", format!("M{}", places.join(" L")))
                 .set("fill", "none")
-                .set("stroke", hue)
+                .set("stroke", hue.as_str())
                 .set("stroke-width", 3.5)
                 .set("stroke-linejoin", "round"),
         );

@@ -42,6 +42,8 @@ fn each_scan_is_told_with_its_steps() {
     assert!(svg.contains("vouched for up to 1.0 m"));
     // As the recording's angles have it.
     assert_eq!(film.shots[0].sweep_deg, (-20.0, 50.0));
+    let (down, _) = self::film("descending");
+    assert_eq!(down.shots[0].sweep_deg, (110.0, 40.0));
 }
 
 #[test]
