@@ -2,6 +2,7 @@
 //! the recording says of travel and pitch, and what goes wrong with them on the way.
 
 pub mod by_trigger;
+mod inlet;
 
 use std::collections::VecDeque;
 
@@ -12,6 +13,7 @@ use stairscan::scan::Micros;
 
 use crate::recording::Recording;
 use by_trigger::ByTrigger;
+pub use inlet::Inlet;
 
 /// Sentences are at least so far apart, µs: a hundred a second.
 const APART_US: u64 = 10_000;
@@ -223,7 +225,7 @@ impl Timetable {
     pub fn by_trigger(mut source: ByTrigger) -> Self {
         let first = source.first();
         let mut table = Self::with(Source::ByTrigger(source));
-        table.type_in(&first);
+        table.type_in(first.as_bytes());
         table
     }
 
@@ -307,8 +309,8 @@ impl Timetable {
     }
 
     /// Lines that are typed beside the motion sentences.
-    pub fn type_in(&mut self, text: &str) {
-        self.port.extend(text.bytes());
+    pub fn type_in(&mut self, lines: &[u8]) {
+        self.port.extend(lines);
     }
 
     /// The next byte at the scanner's port.

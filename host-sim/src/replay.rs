@@ -2,7 +2,6 @@
 //! the radar module and a buffer as the report UART.
 
 use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::rc::Rc;
 
 use anyhow::{Context, Result, bail, ensure};
@@ -13,11 +12,10 @@ use stairscan::config::{Config, ConfigError};
 use stairscan::drive::{Drive, Mode, Odometry, Track};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::report::command::framed;
 use stairscan::scan::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
 
 use crate::answer::Answer;
-use crate::motion::{Fault, Feed, Timetable};
+use crate::motion::{Fault, Feed, Inlet, Timetable};
 use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
 use crate::setup;
@@ -235,7 +233,7 @@ fn follow(
         mirror: SimShaft::default(),
         link: PlaybackLink::new(&playback, timetable.clone()),
         port: Console {
-            timetable: timetable.clone(),
+            inlet: Inlet::new(timetable.clone()),
             ..Console::default()
         },
         board: Volatile::SCANNING,
@@ -262,7 +260,7 @@ fn follow(
         if scanner.scans() as usize > commanded {
             // What comes while a scan is under way is for the next one.
             let commands = playback.commands_after(commanded);
-            scanner.port_mut().type_in(&commands);
+            scanner.port_mut().inlet.set(&commands);
             commanded += 1;
         }
         let sentences = scanner
@@ -301,10 +299,8 @@ const SHORTEST_SETTLE_US: u32 = 100;
 /// The report UART, read line by line.
 #[derive(Default)]
 struct Console {
-    /// Where motion sentences and commands arrive in one line after the other, if there are any.
-    timetable: Option<Rc<RefCell<Timetable>>>,
-    /// Commands that the scanner has not read yet.
-    typed: VecDeque<u8>,
+    /// Motion sentences and commands.
+    inlet: Inlet,
     line: Vec<u8>,
     /// Sentences of the scan that has begun, and how many more belong to it.
     scan: Vec<String>,
@@ -313,10 +309,7 @@ struct Console {
 
 impl BytePort for Console {
     fn read(&mut self) -> Option<u8> {
-        if let Some(table) = &self.timetable {
-            return table.borrow_mut().read();
-        }
-        self.typed.pop_front()
+        self.inlet.read()
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {
@@ -326,17 +319,6 @@ impl BytePort for Console {
 }
 
 impl Console {
-    /// Types commands that set values.
-    fn type_in(&mut self, settings: &[(&str, String)]) {
-        for (key, value) in settings {
-            let line = framed(&["set", key, value]);
-            match &self.timetable {
-                Some(table) => table.borrow_mut().type_in(&line),
-                None => self.typed.extend(line.bytes()),
-            }
-        }
-    }
-
     /// The sentences of a scan once all of them have come.
     fn take_scan(&mut self) -> Result<Option<Vec<String>>> {
         while let Some(end) = self.line.iter().position(|&b| b == b'\n') {

@@ -146,12 +146,11 @@ pub fn config(recording: &Recording, scan: usize, base: &Config) -> Result<(Conf
         radar: radar(recording)?,
         mount: MountConfig {
             mirror_offset: fixed(mirror.offset_m, 1e-5, "stairscan:mirror_offset_m")?,
-            mirror_echo: base.mount.mirror_echo,
-            mirror_level: base.mount.mirror_level,
-            range_scale: base.mount.range_scale,
             mount_height: fixed(mirror.mount_height_m, 1e-5, "stairscan:mount_height_m")?,
             beamwidth: fixed(mirror.beamwidth_deg, 1e-3, "stairscan:beamwidth_deg")?,
             plane: mirror.plane,
+            // What a calibration leaves, which no recording knows.
+            ..base.mount
         },
         sweep: schedule.sweep,
         ..*base

@@ -40,6 +40,7 @@
 //!
 //! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
 
+mod found;
 mod slot;
 
 use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule};

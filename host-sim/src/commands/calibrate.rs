@@ -7,12 +7,12 @@ use anyhow::{Context, Result, ensure};
 use serde_json::json;
 use stairscan::answer::Reason;
 use stairscan::calibration::{Mounting, Refusal, calibrate};
-use stairscan::config::to_fixed;
 use stairscan::drive::Drive;
 use stairscan::echoes::{Collector, Echoes};
 use stairscan::estimate::Estimate;
 use stairscan::params::Params;
-use stairscan::report::sentence::crc32;
+use stairscan::report::command::framed;
+use stairscan::scan;
 use stairscan::scan::settings::MotorConfig;
 
 use super::{Format, Settings, emit};
@@ -103,20 +103,16 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
 
 /// The settings to make, as commands with their CRC.
 fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
-    let fixed = |value: f32, unit: f64| to_fixed(value.into(), unit).context("out of range");
-    let offset = fixed(mounting.offset_rad.value.to_degrees(), 1e-3)?;
-    let values = [
-        ("mount-height", fixed(mounting.height_m.value, 1e-5)?),
-        ("home-angle", home_angle.saturating_add(offset)),
-        ("mirror-echo", fixed(mounting.mirror_echo_m.value, 1e-5)?),
-        ("mirror-level", fixed(mounting.mirror_level_db, 1e-3)?),
-        ("range-scale", fixed(mounting.scale.value - 1.0, 1e-6)?),
-    ];
-    let line = |(key, value)| {
-        let body = format!("PSTC,set,{key},{value}");
-        format!("${body}*{:08X}", crc32(&body))
+    let mut settings = scan::Settings::default();
+    settings.motor.home_angle = home_angle;
+    settings.calibrate(mounting);
+    settings.validate()?;
+    let line = |key: &&str| {
+        let value = settings.get(key)?;
+        Some(framed(&["set", key, value.as_str()]).trim_end().to_owned())
     };
-    Ok(values.into_iter().map(line).collect())
+    let keys = scan::Settings::CALIBRATED;
+    Ok(keys.iter().filter_map(line).collect())
 }
 
 /// What is printed of an estimate: value and standard error, times `unit`.

@@ -24,10 +24,6 @@ use crate::replay;
 
 /// Arguments of `emulate`.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Examples:
-  cargo sim emulate recordings/stair_a                      what the image reports
-  cargo sim emulate recordings/stair_a --fault lost@10-12   with three chirps lost
-  cargo sim emulate recordings/stair_a --live               the screen of `live` on the running image")]
 pub struct Args {
     /// Recordings, with or without suffix; each is scan 1 after a boot of its own
     #[arg(required = true)]

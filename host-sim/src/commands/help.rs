@@ -68,6 +68,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "emulate recordings/stair_a",
             "emulate recordings/stair_a --estimator paper",
+            "emulate recordings/stair_a --fault lost@10-12",
             "emulate recordings/stair_a --live",
         ],
     ),
@@ -75,15 +76,18 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         "live",
         &[
             "live",
-            "live /dev/ttyUSB0 --record session",
+            "live /dev/ttyUSB0",
+            "live /dev/ttyUSB0 --record sessions",
             "live --demo recordings/stair_a",
         ],
     ),
     (
         "record",
         &[
-            "record /dev/ttyUSB0 /dev/ttyUSB1 --report /dev/ttyUSB2 -o stairs",
-            "record /dev/ttyUSB0 --module -o stairs",
+            "record /dev/ttyUSB0 /dev/ttyUSB1 -o hall",
+            "record /dev/ttyUSB0 -o hall --scans 5",
+            "record /dev/ttyUSB0 /dev/ttyUSB1 -o hall --report /dev/ttyUSB2 --ask",
+            "record /dev/ttyUSB0 --module -o bench",
         ],
     ),
     ("calibrate", &["calibrate recordings/stair_a --wall 1.25"]),
@@ -173,7 +177,9 @@ pub fn complete(command: Command) -> Command {
         .after_help(list);
     names.iter().fold(whole, |whole, name| {
         whole.mut_subcommand(name, |c| {
-            let examples = examples(name);
+            // What the command says itself comes after its examples.
+            let own = c.get_after_help().map(|own| format!("\n\n{own}"));
+            let examples = examples(name) + &own.unwrap_or_default();
             let reasons = if WITH_REASONS.contains(&name.as_str()) {
                 format!("\n\n{}", reasons())
             } else {

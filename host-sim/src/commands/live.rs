@@ -17,15 +17,11 @@ use crate::recording::Recording;
 
 /// Arguments of `live`.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Examples:
-  cargo sim live                                  lists the serial ports of this machine
-  cargo sim live /dev/ttyUSB0                     shows what the scanner there reports
-  cargo sim live /dev/ttyUSB0 --record sessions   and keeps every sentence with its time
-  cargo sim live --demo recordings/stair_a        without any hardware
-
-Commands are typed on the screen's last lines: status, scan, stop, start, get KEY ... `set`, `save` and
+#[command(
+    after_help = "Commands are typed on the screen's last lines: status, scan, stop, start, get KEY ... `set`, `save` and
 `calibrate` count only inside a sentence with a CRC: the sentence is offered, and the next Enter sends it.
-DTR and RTS are never touched: nothing is reset.")]
+DTR and RTS are never touched: nothing is reset."
+)]
 pub struct Args {
     /// The report port, such as /dev/ttyUSB0; without it the ports of this machine are listed
     #[arg(conflicts_with = "demo")]

@@ -36,15 +36,10 @@ const LINGER: Duration = Duration::from_millis(300);
 
 /// Arguments of `record`.
 #[derive(clap::Args, Debug)]
-#[command(after_help = "Examples:
-  cargo sim record /dev/ttyUSB0 /dev/ttyUSB1 -o hall        two receivers, one on each direction of the link
-  cargo sim record /dev/ttyUSB0 -o hall --scans 5           one receiver that hears both directions
-  cargo sim record /dev/ttyUSB0 /dev/ttyUSB1 -o hall --report /dev/ttyUSB2 --ask
-                                                            with the scanner's answers, and its settings asked for
-  cargo sim record /dev/ttyUSB0 --module -o bench           no scanner: the module itself, asked by this program
-
-Ctrl-C ends it; what is whole by then is written. Begin before the scanner's first scan (or `reset` it), and
-`replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/live.md.")]
+#[command(
+    after_help = "Ctrl-C ends it; what is whole by then is written. Begin before the scanner's first scan (or `reset` it), and
+`replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/live.md."
+)]
 pub struct Args {
     /// Ports that hear the radar link: one a direction, or one for both
     #[arg(required = true, num_args = 1..=2, value_name = "PORT")]

@@ -26,6 +26,7 @@ use super::ros::{
     Point, PointCloud2, PointField, Pose, Time, definition, encoded,
 };
 use super::scans::Scan;
+use super::tables::SCAN;
 use crate::plots::colour;
 
 /// The frame of all coordinates.
@@ -308,16 +309,7 @@ fn diagnostics(header: &Header, scan: &Scan) -> DiagnosticArray {
         key: key.to_owned(),
         value: value.to_owned(),
     };
-    let keys = [
-        "recording",
-        "scan",
-        "status",
-        "direction",
-        "horizon_m",
-        "confidence",
-        "lost_rows",
-    ];
-    let mut values: Vec<KeyValue> = (keys.iter())
+    let mut values: Vec<KeyValue> = (SCAN.iter().chain(&["lost_rows"]))
         .map(|key| match &told[*key] {
             Value::String(text) => pair(key, text),
             other => pair(key, &other.to_string()),

@@ -19,7 +19,7 @@ pub enum Table {
 }
 
 /// The keys of the columns that a scan's rows have in common, as `replay --format json` names them.
-const SCAN: [&str; 6] = [
+pub(super) const SCAN: [&str; 6] = [
     "recording",
     "scan",
     "status",

@@ -4,7 +4,6 @@
 //! recording of one scan is scanned again and again; after the last scan of a sequence it boots anew.
 
 use std::cell::RefCell;
-use std::collections::VecDeque;
 use std::rc::Rc;
 use std::time::{Duration, Instant};
 
@@ -12,13 +11,12 @@ use anyhow::Result;
 use stairscan::config::Config;
 use stairscan::drive::Odometry;
 use stairscan::pipeline::Pipeline;
-use stairscan::report::command::framed;
 use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
 
 use super::lines::Splitter;
 use super::model::Event;
 use super::port::Inside;
-use crate::motion::Timetable;
+use crate::motion::{Inlet, Timetable};
 use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
 use crate::volatile::{Volatile, identity};
@@ -58,8 +56,8 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
         mirror: SimShaft::default(),
         link: PlaybackLink::new(playback, table.clone()),
         port: Wire {
-            table,
-            ..Wire::default()
+            inlet: Inlet::new(table),
+            out: Vec::new(),
         },
         board: Volatile::SCANNING,
     };
@@ -75,14 +73,12 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
     let mut commanded = 0;
     while !cable.ended() {
         let typed = cable.read();
-        scanner.port_mut().type_in(&typed);
+        scanner.port_mut().inlet.type_in(&typed);
         scanner.step(Micros(started.elapsed().as_micros() as u32));
         let scans = scanner.scans() as usize;
         if scans > commanded {
-            for (key, value) in playback.commands_after(commanded) {
-                let line = framed(&["set", key, &value]);
-                scanner.port_mut().type_in(line.as_bytes());
-            }
+            let commands = playback.commands_after(commanded);
+            scanner.port_mut().inlet.set(&commands);
             commanded += 1;
         }
         cable.write(&std::mem::take(&mut scanner.port_mut().out));
@@ -94,30 +90,14 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
 }
 
 /// The scanner's end of the cable.
-#[derive(Default)]
 struct Wire {
-    /// Where motion sentences come from, and lines go in between.
-    table: Option<Rc<RefCell<Timetable>>>,
-    typed: VecDeque<u8>,
+    inlet: Inlet,
     out: Vec<u8>,
-}
-
-impl Wire {
-    /// Takes whole lines, so that motion sentences come between them.
-    fn type_in(&mut self, lines: &[u8]) {
-        match &self.table {
-            Some(table) => table.borrow_mut().type_in(&String::from_utf8_lossy(lines)),
-            None => self.typed.extend(lines),
-        }
-    }
 }
 
 impl BytePort for Wire {
     fn read(&mut self) -> Option<u8> {
-        match &self.table {
-            Some(table) => table.borrow_mut().read(),
-            None => self.typed.pop_front(),
-        }
+        self.inlet.read()
     }
 
     fn write(&mut self, bytes: &[u8]) -> usize {

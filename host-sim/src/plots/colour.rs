@@ -2,6 +2,7 @@
 
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
+use stairscan::answer::Status;
 
 /// Blue, vermilion, green, purple, orange, sky, brown, indigo: the hues of Okabe and Ito, deepened to stand
 /// on white, and moved apart in brightness until people without the green cones tell every two apart, and from
@@ -23,6 +24,15 @@ pub const MEASURED: RGBColor = HUES[0];
 pub const CONCLUDED: RGBColor = HUES[1];
 /// Colour of what is really there.
 pub const TRUE: RGBColor = RGBColor(120, 124, 130);
+
+/// Colour of a status, as `html/page.css` has it.
+pub const fn status(status: Status) -> RGBColor {
+    match status {
+        Status::Ok => RGBColor(0, 106, 122),
+        Status::Degraded => RGBColor(148, 98, 0),
+        Status::Fault => RGBColor(122, 20, 0),
+    }
+}
 
 /// How decibels become colours.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

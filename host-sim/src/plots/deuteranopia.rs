@@ -7,8 +7,9 @@
 use palette::color_difference::Ciede2000;
 use palette::{FromColor, Lab, LinSrgb, Srgb};
 use plotters::style::RGBColor;
+use stairscan::answer::Status;
 
-use super::colour::{HUES, TRUE};
+use super::colour::{self, HUES, TRUE};
 use super::inspect::MARKS;
 use super::posterior;
 use super::sheet::INK;
@@ -120,9 +121,12 @@ fn colours_of_the_page_are_told_apart() {
     assert!(colours.len() >= 7, "{colours:?}");
     all_apart(&colours);
     let style = include_str!("../html/page.css");
-    let states = ["ok", "degraded", "fault"].map(|name| {
+    let states = [Status::Ok, Status::Degraded, Status::Fault].map(|status| {
+        let name = status.as_str();
         let (_, value) = style.split_once(&format!("--{name}:")).unwrap();
-        (name, hex(value).unwrap())
+        let colour = hex(value).unwrap();
+        assert_eq!(colour, colour::status(status), "{name}");
+        (name, colour)
     });
     all_apart(&states);
 }

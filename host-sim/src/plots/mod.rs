@@ -41,6 +41,7 @@ pub use particles::{BeamView, ClusterView, ParticleView, Point};
 pub use plane::Ground;
 pub use posterior::{HypothesisView, PosteriorView};
 pub use profile::ProfileView;
+pub use staircase::{StepView, steps, surface};
 
 use crate::answer::Answer;
 use crate::recording::Recording;

@@ -37,7 +37,7 @@ pub fn steps(answer: &Answer) -> Vec<StepView> {
 
 /// The surface from the ground over `edges` (distance and height of the tread that begins there) to
 /// `far`, beginning at `near`.
-fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
+pub fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
     let mut level = 0.0;
     let mut line = vec![(near, level)];
     for &(x, height) in edges {

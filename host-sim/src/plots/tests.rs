@@ -24,8 +24,6 @@ fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording 
     Recording {
         name: "echo".into(),
         meta: Metadata {
-            description: String::new(),
-            sample_rate_hz: None,
             carrier_hz: 94e9,
             bandwidth_hz,
             samples_per_chirp: samples,
@@ -39,11 +37,7 @@ fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording 
                 Some(_) => (0..chirps).map(|k| k as f64).collect(),
                 None => Vec::new(),
             },
-            motion: Default::default(),
-            sequence: Default::default(),
-            truth: None,
-            disturbance: None,
-            extra: Default::default(),
+            ..Metadata::default()
         },
         samples: chirp.repeat(chirps),
     }

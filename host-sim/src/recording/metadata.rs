@@ -62,7 +62,7 @@ impl Default for Sequence {
 }
 
 /// Everything that a recording says about its samples.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Metadata {
     /// `core:description`.
     pub description: String,

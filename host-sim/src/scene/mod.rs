@@ -41,11 +41,10 @@ use std::sync::OnceLock;
 
 use anyhow::{Context, Result, anyhow};
 use num_complex::Complex64;
-use serde_json::Map;
 use stairscan::Iq;
 use stairscan::config::Plane;
 
-use crate::recording::{self, Metadata, MirrorSetup, Motion, Recording, Sequence, Truth};
+use crate::recording::{self, Metadata, MirrorSetup, Recording, Truth};
 use beam::Beam;
 use facets::Relief;
 use geometry::{BuiltStep, World};
@@ -199,12 +198,7 @@ impl Scene {
                         PlaneSpec::Height => Plane::Height,
                     },
                 }),
-                angles_deg: Vec::new(),
-                motion: Motion::default(),
-                sequence: Sequence::default(),
-                truth: None,
-                disturbance: None,
-                extra: Map::new(),
+                ..Metadata::default()
             },
             samples: Vec::new(),
         }

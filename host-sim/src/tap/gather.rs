@@ -4,13 +4,12 @@
 //! begins another recording: a scan with missing rows (which stands alone, without them), one that was left out,
 //! other settings of the module, a mirror that goes the same way twice.
 
-use serde_json::Map;
 use stairscan::config::{RadarConfig, SweepConfig};
 
 use super::scans::Scan;
 use super::sweep::{self, Sweep};
 use crate::live::Ms;
-use crate::recording::{Metadata, MirrorSetup, Motion, Recording, Sequence};
+use crate::recording::{Metadata, MirrorSetup, Recording};
 
 /// The fewest rows of a scan.
 const FEWEST: usize = 3;
@@ -249,12 +248,7 @@ impl Gather {
                     bandwidth_hz: f64::from(bandwidth_khz) * 1e3,
                     samples_per_chirp: usize::from(samples),
                     mirror: Some(self.mounting.setup.clone()),
-                    angles_deg: Vec::new(),
-                    motion: Motion::default(),
-                    sequence: Sequence::default(),
-                    truth: None,
-                    disturbance: None,
-                    extra: Map::new(),
+                    ..Metadata::default()
                 },
                 samples: Vec::new(),
             },

@@ -2,7 +2,6 @@
 
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
-use crate::math::{RAD_PER_DEG, round};
 use crate::report::command::Calibration;
 use crate::report::crc;
 use crate::scan::board::{Board, BytePort};
@@ -12,13 +11,6 @@ use crate::scan::mirror::Mirror;
 use crate::scan::settings;
 use crate::scan::sweep::Rows;
 use crate::scan::time::Micros;
-
-/// 0.01 mm in a metre, 0.001° in a degree, and parts of a million.
-const METRE: f32 = 1e5;
-const DEGREE: f32 = 1e3;
-const MILLION: f32 = 1e6;
-/// 0.001 dB in a decibel.
-const MILLI: f32 = 1e3;
 
 impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
     /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.
@@ -58,17 +50,7 @@ impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'_, M,
         }
         let found = self.data.calibrate(f32::from(task.wall_mm) / 1e3)?;
         let mut settings = *self.settings.get();
-        let fixed = |value: f32, unit: f32| round(value * unit) as i32;
-        let mount = &mut settings.config.mount;
-        mount.mount_height = fixed(found.height_m.value, METRE);
-        mount.mirror_echo = fixed(found.mirror_echo_m.value, METRE);
-        // 0 stands for a level that was never calibrated.
-        mount.mirror_level = fixed(found.mirror_level_db, MILLI).min(-1);
-        // What was found comes on top of the scale that the scan was made with.
-        let scale = (1.0 + mount.range_scale as f32 / MILLION) * found.scale.value;
-        mount.range_scale = fixed(scale - 1.0, MILLION);
-        let offset = fixed(found.offset_rad.value / RAD_PER_DEG, DEGREE);
-        settings.motor.home_angle = settings.motor.home_angle.saturating_add(offset);
+        settings.calibrate(&found);
         settings.calibrated.date = task.date;
         settings.calibrated.chip = crc::of_words(&self.identity.serial);
         settings.validate()?;
