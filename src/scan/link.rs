@@ -4,6 +4,7 @@ use core::task::Poll;
 
 use super::board::BytePort;
 use super::frame::{self, Decoder, Frame, FrameError, Kind, Progress};
+use super::pace;
 use super::time::Micros;
 use crate::Iq;
 use crate::config::RadarConfig;
@@ -36,6 +37,15 @@ pub trait RadarLink {
     fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32);
     /// The answer to [`RadarLink::trigger`]: exactly as many samples as `samples` holds.
     fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>>;
+    /// How fast the wire is, and whether [`RadarLink::trigger_ahead`] works.
+    fn wire(&self) -> pace::Wire {
+        pace::Wire::default()
+    }
+    /// [`RadarLink::trigger`] while the answer to the trigger before is on its way: answers then come one after
+    /// the other, the older first. False, and nothing done, where that cannot be.
+    fn trigger_ahead(&mut self, _now: Micros, _shaft_angle: i32, _timeout_us: u32) -> bool {
+        false
+    }
 }
 
 /// So that a link too large for the stack can stay where it is.
@@ -55,12 +65,21 @@ impl<L: RadarLink + ?Sized> RadarLink for &mut L {
     fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
         (**self).poll_chirp(now, samples)
     }
+
+    fn wire(&self) -> pace::Wire {
+        (**self).wire()
+    }
+
+    fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
+        (**self).trigger_ahead(now, shaft_angle, timeout_us)
+    }
 }
 
 /// The request that waits for its answer.
 #[derive(Clone, Copy, Debug)]
 struct Request {
     kind: Kind,
+    sequence: u16,
     deadline: Micros,
     strangers: bool,
 }
@@ -76,6 +95,11 @@ pub struct FrameLink<P> {
     decoder: Decoder,
     sequence: u16,
     request: Option<Request>,
+    /// The request that was sent while the other one waited.
+    ahead: Option<Request>,
+    /// The decoder holds a frame that has not been looked at yet: the answer to a later request than the one
+    /// that waited.
+    held: bool,
     out: heapless::Vec<u8, 32>,
     sent: usize,
 }
@@ -88,28 +112,49 @@ impl<P: BytePort> FrameLink<P> {
             decoder: Decoder::new(),
             sequence: 0,
             request: None,
+            ahead: None,
+            held: false,
             out: heapless::Vec::new(),
             sent: 0,
         }
     }
 
     fn send(&mut self, now: Micros, kind: Kind, answer: Kind, payload: &[u8], timeout_us: u32) {
-        self.sequence = self.sequence.wrapping_add(1);
         self.decoder.reset();
+        (self.ahead, self.held) = (None, false);
         // What is still in the port answers an earlier request. A module that babbles fills it again.
         for _ in 0..MOST_READ {
             if self.port.read().is_none() {
                 break;
             }
         }
+        self.request = Some(self.begin(now, (kind, answer), payload, timeout_us));
+    }
+
+    /// Begins to send a request with a number of its own.
+    fn begin(
+        &mut self,
+        now: Micros,
+        (kind, answer): (Kind, Kind),
+        payload: &[u8],
+        timeout_us: u32,
+    ) -> Request {
+        self.sequence = self.sequence.wrapping_add(1);
         frame::encode(kind, self.sequence, payload, &mut self.out);
         self.sent = 0;
         self.pump();
-        self.request = Some(Request {
+        Request {
             kind: answer,
+            sequence: self.sequence,
             deadline: now.plus(timeout_us),
             strangers: false,
-        });
+        }
+    }
+
+    /// The request that waited does so no more; the next one waits.
+    fn finish(&mut self, result: Result<(), LinkError>) -> Poll<Result<(), LinkError>> {
+        self.request = self.ahead.take();
+        Poll::Ready(result)
     }
 
     /// Hands over what the port takes of the request.
@@ -126,16 +171,27 @@ impl<P: BytePort> FrameLink<P> {
         let Some(request) = self.request else {
             return Poll::Ready(Err(LinkError::Timeout));
         };
+        if core::mem::take(&mut self.held)
+            && let Some(result) = self.judge(&request)
+        {
+            return self.finish(result);
+        }
         for _ in 0..MOST_READ {
             let Some(byte) = self.port.read() else { break };
             let result = match self.decoder.push(byte) {
                 Ok(Progress::Partial) => continue,
-                Ok(Progress::Complete) => self.judge(request.kind),
+                Ok(Progress::Complete) => self.judge(&request),
                 Err(error) => Some(Err(LinkError::Frame(error))),
             };
             if let Some(result) = result {
-                self.request = None;
-                return Poll::Ready(result);
+                return self.finish(result);
+            }
+            // Answers come in the order of their requests: this one's is lost.
+            if let Some(ahead) = self.ahead
+                && self.judge(&ahead).is_some()
+            {
+                self.held = true;
+                return self.finish(Err(LinkError::Sequence));
             }
             if let Some(request) = &mut self.request {
                 request.strangers = true;
@@ -144,27 +200,27 @@ impl<P: BytePort> FrameLink<P> {
         if !now.reached(request.deadline) {
             return Poll::Pending;
         }
-        let strangers = self.request.take().is_some_and(|r| r.strangers);
-        Poll::Ready(Err(if strangers {
+        let strangers = self.request.is_some_and(|r| r.strangers);
+        self.finish(Err(if strangers {
             LinkError::Sequence
         } else {
             LinkError::Timeout
         }))
     }
 
-    /// What a whole frame means for the request; `None` when it answers another one.
-    fn judge(&self, wanted: Kind) -> Option<Result<(), LinkError>> {
+    /// What a whole frame means for `request`; `None` when it answers another one.
+    fn judge(&self, request: &Request) -> Option<Result<(), LinkError>> {
         let Frame {
             kind,
             sequence,
             payload,
         } = self.decoder.frame()?;
-        if sequence != self.sequence {
+        if sequence != request.sequence {
             return None;
         }
         Some(match kind {
             Kind::Error => Err(LinkError::Module(payload.first().copied().unwrap_or(0))),
-            _ if kind == wanted => Ok(()),
+            _ if kind == request.kind => Ok(()),
             _ => Err(LinkError::Answer),
         })
     }
@@ -198,6 +254,24 @@ impl<P: BytePort> RadarLink for FrameLink<P> {
                 Err(LinkError::Answer)
             }
         })
+    }
+
+    fn wire(&self) -> pace::Wire {
+        pace::Wire {
+            ahead: true,
+            ..pace::Wire::default()
+        }
+    }
+
+    fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
+        let under_way = self.sent < self.out.len();
+        if self.request.is_none() || self.ahead.is_some() || under_way {
+            return false;
+        }
+        let payload = shaft_angle.to_le_bytes();
+        let kinds = (Kind::Trigger, Kind::Chirp);
+        self.ahead = Some(self.begin(now, kinds, &payload, timeout_us));
+        true
     }
 }
 
@@ -274,6 +348,76 @@ mod tests {
         answer(&mut link, Kind::Chirp, 3, &[1, 0, 2, 0, 3, 0, 4, 0]);
         assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
         assert_eq!(samples, [Iq::new(1, 2), Iq::new(3, 4)]);
+    }
+
+    fn two_under_way() -> FrameLink<Wire> {
+        let mut link = link();
+        link.port.room = 100;
+        assert!(
+            !link.trigger_ahead(NOW, 0, 1000),
+            "there is nothing to be ahead of"
+        );
+        link.trigger(NOW, 0, 1000);
+        assert!(link.trigger_ahead(NOW, 250, 2000));
+        assert!(!link.trigger_ahead(NOW, 500, 2000), "two are enough");
+        link
+    }
+
+    const ONE: [u8; 4] = [1, 0, 2, 0];
+    const TWO: [u8; 4] = [3, 0, 4, 0];
+
+    #[test]
+    fn two_chirps_under_way_come_one_after_the_other() {
+        let mut link = two_under_way();
+        let mut samples = [Iq::default()];
+        answer(&mut link, Kind::Chirp, 1, &ONE);
+        answer(&mut link, Kind::Chirp, 2, &TWO);
+        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
+        assert_eq!(samples, [Iq::new(1, 2)]);
+        assert!(link.trigger_ahead(NOW, 500, 3000));
+        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
+        assert_eq!(samples, [Iq::new(3, 4)]);
+        let late = link.poll_chirp(NOW.plus(3000), &mut samples);
+        assert_eq!(late, Poll::Ready(Err(LinkError::Timeout)));
+    }
+
+    /// A chirp that is lost costs its own row and no time: the next one shows that it will not come.
+    #[test]
+    fn a_lost_chirp_costs_its_own_row_alone() {
+        let mut samples = [Iq::default()];
+        let mut link = two_under_way();
+        answer(&mut link, Kind::Chirp, 2, &TWO);
+        let lost = Poll::Ready(Err(LinkError::Sequence));
+        assert_eq!(link.poll_chirp(NOW, &mut samples), lost);
+        assert_eq!(samples, [Iq::default()], "not the other row's samples");
+        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
+        assert_eq!(samples, [Iq::new(3, 4)]);
+
+        let mut link = two_under_way();
+        answer(&mut link, Kind::Chirp, 1, &ONE);
+        link.port.incoming[9] ^= 1;
+        answer(&mut link, Kind::Chirp, 2, &TWO);
+        let damaged = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
+        assert_eq!(link.poll_chirp(NOW, &mut samples), damaged);
+        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
+        assert_eq!(samples, [Iq::new(3, 4)]);
+
+        // Each has its own deadline, and late answers are nobody's.
+        let mut link = two_under_way();
+        let timeout = Poll::Ready(Err(LinkError::Timeout));
+        assert_eq!(link.poll_chirp(NOW.plus(1000), &mut samples), timeout);
+        answer(&mut link, Kind::Chirp, 1, &ONE);
+        assert!(link.poll_chirp(NOW.plus(1001), &mut samples).is_pending());
+        answer(&mut link, Kind::Chirp, 2, &TWO);
+        let two = link.poll_chirp(NOW.plus(1002), &mut samples);
+        assert_eq!((two, samples), (Poll::Ready(Ok(())), [Iq::new(3, 4)]));
+
+        // A new scan asks for settings: what is under way is forgotten.
+        let mut link = two_under_way();
+        answer(&mut link, Kind::Chirp, 2, &TWO);
+        assert_eq!(link.poll_chirp(NOW, &mut samples), lost);
+        link.configure(NOW, 1000);
+        assert!(link.poll_settings(NOW).is_pending());
     }
 
     /// A port that always has another byte.

@@ -1,8 +1,8 @@
 //! Schedule of angles, mirror motor, radar link, and the loop that ties them to the stages.
 //!
 //! The scanner is a polled state machine: [`Scanner::step`] never waits, so that a command is
-//! answered during a scan, the watchdog sees every state's own deadline, and a chirp is worked off
-//! while the mirror moves to the next angle. Hardware comes in behind four narrow traits
+//! answered during a scan, the watchdog sees every state's own deadline, and a chirp is on the wire and worked
+//! off while the mirror moves to the next angle. Hardware comes in behind four narrow traits
 //! ([`Mirror`], [`RadarLink`], [`BytePort`], [`Board`]) and time as an argument, so the code
 //! that scans on the chip is the code that runs in the emulator and behind `replay`.
 //!
@@ -21,7 +21,8 @@
 //! | [`link`] | the radar link as the sweep sees it, and its implementation over frames |
 //! | [`board`] | the report port, what survives a reset, who the firmware is |
 //! | [`chain`] | the data's way: samples, map, estimator |
-//! | [`sweep`] | one scan: move, settle, trigger, receive, retry |
+//! | [`pace`] | how long a row takes on the wire, and how fast a mirror that does not stop may turn |
+//! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
 //! | [`outbox`] | sentences on their way out |
 //! | [`scanner`] | boot, self-test, idle, scanning, reporting, fault; commands |
 
@@ -31,6 +32,7 @@ pub mod frame;
 pub mod link;
 pub mod mirror;
 pub mod outbox;
+pub mod pace;
 pub mod pulser;
 pub mod ramp;
 pub mod record;

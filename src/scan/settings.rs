@@ -36,6 +36,7 @@
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
 //! | `acceleration` | microsteps/s² | of moves |
 //! | `internal-clock` | `on`, `off` | whether to scan without the crystal |
+//! | `sweep-mode` | `stop`, `continuous` | whether the mirror stops at every angle or turns through them |
 //! | `calibrated`, `calibrated-chip` | YYYYMMDD; | when the mounting was calibrated, and the CRC-32 of the number of the chip that did |
 //!
 //! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
@@ -50,7 +51,7 @@ use crate::grid::BinWindow;
 use crate::grid::MAX_CELLS;
 use slot::Slot;
 pub(crate) use slot::number;
-pub use slot::{Sweeping, Switch, ValueText};
+pub use slot::{SweepMode, Sweeping, Switch, ValueText};
 
 /// Longest time that can be set, microseconds: differences of [`super::Micros`] stay meaningful
 /// with room for the retries on top.
@@ -154,6 +155,8 @@ pub struct Settings {
     pub motor: MotorConfig,
     /// Which way the mirror sweeps.
     pub sweeping: Sweeping,
+    /// Whether the mirror stops at every angle.
+    pub sweep_mode: SweepMode,
     /// What holds without motion input.
     pub motion: drive::Mode,
     /// Whether earlier scans have a say.
@@ -209,6 +212,7 @@ impl Settings {
         "internal-clock",
         "calibrated",
         "calibrated-chip",
+        "sweep-mode",
     ];
 
     fn slot(&mut self, key: &str) -> Option<Slot<'_>> {
@@ -258,6 +262,7 @@ impl Settings {
             "internal-clock" => Slot::Switch(&mut timing.internal_clock),
             "calibrated" => Slot::U32(&mut self.calibrated.date),
             "calibrated-chip" => Slot::U32(&mut self.calibrated.chip),
+            "sweep-mode" => Slot::SweepMode(&mut self.sweep_mode),
             _ => return None,
         })
     }

@@ -1,15 +1,33 @@
-//! One scan: configure, move, settle, trigger, receive, retry, row after row.
+//! One scan: configure, move, settle, trigger, receive, retry, row after row; or all rows in passing.
+//!
+//! `sweep-mode stop`: the mirror stands still for each trigger, and for as long as the chirp itself
+//! takes after it. Then it goes on to the next row while the chirp's samples are on the wire and worked
+//! off. Where they do not come, it goes back for the row.
+//!
+//! `sweep-mode continuous`: the mirror turns through the sector at constant speed ([`Cruise`]), each row is
+//! triggered in passing so that its place comes in mid chirp (`turning`). A row whose chirp was lost, or
+//! that could not be triggered in time, is lost and told: filled on the way back it would be another
+//! moment's, and the chair may have moved.
+//!
+//! Whose chirp an answer is, says the link by the sequence number of its request: in neither mode a
+//! row gets another row's.
+
+mod holding;
+mod turning;
 
 use core::task::Poll;
 
 use super::chain::DataPath;
 use super::link::{LinkError, RadarLink};
 use super::mirror::{Mirror, MirrorError, Motion};
+use super::pace::Cruise;
 use super::ramp::Ramp;
 use super::schedule::{Schedule, shaft_angle};
-use super::settings::Settings;
+use super::settings::{Settings, SweepMode};
 use super::time::Micros;
 use crate::answer::Reason;
+use holding::Hold;
+use turning::Turning;
 
 /// So many rows in a row without a chirp are no noise on the line: the scan ends at once.
 const LOST_STREAK: u16 = 8;
@@ -28,8 +46,12 @@ enum RowState {
     Move,
     /// The mirror stands and comes to rest.
     Settle(Micros),
-    /// The chirp is on its way.
+    /// The chirp is on its way; the mirror goes on once it is captured.
     Receive,
+    /// The mirror goes to where the ramp of a continuous sweep begins.
+    Approach,
+    /// It turns, and rows are triggered in passing.
+    Turn,
 }
 
 /// How a scan's rows went.
@@ -61,6 +83,18 @@ pub struct Sweep {
     /// Requests that were not answered as they should be, since the last look.
     failed: u16,
     deadline: Micros,
+    /// By when the mirror's present move has ended.
+    move_deadline: Micros,
+    /// Keeps the mirror still until the chirp is captured.
+    hold: Hold,
+    /// The mirror has gone on to the next row before this one's chirp has come.
+    gone_on: bool,
+    /// The mirror is not on its way to where it has to go, but will be sent there when it stands.
+    astray: bool,
+    /// Since when the shaft has been seen at rest where it was sent.
+    rest: Option<Micros>,
+    /// In `continuous`, how; none: the mirror stops at every row.
+    turning: Option<Turning>,
 }
 
 /// The reason that a link's error gives a scan.
@@ -77,6 +111,11 @@ pub fn mirror_reason(error: MirrorError) -> Reason {
         MirrorError::Stall => Reason::MotorStall,
         MirrorError::HomeNotFound | MirrorError::NotHomed => Reason::HomeNotFound,
     }
+}
+
+/// The later of two moments.
+fn later(a: Micros, b: Micros) -> Micros {
+    if a.reached(b) { a } else { b }
 }
 
 impl Sweep {
@@ -107,10 +146,27 @@ impl Sweep {
             fired: None,
             failed: 0,
             deadline: now,
+            move_deadline: now,
+            hold: Hold::default(),
+            gone_on: false,
+            astray: false,
+            rest: None,
+            turning: None,
         };
-        sweep.start_move(now, mirror);
+        sweep.plan(link);
+        let target = sweep.target();
+        sweep.start_move(now, mirror, target);
         sweep.ask(now, link);
         Ok(sweep)
+    }
+
+    /// How the mirror is to turn, with what is known of module and link.
+    fn plan(&mut self, link: &impl RadarLink) {
+        let cruise = match self.settings.sweep_mode {
+            SweepMode::Stop => None,
+            SweepMode::Continuous => Cruise::new(&self.settings, &self.schedule, link.wire()),
+        };
+        self.turning = cruise.map(Turning::new);
     }
 
     /// The moment by which the row must have got further.
@@ -133,13 +189,26 @@ impl Sweep {
         core::mem::take(&mut self.failed)
     }
 
-    /// Row that is due, in the order of the map.
-    fn row(&self) -> u16 {
+    /// The row that comes after `place` others, in the order of the map.
+    fn nth(&self, place: u16) -> u16 {
         if self.backward {
             let last = self.schedule.rows().saturating_sub(1);
-            last.saturating_sub(self.done)
+            last.saturating_sub(place)
         } else {
-            self.done
+            place
+        }
+    }
+
+    /// Row that is due, in the order of the map.
+    fn row(&self) -> u16 {
+        self.nth(self.done)
+    }
+
+    /// Where the mirror has to be for what is due.
+    fn target(&self) -> i32 {
+        match &self.turning {
+            Some(turning) => turning.start(&self.schedule, self.backward),
+            None => self.schedule.position(self.row()),
         }
     }
 
@@ -150,20 +219,22 @@ impl Sweep {
         self.deadline = now.plus(timeout).plus(MARGIN_US);
     }
 
-    fn start_move(&mut self, now: Micros, mirror: &mut impl Mirror) {
-        let target = self.schedule.position(self.row());
+    fn start_move(&mut self, now: Micros, mirror: &mut impl Mirror, target: i32) {
         let ramp = Ramp {
             speed: self.settings.motor.speed,
             acceleration: self.settings.motor.acceleration,
         };
         let bound = ramp.bound_us(mirror.position().abs_diff(target));
         mirror.start_move(target, &self.settings.motor);
-        self.deadline = now.plus(bound).plus(MARGIN_US);
+        self.rest = None;
+        self.move_deadline = now.plus(bound).plus(MARGIN_US);
+        self.deadline = self.move_deadline;
     }
 
     fn trigger(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarLink) {
         let timeout = self.settings.timing.chirp_timeout;
         link.trigger(now, shaft_angle(mirror.position()), timeout);
+        self.hold = Hold::new(now, link.wire());
         self.fired = Some((self.row(), now));
         self.at = RowState::Receive;
         self.deadline = now.plus(timeout).plus(MARGIN_US);
@@ -191,23 +262,54 @@ impl Sweep {
         match self.at {
             RowState::Configure => return self.poll_configure(now, link, data),
             RowState::Work => return self.work(data),
-            RowState::Move => {
-                if motion == Motion::Still {
-                    // From this moment, not from the last pulse: the shaft rests at least so long.
-                    let settle = self.settings.timing.settle;
-                    self.at = RowState::Settle(now.plus(settle));
-                    self.deadline = now.plus(settle).plus(MARGIN_US);
-                }
-            }
+            RowState::Move if motion == Motion::Still => self.arrived(now, mirror),
+            RowState::Move => {}
             RowState::Settle(until) => {
                 if now.reached(until) {
-                    self.attempt = 0;
                     self.trigger(now, mirror, link);
                 }
             }
-            RowState::Receive => return self.poll_receive(now, mirror, link, data),
+            RowState::Receive => {
+                self.go_on(now, motion, mirror);
+                return self.poll_receive(now, mirror, link, data);
+            }
+            RowState::Approach if motion == Motion::Still => self.set_off(now, mirror),
+            RowState::Approach => {}
+            RowState::Turn => return self.turn(now, motion, mirror, link, data),
         }
         Poll::Pending
+    }
+
+    /// The mirror stands, if not where it has to, then on its way there.
+    fn arrived(&mut self, now: Micros, mirror: &mut impl Mirror) {
+        if core::mem::take(&mut self.astray) {
+            let target = self.target();
+            return self.start_move(now, mirror, target);
+        }
+        // From the first look at it, not from the last pulse: the shaft rests at least so long.
+        let since = *self.rest.get_or_insert(now);
+        let settle = self.settings.timing.settle;
+        self.at = RowState::Settle(since.plus(settle));
+        self.deadline = now.plus(settle).plus(MARGIN_US);
+    }
+
+    /// Once the chirp is captured the mirror goes on, whether or not its samples have come.
+    fn go_on(&mut self, now: Micros, motion: Motion, mirror: &mut impl Mirror) {
+        if self.gone_on {
+            if motion == Motion::Still {
+                self.rest.get_or_insert(now);
+            }
+            return;
+        }
+        let chirp_us = self.settings.timing.chirp_duration;
+        let next = self.done.saturating_add(1);
+        if self.hold.over(now, chirp_us) && next < self.schedule.rows() {
+            let target = self.schedule.position(self.nth(next));
+            let answer = self.deadline;
+            self.start_move(now, mirror, target);
+            self.deadline = later(answer, self.move_deadline);
+            self.gone_on = true;
+        }
     }
 
     // Out of line: what beginning a scan takes of the stack would lie beneath the estimator.
@@ -229,7 +331,16 @@ impl Sweep {
                 if !valid || data.begin(&self.settings.config, self.scan).is_err() {
                     return self.end(Some(Reason::ModuleConfig));
                 }
+                self.attempt = 0;
                 self.at = RowState::Move;
+                // The module may have become another one since the mirror was sent off.
+                let (before, last) = (self.target(), self.move_deadline);
+                self.plan(link);
+                self.astray = self.target() != before;
+                if self.turning.is_some() {
+                    self.at = RowState::Approach;
+                }
+                self.deadline = later(now.plus(MARGIN_US), last);
             }
             Err(_) if self.attempt < self.settings.timing.retries => {
                 self.attempt += 1;
@@ -258,7 +369,7 @@ impl Sweep {
             }
             Err(_) if self.attempt < self.settings.timing.retries => {
                 self.attempt += 1;
-                self.trigger(now, mirror, link);
+                self.again(now, mirror, link);
                 return Poll::Pending;
             }
             Err(error) => {
@@ -274,12 +385,28 @@ impl Sweep {
             }
         }
         self.done += 1;
-        if self.done < self.schedule.rows() {
-            self.start_move(now, mirror);
+        self.attempt = 0;
+        if core::mem::take(&mut self.gone_on) {
+            self.deadline = later(now.plus(MARGIN_US), self.move_deadline);
+        } else if self.done < self.schedule.rows() {
+            let target = self.target();
+            self.start_move(now, mirror, target);
         }
         // Its own call of `poll`: the arithmetic takes time, and `now` is old after it.
         self.at = RowState::Work;
         Poll::Pending
+    }
+
+    /// Triggers the row once more, from where it is seen: where the mirror has gone on, it ends that move
+    /// and comes back.
+    fn again(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarLink) {
+        if core::mem::take(&mut self.gone_on) {
+            self.astray = true;
+            self.at = RowState::Move;
+            self.deadline = later(now.plus(MARGIN_US), self.move_deadline);
+        } else {
+            self.trigger(now, mirror, link);
+        }
     }
 
     /// Works off the last chirp while the mirror is on its way to the next.
@@ -295,3 +422,6 @@ impl Sweep {
         Poll::Pending
     }
 }
+
+#[cfg(test)]
+mod tests;

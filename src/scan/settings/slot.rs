@@ -25,6 +25,16 @@ pub enum Sweeping {
     Backward,
 }
 
+/// How the mirror gets through the angles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SweepMode {
+    /// It stands still at each of them.
+    #[default]
+    Stop,
+    /// It turns at constant speed.
+    Continuous,
+}
+
 /// A value that is one of a few words.
 trait Word: Copy + PartialEq + 'static {
     const WORDS: &'static [(&'static str, Self)];
@@ -65,6 +75,14 @@ impl Word for Sweeping {
     const EXPECTED: &'static str = "both or down or up";
 }
 
+impl Word for SweepMode {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("stop", SweepMode::Stop),
+        ("continuous", SweepMode::Continuous),
+    ];
+    const EXPECTED: &'static str = "stop or continuous";
+}
+
 impl Word for drive::Mode {
     const WORDS: &'static [(&'static str, Self)] = &[
         ("auto", drive::Mode::Auto),
@@ -90,6 +108,7 @@ pub(super) enum Slot<'a> {
     Plane(&'a mut Plane),
     Spread(&'a mut Spread),
     Sweeping(&'a mut Sweeping),
+    SweepMode(&'a mut SweepMode),
     Motion(&'a mut drive::Mode),
     Switch(&'a mut Switch),
     Estimator(&'a mut EstimatorKind),
@@ -158,6 +177,7 @@ impl Slot<'_> {
             Slot::Plane(v) => word(v.word()),
             Slot::Spread(v) => word(v.word()),
             Slot::Sweeping(v) => word(v.word()),
+            Slot::SweepMode(v) => word(v.word()),
             Slot::Motion(v) => word(v.word()),
             Slot::Switch(v) => word(v.word()),
             Slot::Estimator(v) => word(v.as_str()),
@@ -181,6 +201,7 @@ impl Slot<'_> {
             Slot::Plane(v) => write_word(v, field, text),
             Slot::Spread(v) => write_word(v, field, text),
             Slot::Sweeping(v) => write_word(v, field, text),
+            Slot::SweepMode(v) => write_word(v, field, text),
             Slot::Motion(v) => write_word(v, field, text),
             Slot::Switch(v) => write_word(v, field, text),
             Slot::Estimator(v) => {
@@ -206,6 +227,7 @@ impl Slot<'_> {
             Slot::Plane(v) => place(**v),
             Slot::Spread(v) => place(**v),
             Slot::Sweeping(v) => place(**v),
+            Slot::SweepMode(v) => place(**v),
             Slot::Motion(v) => place(**v),
             Slot::Switch(v) => place(**v),
             Slot::Estimator(v) => {
@@ -225,6 +247,7 @@ impl Slot<'_> {
             Slot::Plane(v) => *v = at_place(word)?,
             Slot::Spread(v) => *v = at_place(word)?,
             Slot::Sweeping(v) => *v = at_place(word)?,
+            Slot::SweepMode(v) => *v = at_place(word)?,
             Slot::Motion(v) => *v = at_place(word)?,
             Slot::Switch(v) => *v = at_place(word)?,
             Slot::Estimator(v) => *v = *EstimatorKind::ALL.get(word as usize)?,

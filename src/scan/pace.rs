@@ -1,0 +1,247 @@
+//! How long a row takes on the wire, and how fast a mirror that does not stop may turn.
+
+use super::frame::{HEADER, LINK_BAUD, TRAILER};
+use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
+use super::settings::Settings;
+
+/// Bits of a byte on the wire: start, eight, stop.
+const BITS: u32 = 10;
+/// Bytes of a trigger.
+const TRIGGER: u32 = (HEADER + 4 + TRAILER) as u32;
+/// From a trigger's last byte until the module sweeps, and by how much its sweep may be longer than
+/// the scanner was told, microseconds.
+pub const SLACK_US: u32 = 100;
+/// A module that takes one request at a time gets the next one after the row has been worked off,
+/// microseconds: its budget of 25,000 instructions at 168 MHz, and a third more.
+const WORK_US: u32 = 200;
+/// A row takes one part in so many longer than the wire needs: baud rates of both ends may be 2 % off,
+/// and the motor's steps come later than their timer by the interrupt's own time, which helps.
+const MARGIN: u32 = 20;
+/// An answer's place is free again one part in so many of a row's time before it is needed.
+const PATIENCE: u32 = 50;
+/// A shaft that has reached its speed turns for so long before the first row, microseconds: what the
+/// ramp has left of swinging dies down as it does after a move.
+const CALM_US: u32 = 5_000;
+
+/// The wire between scanner and module.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Wire {
+    /// Bits a second.
+    pub baud: u32,
+    /// Whether the next chirp may be triggered while the answer to the last trigger is on its way.
+    pub ahead: bool,
+}
+
+impl Default for Wire {
+    fn default() -> Self {
+        Self {
+            baud: LINK_BAUD,
+            ahead: false,
+        }
+    }
+}
+
+impl Wire {
+    /// Time of so many bytes, microseconds, rounded up.
+    pub fn time_us(&self, bytes: u32) -> u32 {
+        // At most 10^9 of 32 bits: the longest frame has 1036 bytes.
+        let bits = bytes.saturating_mul(BITS);
+        let baud = (self.baud / 1000).max(1);
+        bits.saturating_mul(1000).div_ceil(baud)
+    }
+
+    /// Time of one byte, microseconds, rounded up.
+    pub fn byte_us(&self) -> u32 {
+        self.time_us(1)
+    }
+
+    /// Time of a trigger, microseconds.
+    pub fn trigger_us(&self) -> u32 {
+        self.time_us(TRIGGER)
+    }
+
+    /// Time of the answer with a chirp of `samples`, microseconds.
+    pub fn chirp_us(&self, samples: u16) -> u32 {
+        self.time_us(4 * u32::from(samples) + (HEADER + TRAILER) as u32)
+    }
+}
+
+/// A sweep at constant speed: ramps outside the sector, every row in passing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Cruise {
+    /// Speed inside the sector, microsteps/s.
+    pub speed: u32,
+    /// From row to row, microseconds.
+    pub period_us: u32,
+    /// A chirp that has not come by then is lost: another row's trigger needs its place, microseconds.
+    pub patience_us: u32,
+    /// From an end of the shaft's way to the nearest row, microsteps: ramp, calm, and what a chirp takes.
+    pub run: i32,
+    /// A row's trigger leaves so many microsteps before its place ...
+    pub lead: i32,
+    /// ... and so long after that microstep, microseconds, so that the place comes in mid chirp.
+    pub delay_us: u32,
+}
+
+/// Slower is no sweep, microsteps/s: nor is a slower `speed` a setting.
+const SLOWEST: u32 = 100;
+/// Acceleration of a motor that stops dead, for the length of its ramps, microsteps/s².
+const DEAD_STOP: f32 = 1e9;
+
+impl Cruise {
+    /// That of `settings` over `wire`; none where the shaft has no room for the ramps, or would have to
+    /// creep.
+    pub fn new(settings: &Settings, schedule: &Schedule, wire: Wire) -> Option<Self> {
+        let (motor, timing) = (&settings.motor, &settings.timing);
+        let chirp_us = timing.chirp_duration;
+        let (trigger, answer) = (
+            wire.trigger_us(),
+            wire.chirp_us(settings.config.radar.samples),
+        );
+        let capture = trigger.saturating_add(chirp_us).saturating_add(SLACK_US);
+        let busy = match wire.ahead {
+            true => answer.max(capture),
+            false => capture.saturating_add(answer).saturating_add(WORK_US),
+        };
+        let period_us = busy.saturating_add(busy / MARGIN);
+        // Rows may be closer together than microsteps: their distance is no whole number.
+        let way = settings.config.sweep.angle_step.unsigned_abs() as f32
+            * (MICROSTEPS_PER_TURN as f32 / 360_000.0);
+        let speed = ((way * 1e6 / period_us as f32) as u32).min(motor.speed);
+        if speed < SLOWEST {
+            return None;
+        }
+        let v = speed as f32 * 1e-6;
+        let period_us = (way / v) as u32;
+        let places = if wire.ahead { 2 } else { 1 };
+        let patience_us = period_us.saturating_mul(places) - period_us / PATIENCE;
+        let acceleration = match motor.acceleration {
+            0 => DEAD_STOP,
+            a => a as f32,
+        };
+        let ramp = speed as f32 * speed as f32 / (2.0 * acceleration);
+        // From the trigger's call to mid chirp.
+        let early_us = trigger as f32 + 0.5 * chirp_us as f32;
+        let lead = (v * early_us) as i32 + 1;
+        let delay_us = (lead as f32 / v - early_us) as u32;
+        let run = (ramp + v * (CALM_US as f32 + chirp_us as f32)) as i32;
+        let run = run.saturating_add(lead).saturating_add(2);
+        let cruise = Self {
+            speed,
+            period_us,
+            patience_us: patience_us.min(timing.chirp_timeout),
+            run,
+            lead,
+            delay_us,
+        };
+        let limit = microsteps(SHAFT_LIMIT);
+        let last = schedule.rows().saturating_sub(1);
+        let within = [false, true].into_iter().all(|backward| {
+            let (start, end) = cruise.ends(schedule, backward);
+            start.abs() <= limit && end.abs() <= limit
+        });
+        (within && last > 0).then_some(cruise)
+    }
+
+    /// Which way the shaft turns from the sweep's first row to its last, 1 or -1.
+    pub fn direction(schedule: &Schedule, backward: bool) -> i32 {
+        let last = schedule.rows().saturating_sub(1);
+        let down = schedule.scheduled_shaft(last) >= schedule.scheduled_shaft(0);
+        if down != backward { 1 } else { -1 }
+    }
+
+    /// Where the shaft's way begins and ends. One way's end is the other's beginning.
+    pub fn ends(&self, schedule: &Schedule, backward: bool) -> (i32, i32) {
+        let last = schedule.rows().saturating_sub(1);
+        let (first, last) = match backward {
+            false => (0, last),
+            true => (last, 0),
+        };
+        let run = Self::direction(schedule, backward).saturating_mul(self.run);
+        (
+            schedule.position(first).saturating_sub(run),
+            schedule.position(last).saturating_add(run),
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn cruise(settings: &Settings, wire: Wire) -> Option<Cruise> {
+        let schedule = Schedule::new(&settings.config).unwrap();
+        Cruise::new(settings, &schedule, wire)
+    }
+
+    #[test]
+    fn the_wire_keeps_up() {
+        let settings = Settings::default();
+        for (baud, ahead, slowest) in [
+            (1_000_000, true, 8_600),
+            (2_000_000, true, 4_300),
+            (3_000_000, true, 2_900),
+            (1_000_000, false, 10_400),
+        ] {
+            let wire = Wire { baud, ahead };
+            let cruise = cruise(&settings, wire).unwrap();
+            let answer = wire.chirp_us(200);
+            assert_eq!(answer, (8_120_000_u32).div_ceil(baud / 1000));
+            assert!(cruise.period_us > answer + answer / 25, "{cruise:?}");
+            assert!(cruise.period_us < slowest, "{cruise:?}");
+            let there = wire.trigger_us() + 1_000 + SLACK_US + answer;
+            assert!(cruise.patience_us > there, "{cruise:?}");
+            // The row's place comes in mid chirp, within half a microstep.
+            let early = wire.trigger_us() + 500 + cruise.delay_us;
+            let way = early as f32 * cruise.speed as f32 * 1e-6;
+            assert!((way - cruise.lead as f32).abs() < 0.1, "{way} {cruise:?}");
+        }
+    }
+
+    #[test]
+    fn a_sector_without_room_for_ramps_is_not_swept() {
+        let mut settings = Settings::default();
+        settings.config.sweep.first_angle = -169_990;
+        assert_eq!(cruise(&settings, Wire::default()), None);
+        settings.config.sweep.first_angle = -160_000;
+        assert!(cruise(&settings, Wire::default()).is_some());
+        settings.motor.acceleration = 1_000;
+        assert!(cruise(&settings, Wire::default()).is_none());
+    }
+
+    #[test]
+    fn both_ways_have_the_same_ends() {
+        let mut settings = Settings::default();
+        for plane in [crate::config::Plane::Depth, crate::config::Plane::Height] {
+            settings.config.mount.plane = plane;
+            let schedule = Schedule::new(&settings.config).unwrap();
+            let cruise = Cruise::new(&settings, &schedule, Wire::default()).unwrap();
+            let (there, back) = (cruise.ends(&schedule, false), cruise.ends(&schedule, true));
+            assert_eq!(there, (back.1, back.0));
+            let sign = Cruise::direction(&schedule, false);
+            assert_eq!((there.1 - there.0).signum(), sign);
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn never_faster_than_the_motor_nor_the_wire(
+            speed in 100_u32..=102_400, acceleration in 1_000_u32..=100_000_000,
+            chirp in 0_u32..=1_000_000, baud in 9_600_u32..=12_000_000, ahead: bool,
+            step in 10_i32..=1_000,
+        ) {
+            let mut settings = Settings::default();
+            settings.motor.speed = speed;
+            settings.motor.acceleration = acceleration;
+            settings.timing.chirp_duration = chirp;
+            settings.config.sweep.angle_step = step;
+            settings.config.sweep.angle_count = 100;
+            let wire = Wire { baud, ahead };
+            let Some(cruise) = cruise(&settings, wire) else { return Ok(()) };
+            prop_assert!(cruise.speed <= speed && cruise.speed >= SLOWEST);
+            prop_assert!(cruise.period_us >= wire.chirp_us(200), "{:?}", cruise);
+            prop_assert!(cruise.period_us >= chirp);
+        }
+    }
+}
