@@ -30,6 +30,8 @@ enum Command {
     Seal(commands::seal::Args),
     /// Show how long a scan takes and with what
     Timing(commands::timing::Args),
+    /// Compare the answers by a mirror that stops at every angle with those by one that turns
+    Modes(commands::modes::Args),
     /// Scan recordings with the image itself, in an emulator, and print the steps
     Emulate(commands::emulate::Args),
     /// Watch a scanner at a serial port: side view, status in words, age, a command line
@@ -89,6 +91,7 @@ fn main() -> ExitCode {
         Command::Budget(args) => commands::budget::run(&args),
         Command::Seal(args) => commands::seal::run(&args),
         Command::Timing(args) => commands::timing::run(&args),
+        Command::Modes(args) => commands::modes::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Live(args) => commands::live::run(&args),
         Command::Record(args) => commands::record::run(&args),

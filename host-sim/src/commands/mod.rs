@@ -12,6 +12,7 @@ pub mod fit;
 pub mod help;
 pub mod inspect;
 pub mod live;
+pub mod modes;
 pub mod params;
 pub mod profile;
 pub mod record;

@@ -3,19 +3,31 @@
 use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
-use stairscan::scan::frame::{HEADER, LINK_BAUD, TRAILER};
+use serde_json::{Map, Value, json};
+use stairscan::scan::pace::{Cruise, SLACK_US, Wire};
 use stairscan::scan::ramp::Ramp;
 use stairscan::scan::{Schedule, Settings};
 
-use super::emit;
+use super::{Format, emit};
 use crate::budgets::{CHIRP, POST};
 
-/// Arguments of `timing`.
+/// Prints how long a scan takes, part by part: stopping at every angle and turning through them, at the
+/// link's three rates, beside the chirps alone.
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Settings that differ from the defaults, as the image's `set` takes them: KEY=VALUE
     #[arg(value_parser = parse_setting)]
     settings: Vec<(String, String)>,
+    /// Rates of the link, baud.
+    #[arg(long, value_delimiter = ',', default_values_t = [1_000_000, 2_000_000, 3_000_000],
+          value_parser = clap::value_parser!(u32).range(9_600..=12_000_000))]
+    baud: Vec<u32>,
+    /// The radar module takes one request at a time, and none while it sends.
+    #[arg(long)]
+    one_at_a_time: bool,
+    /// How to print.
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
 }
 
 fn parse_setting(text: &str) -> Result<(String, String), String> {
@@ -23,66 +35,167 @@ fn parse_setting(text: &str) -> Result<(String, String), String> {
     Ok((key.to_owned(), value.to_owned()))
 }
 
-/// Bits of a byte on the wire: start, eight, stop.
-const BITS: u64 = 10;
+/// Clocks of the core in a microsecond. The budgets count instructions; one a clock is what the
+/// Cortex-M4F does at best.
+const CORE_MHZ: u64 = 168;
+/// Speeds of a chair, m/s: beside stairs, and along a corridor.
+const CHAIR: [f64; 2] = [0.2, 0.5];
 
-fn transfer_us(bytes: usize) -> u64 {
-    bytes as u64 * BITS * 1_000_000 / u64::from(LINK_BAUD)
-}
-
-/// Times of one scan, microseconds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+/// How a scan's time comes together, in the order in which its parts are printed; they add up to it.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct ScanTime {
-    /// Rows.
-    pub rows: u64,
-    /// Shortest and longest move from one row to the next.
-    pub step: (u64, u64),
-    /// All moves.
-    pub moves: u64,
-    /// Settling, once a row.
-    pub settle: u64,
-    /// Trigger frame on the wire.
-    pub trigger: u64,
-    /// Chirp frame on the wire.
-    pub transfer: u64,
+    /// Of which mode.
+    pub mode: &'static str,
+    /// Rate of the link; none where it does not matter.
+    pub baud: Option<u32>,
+    /// Name and microseconds.
+    pub parts: Vec<(&'static str, u64)>,
 }
 
 impl ScanTime {
-    /// The times that `settings` make.
-    pub fn new(settings: &Settings) -> Result<Self> {
-        let schedule = Schedule::new(&settings.config).map_err(|e| anyhow!("{e}"))?;
+    /// The bound of physics: chirp after chirp.
+    pub fn bound(settings: &Settings) -> Self {
+        let rows = u64::from(settings.config.sweep.angle_count);
+        let chirps = rows * u64::from(settings.timing.chirp_duration);
+        Self {
+            mode: "bound",
+            baud: None,
+            parts: vec![("chirps", chirps)],
+        }
+    }
+
+    /// The mirror stops at every row; a chirp is on the wire while it moves on.
+    pub fn stop(settings: &Settings, schedule: &Schedule, wire: Wire) -> Self {
         let ramp = Ramp {
             speed: settings.motor.speed,
             acceleration: settings.motor.acceleration,
         };
-        let moves: Vec<u64> = (1..schedule.rows())
-            .map(|row| {
-                let way = schedule.position(row).abs_diff(schedule.position(row - 1));
-                u64::from(ramp.duration_us(way))
-            })
-            .collect();
-        let samples = usize::from(settings.config.radar.samples);
-        let shortest = moves.iter().min().copied().unwrap_or(0);
-        let longest = moves.iter().max().copied().unwrap_or(0);
-        Ok(Self {
-            rows: u64::from(schedule.rows()),
-            step: (shortest, longest),
-            moves: moves.iter().sum(),
-            settle: u64::from(settings.timing.settle),
-            trigger: transfer_us(HEADER + 4 + TRAILER),
-            transfer: transfer_us(HEADER + 4 * samples + TRAILER),
+        let rows = u64::from(schedule.rows());
+        let settle = u64::from(settings.timing.settle);
+        let chirp = u64::from(settings.timing.chirp_duration);
+        let trigger = u64::from(wire.trigger_us());
+        let answer = u64::from(wire.chirp_us(settings.config.radar.samples)) + CHIRP / CORE_MHZ;
+        // Without a duration nobody knows when the chirp is captured but by its answer.
+        let slack = match chirp {
+            0 => answer,
+            _ => u64::from(SLACK_US + wire.byte_us()),
+        };
+        let (mut moves, mut waits) = (0, 0);
+        for row in 1..schedule.rows() {
+            let way = schedule.position(row).abs_diff(schedule.position(row - 1));
+            let moving = u64::from(ramp.duration_us(way));
+            moves += moving;
+            waits += answer.saturating_sub(slack + moving + settle);
+        }
+        // Nothing is left to move to behind the last row.
+        waits += answer.saturating_sub(slack);
+        Self {
+            mode: "stop",
+            baud: Some(wire.baud),
+            parts: vec![
+                ("move", moves),
+                ("settle", rows * settle),
+                ("trigger on the wire", rows * trigger),
+                ("chirp", rows * (chirp + slack)),
+                ("chirp on the wire, beyond the moves", waits),
+            ],
+        }
+    }
+
+    /// The mirror turns; none where the shaft has no room for the ramps.
+    pub fn continuous(settings: &Settings, schedule: &Schedule, wire: Wire) -> Option<Self> {
+        let cruise = Cruise::new(settings, schedule, wire)?;
+        let (start, end) = cruise.ends(schedule, false);
+        let ramp = Ramp {
+            speed: cruise.speed,
+            acceleration: settings.motor.acceleration,
+        };
+        let turn = u64::from(ramp.duration_us(start.abs_diff(end)));
+        let rows = u64::from(schedule.rows() - 1) * u64::from(cruise.period_us);
+        let ramps = turn.saturating_sub(rows);
+        // The last row comes half a way of ramps before the end; its answer may take longer.
+        let answer = u64::from(settings.timing.chirp_duration) / 2
+            + u64::from(wire.chirp_us(settings.config.radar.samples))
+            + CHIRP / CORE_MHZ;
+        Some(Self {
+            mode: "continuous",
+            baud: Some(wire.baud),
+            parts: vec![
+                ("rows in passing", rows),
+                ("ramps, and to come to rest", ramps),
+                (
+                    "last chirp on the wire, beyond the ramp",
+                    answer.saturating_sub(ramps / 2),
+                ),
+            ],
         })
     }
 
-    /// From the first trigger's settling to the last sample.
+    /// From the first move to the last sample, microseconds.
     pub fn total(&self) -> u64 {
-        self.moves + self.rows * (self.settle + self.trigger + self.transfer)
+        self.parts.iter().map(|(_, us)| us).sum()
+    }
+
+    fn json(&self) -> Value {
+        let part = |(name, us): &(&str, u64)| ((*name).to_owned(), json!(ms(*us)));
+        let parts: Map<String, Value> = self.parts.iter().map(part).collect();
+        json!({
+            "mode": self.mode,
+            "baud": self.baud,
+            "scan_ms": ms(self.total()),
+            "parts": parts,
+            "travel_mm": { "0.2": travel_mm(self, CHAIR[0]), "0.5": travel_mm(self, CHAIR[1]) },
+        })
+    }
+
+    fn text(&self) -> String {
+        let at = self.baud.map_or("chirps alone".into(), |baud| {
+            format!("{:.1} Mbaud", f64::from(baud) / 1e6)
+        });
+        let [slow, fast] = CHAIR.map(|speed| travel_mm(self, speed) / 10.0);
+        let mut out = format!(
+            "{:<11} {:<12} {:>9.1} {:>13.1} {:>12.1}\n",
+            self.mode,
+            at,
+            ms(self.total()),
+            slow,
+            fast
+        );
+        for (name, us) in &self.parts {
+            out.push_str(&format!("  {name:<42} {:>9.1}\n", ms(*us)));
+        }
+        out
     }
 }
 
-/// Clocks of the core in a microsecond. The budgets count instructions; one a clock is what the
-/// Cortex-M4F does at best.
-const CORE_MHZ: u64 = 168;
+fn ms(us: u64) -> f64 {
+    us as f64 / 1000.0
+}
+
+/// What a chair at `speed` travels meanwhile, to 0.1 mm.
+fn travel_mm(time: &ScanTime, speed: f64) -> f64 {
+    (ms(time.total()) * speed * 10.0).round() / 10.0
+}
+
+/// Every mode at every rate.
+///
+/// # Errors
+/// Names what no scan can be made of.
+pub fn modes(settings: &Settings, wires: &[Wire]) -> Result<Vec<ScanTime>> {
+    let schedule = Schedule::new(&settings.config).map_err(|e| anyhow!("{e}"))?;
+    let mut times = vec![ScanTime::bound(settings)];
+    times.extend(
+        wires
+            .iter()
+            .map(|&w| ScanTime::stop(settings, &schedule, w)),
+    );
+    times.extend(
+        wires
+            .iter()
+            .filter_map(|&w| ScanTime::continuous(settings, &schedule, w)),
+    );
+    Ok(times)
+}
 
 /// Prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
@@ -91,50 +204,28 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let known = Settings::key(key).ok_or_else(|| anyhow!("{key}: no such setting"))?;
         settings.set(known, value).map_err(|e| anyhow!("{e}"))?;
     }
-    let time = ScanTime::new(&settings)?;
-    let ms = |us: u64| us as f64 / 1000.0;
-    let all = |us: u64| format!("{:>10.1}", ms(us * time.rows));
-    let mut out = String::from("what                          a row, ms   a scan, ms\n");
-    let mut line = |what: &str, row: String, scan: String| {
-        out.push_str(&format!("{what:<28} {row:>10}   {scan:>10}\n"));
-    };
-    let (short, long) = time.step;
-    line(
-        "move",
-        format!("{:.1}-{:.1}", ms(short), ms(long)),
-        format!("{:.1}", ms(time.moves)),
-    );
-    line(
-        "settle",
-        format!("{:.1}", ms(time.settle)),
-        all(time.settle),
-    );
-    line(
-        "trigger on the wire",
-        format!("{:.2}", ms(time.trigger)),
-        all(time.trigger),
-    );
-    line(
-        "chirp on the wire",
-        format!("{:.2}", ms(time.transfer)),
-        all(time.transfer),
-    );
-    let row = CHIRP / CORE_MHZ;
-    line(
-        "arithmetic (during the move)",
-        format!("<{:.2}", ms(row)),
-        "0.0".into(),
-    );
-    line(
-        "last row to report",
-        String::new(),
-        format!("<{:.1}", ms(POST / CORE_MHZ)),
-    );
-    line("scan", String::new(), format!("{:.1}", ms(time.total())));
+    let ahead = !args.one_at_a_time;
+    let wires: Vec<Wire> = args.baud.iter().map(|&baud| Wire { baud, ahead }).collect();
+    let times = modes(&settings, &wires)?;
+    if args.format == Format::Json {
+        times
+            .iter()
+            .for_each(|time| emit(&format!("{}\n", time.json())));
+        return Ok(ExitCode::SUCCESS);
+    }
+    let mut out = String::from("mode        link           scan, ms  at 0.2 m/s, cm  at 0.5, cm\n");
+    times.iter().for_each(|time| out.push_str(&time.text()));
+    if !times.iter().any(|time| time.mode == "continuous") {
+        out.push_str(
+            "continuous: no room for its ramps, or too slow; the scanner stops at every angle\n",
+        );
+    }
     out.push_str(&format!(
-        "{} rows; the arithmetic's figures are its budgets at 168 MHz; the module's own chirp time \
-         comes on top of each row\n",
-        time.rows
+        "{} rows; centimetres are what a chair travels meanwhile. A row's arithmetic, {:.2} ms at most at \
+         168 MHz, hides behind the wire; the report follows within {:.1} ms of the last row.\n",
+        settings.config.sweep.angle_count,
+        ms(CHIRP / CORE_MHZ),
+        ms(POST / CORE_MHZ)
     ));
     emit(&out);
     Ok(ExitCode::SUCCESS)
@@ -144,15 +235,72 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 mod tests {
     use super::*;
 
+    fn times(one_at_a_time: bool) -> Vec<ScanTime> {
+        let wires = [1_000_000, 2_000_000, 3_000_000].map(|baud| Wire {
+            baud,
+            ahead: !one_at_a_time,
+        });
+        modes(&Settings::default(), &wires).unwrap()
+    }
+
+    fn total(times: &[ScanTime], mode: &str, baud: u32) -> u64 {
+        let found = times
+            .iter()
+            .find(|t| t.mode == mode && t.baud == Some(baud));
+        found.unwrap().total()
+    }
+
     #[test]
-    fn the_default_scan_is_the_sum_of_its_parts() {
-        let time = ScanTime::new(&Settings::default()).unwrap();
-        // 200 samples of 4 bytes and 12 bytes around them, 10 bits each at 1 Mbaud.
-        assert_eq!((time.rows, time.transfer, time.trigger), (281, 8_120, 160));
-        // 35 or 36 microsteps at 50 turns/s²: 2 √(s / a).
-        assert!((6_000..8_500).contains(&time.step.0), "{time:?}");
-        let total = time.moves + 281 * (5_000 + 160 + 8_120);
-        assert_eq!(time.total(), total);
-        assert!((5_000_000..6_500_000).contains(&total), "{total}");
+    fn scans_take_no_longer_than_they_may() {
+        let times = times(false);
+        assert_eq!(times[0].total(), 281_000);
+        assert!(total(&times, "stop", 1_000_000) <= 3_900_000, "{times:?}");
+        assert!(
+            total(&times, "continuous", 2_000_000) <= 1_300_000,
+            "{times:?}"
+        );
+    }
+
+    /// The same scans over the bench of `src/scan/sweep/tests`, where steps, bytes and arithmetic take their
+    /// time and what it measures is asserted.
+    #[test]
+    fn they_are_those_of_the_sweep_over_simulated_time() {
+        let times = times(false);
+        for (mode, baud, ms) in MEASURED {
+            let computed = self::ms(total(&times, mode, baud));
+            assert!(
+                (computed / ms - 1.0).abs() < 0.01,
+                "{mode} {baud}: {computed}, not {ms}"
+            );
+        }
+    }
+
+    const MEASURED: [(&str, u32, f64); 4] = [
+        ("stop", 1_000_000, 3_726.9),
+        ("continuous", 1_000_000, 2_420.5),
+        ("continuous", 2_000_000, 1_222.3),
+        ("continuous", 3_000_000, 835.2),
+    ];
+
+    #[test]
+    fn a_chirp_of_unknown_length_is_waited_for() {
+        let mut settings = Settings::default();
+        settings.timing.chirp_duration = 0;
+        let wire = Wire::default();
+        let times = modes(&settings, &[wire]).unwrap();
+        // Moves, settling, triggers and chirps on the wire one after the other.
+        let all = total(&times, "stop", wire.baud);
+        assert!((5_600_000..5_800_000).contains(&all), "{all}");
+    }
+
+    #[test]
+    fn json_has_a_line_for_each_mode() {
+        for time in times(true) {
+            let line = time.json();
+            let parts = line["parts"].as_object().unwrap();
+            let sum: f64 = parts.values().map(|v| v.as_f64().unwrap()).sum();
+            assert!((sum - line["scan_ms"].as_f64().unwrap()).abs() < 1e-6);
+            assert!(line["mode"].is_string());
+        }
     }
 }

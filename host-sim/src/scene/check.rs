@@ -117,6 +117,13 @@ fn mount(s: &SceneSpec) -> Result<()> {
         &[
             ("bias_deg", mirror.bias_deg, (-30.0, 30.0)),
             ("jitter_deg", mirror.jitter_deg, (0.0, 5.0)),
+            ("turn_deg_s", mirror.turn_deg_s, (0.0, 720.0)),
+            ("vibration_deg", mirror.vibration_deg, (0.0, 1.0)),
+            (
+                "vibration_phase_deg",
+                mirror.vibration_phase_deg,
+                (0.0, 360.0),
+            ),
             ("runout_m", mirror.runout_m, (0.0, 0.01)),
             ("sidelobe_db", mirror.sidelobe_db, (13.26, 60.0)),
             ("sidelobe_floor_db", mirror.sidelobe_floor_db, (10.0, 300.0)),

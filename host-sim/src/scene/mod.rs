@@ -34,6 +34,7 @@ pub mod spec;
 mod textbook;
 pub mod tones;
 pub mod truth;
+mod turning;
 
 use std::fs;
 use std::path::Path;
@@ -306,11 +307,28 @@ impl Scene {
     ) -> (Vec<Iq>, Vec<Complex64>) {
         let mirror = &self.spec.mirror;
         let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
-        let shaft = (self.angles[row] + off).to_radians();
+        let row_deg = self.angles[row] + off;
+        let shaft = (row_deg + turning::vibration_deg(mirror, row_deg)).to_radians();
         let mount = &self.spec.mount;
         let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
-        let angle = shaft + mount.tilt_deg(pitch).to_radians();
+        let tilt = mount.tilt_deg(pitch).to_radians();
         let warp = receiver.phase_noise(random);
+        let mut echo = vec![Complex64::ZERO; self.spec.radar.samples_per_chirp];
+        if turning::turns(mirror) {
+            self.smeared(row_deg, tilt, tones, &warp, &mut echo);
+        } else {
+            self.beats()
+                .sum(&self.weighed(shaft + tilt, tones), &warp, &mut echo);
+        }
+        let mut analog = echo.clone();
+        let mut grid = self.beats().grid();
+        self.inside(receiver, shaft, &mut grid);
+        self.beats().sum(&grid, &warp, &mut analog);
+        (receiver.digitise(&analog, random), echo)
+    }
+
+    /// The tones as a beam at `angle` weighs them.
+    fn weighed(&self, angle: f64, tones: &[Tone]) -> Vec<Complex64> {
         let mut grid = self.beats().grid();
         for t in tones {
             let back = self.beam.in_plane(angle - t.back);
@@ -322,13 +340,7 @@ impl Scene {
             let gain = out * back;
             Tones::add(&mut grid, &t.place, t.amplitude * gain);
         }
-        let mut echo = vec![Complex64::ZERO; self.spec.radar.samples_per_chirp];
-        self.beats().sum(&grid, &warp, &mut echo);
-        let mut analog = echo.clone();
-        let mut grid = self.beats().grid();
-        self.inside(receiver, shaft, &mut grid);
-        self.beats().sum(&grid, &warp, &mut analog);
-        (receiver.digitise(&analog, random), echo)
+        grid
     }
 
     /// What comes back from inside the scanner: the leakage, and the mirror, whose run-out turns its

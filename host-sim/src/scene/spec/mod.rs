@@ -196,6 +196,14 @@ pub struct MirrorSpec {
     /// Standard deviation of the beam angle from chirp to chirp; microstepping drives repeat to some
     /// 5 % of a full step of 1.8°, less with settling.
     pub jitter_deg: f64,
+    /// Speed at which the shaft turns while a chirp is captured, degrees a second, its place in mid chirp being
+    /// the row's; 0: it stands still at each row.
+    pub turn_deg_s: f64,
+    /// Amplitude of the vibration of a shaft that turns. It comes with the motor's full steps, whose pull
+    /// the driver's microsteps only nearly even out: slow against a chirp, so that no chirp averages it.
+    pub vibration_deg: f64,
+    /// Where in its period that vibration is at the horizontal.
+    pub vibration_phase_deg: f64,
     /// Run-out of the mirror's surface over a turn: it turns the phase of the mirror's own echo.
     pub runout_m: f64,
     /// First side lobe of the beam, one way, dB below its peak (Hansen, Phased Array Antennas, sec.
@@ -211,6 +219,9 @@ impl Default for MirrorSpec {
         Self {
             bias_deg: 0.0,
             jitter_deg: 0.02,
+            turn_deg_s: 0.0,
+            vibration_deg: 0.0,
+            vibration_phase_deg: 0.0,
             runout_m: 5e-6,
             sidelobe_db: 20.0,
             sidelobe_floor_db: 35.0,

@@ -1,0 +1,136 @@
+//! A beam that turns while a chirp is captured, and a shaft that vibrates as it turns.
+//!
+//! The chirp is seen by the beam at its beginning, its middle and its end; in between every echo's gain is
+//! on the parabola through the three. A beam of 5 degrees that turns by a quarter of a degree is that to
+//! better than 1e-5 of its peak.
+
+use num_complex::Complex64;
+
+use super::spec::MirrorSpec;
+use super::{Scene, Tone};
+
+/// Degrees from full step to full step of the motor: 200 a turn.
+const FULL_STEP_DEG: f64 = 1.8;
+
+/// Whether the mirror turns during a chirp.
+pub(super) fn turns(mirror: &MirrorSpec) -> bool {
+    mirror.turn_deg_s > 0.0
+}
+
+/// By how much the shaft is off while it passes `angle_deg`.
+pub(super) fn vibration_deg(mirror: &MirrorSpec, angle_deg: f64) -> f64 {
+    if !turns(mirror) {
+        return 0.0;
+    }
+    let phase = 360.0 * angle_deg / FULL_STEP_DEG + mirror.vibration_phase_deg;
+    mirror.vibration_deg * libm::sin(phase.to_radians())
+}
+
+impl Scene {
+    /// The echoes of a chirp in whose middle the mirror passes `row_deg`.
+    pub(super) fn smeared(
+        &self,
+        row_deg: f64,
+        tilt: f64,
+        tones: &[Tone],
+        warp: &[f64],
+        echo: &mut [Complex64],
+    ) {
+        let (radar, mirror) = (&self.spec.radar, &self.spec.mirror);
+        let count = echo.len();
+        let chirp_s = count as f64 / radar.sample_rate_hz;
+        let half = 0.5 * mirror.turn_deg_s * chirp_s;
+        let parts = [-1.0, 0.0, 1.0].map(|at| {
+            let angle = row_deg + at * half;
+            let beam = (angle + vibration_deg(mirror, angle)).to_radians() + tilt;
+            let mut part = vec![Complex64::ZERO; count];
+            self.beats()
+                .sum(&self.weighed(beam, tones), warp, &mut part);
+            part
+        });
+        let [begin, middle, end] = &parts;
+        for (n, sample) in echo.iter_mut().enumerate() {
+            // From -1 at the first sample to 1 at the last.
+            let at = 2.0 * n as f64 / (count - 1) as f64 - 1.0;
+            let weights = [
+                0.5 * at * (at - 1.0),
+                (1.0 - at) * (1.0 + at),
+                0.5 * at * (at + 1.0),
+            ];
+            *sample += begin[n] * weights[0] + middle[n] * weights[1] + end[n] * weights[2];
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SCENE: &str = "[radar]\nsamples_per_chirp = 64\n[[wall]]\nx_m = 1.2\n\
+                         material = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n";
+
+    fn scene(mirror: &str) -> Scene {
+        let sweep = "[sweep]\nfirst_deg = -1.0\nlast_deg = 4.0\n";
+        Scene::parse(&format!(
+            "[mirror]\njitter_deg = 0.0\n{mirror}{sweep}{SCENE}"
+        ))
+        .unwrap()
+    }
+
+    fn difference(a: &Scene, b: &Scene) -> f64 {
+        let (a, b) = (a.simulate("a", 3), b.simulate("b", 3));
+        let power = |i: f64, q: f64| i * i + q * q;
+        let pairs = a.samples.iter().zip(&b.samples);
+        let apart: f64 = pairs
+            .map(|(a, b)| {
+                power(
+                    f64::from(a.i) - f64::from(b.i),
+                    f64::from(a.q) - f64::from(b.q),
+                )
+            })
+            .sum();
+        let all: f64 = (a.samples.iter().map(|s| power(s.i.into(), s.q.into()))).sum();
+        (apart / all).sqrt()
+    }
+
+    #[test]
+    fn a_mirror_that_hardly_turns_is_one_that_stands() {
+        let still = scene("");
+        assert!(difference(&still, &scene("turn_deg_s = 0.001\n")) < 1e-3);
+        let turning = difference(&still, &scene("turn_deg_s = 230.0\n"));
+        assert!(turning > 1e-3, "{turning}");
+        // A shaft at rest does not vibrate.
+        assert_eq!(difference(&still, &scene("vibration_deg = 0.5\n")), 0.0);
+    }
+
+    #[test]
+    fn vibration_moves_the_beam_by_its_amplitude() {
+        let mirror = MirrorSpec {
+            turn_deg_s: 60.0,
+            vibration_deg: 0.05,
+            vibration_phase_deg: 90.0,
+            ..MirrorSpec::default()
+        };
+        assert!((vibration_deg(&mirror, 0.0) - 0.05).abs() < 1e-12);
+        assert!((vibration_deg(&mirror, 0.9) + 0.05).abs() < 1e-12);
+        let most = (0..1000).map(|k| vibration_deg(&mirror, f64::from(k) * 0.01).abs());
+        assert!(most.fold(0.0, f64::max) <= 0.05);
+    }
+
+    /// The beam's own shape over the smear is the average that three places give.
+    #[test]
+    fn three_places_are_enough() {
+        let beam = super::super::beam::Beam::new(5.0, 5.0, 20.0, 35.0);
+        let gain = |deg: f64| beam.in_plane(deg.to_radians()).powi(2);
+        let half = 0.125;
+        for axis in [0.0, 1.0, 2.5, 4.0] {
+            let exact = |at: f64| gain(axis + at * half);
+            for at in [-0.7, -0.3, 0.5, 0.9] {
+                let parabola = 0.5 * at * (at - 1.0) * exact(-1.0)
+                    + (1.0 - at * at) * exact(0.0)
+                    + 0.5 * at * (at + 1.0) * exact(1.0);
+                assert!((parabola - exact(at)).abs() < 1e-4, "{axis} {at}");
+            }
+        }
+    }
+}
