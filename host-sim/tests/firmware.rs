@@ -371,7 +371,9 @@ fn bad_input(session: &mut Session<'_>) {
     );
 }
 
-/// Each trigger stands exactly on its row's microstep, counted pulse by pulse since homing.
+/// Each trigger tells exactly its row's microstep; the pulses counted since homing say the same, or that the
+/// mirror has gone on meanwhile: a trigger is read later than it was sent, and the mirror waits for the chirp's
+/// duration only. `sweep_modes.rs` finds the places where it stood.
 fn check_shots(session: &Session<'_>, config: &Config) {
     let schedule = Schedule::new(config).unwrap();
     let rows = usize::from(schedule.rows());
@@ -379,7 +381,17 @@ fn check_shots(session: &Session<'_>, config: &Config) {
     for (k, shot) in session.shots.iter().take(2 * rows).enumerate() {
         let row = if k < rows { k } else { 2 * rows - 1 - k };
         let position = schedule.position(row as u16);
-        assert_eq!(shot.position, Some(i64::from(position)), "trigger {k}");
+        let next = match k % rows == rows - 1 {
+            true => row as u16,
+            false if k < rows => row as u16 + 1,
+            false => row as u16 - 1,
+        };
+        let (here, there) = (i64::from(position), i64::from(schedule.position(next)));
+        let seen = shot.position.unwrap();
+        assert!(
+            (here.min(there)..=here.max(there)).contains(&seen),
+            "trigger {k}: {seen}, not {here} to {there}"
+        );
         assert_eq!(
             shot.trigger.shaft_angle,
             shaft_angle(position),

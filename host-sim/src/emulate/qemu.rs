@@ -54,8 +54,8 @@ fn scratch() -> Result<PathBuf> {
 }
 
 impl Qemu {
-    /// Starts the emulator with `elf`.
-    pub fn start(elf: &Path) -> Result<Self> {
+    /// Starts the emulator with `elf`. With `timed` the log also holds what the image has SysTick wait for.
+    pub fn start(elf: &Path, timed: bool) -> Result<Self> {
         Tool::Emulator.need()?;
         if !elf.is_file() {
             bail!(
@@ -86,6 +86,11 @@ impl Qemu {
             .args(["-qtest", &socket("qtest"), "-qtest-log", "none"])
             .args(["-d", "unimp", "-D"])
             .arg(&log)
+            .args(if timed {
+                &["-trace", "systick_write"][..]
+            } else {
+                &[]
+            })
             .arg("-kernel")
             .arg(elf)
             .stdin(Stdio::null())

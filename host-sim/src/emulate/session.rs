@@ -24,6 +24,11 @@ const PATIENCE: Duration = Duration::from_secs(180);
 const PAUSE: Duration = Duration::from_micros(300);
 /// From motion sentence to motion sentence where many come at once: the image has read one by then.
 const APART: Duration = Duration::from_millis(10);
+/// A mirror that has gone so far, microsteps, has gone on to another row of 0.25 degrees: 35 are one less the
+/// fraction, and what it may have gone while its trigger was served.
+const ROW_APART: u64 = 20;
+/// A chirp that is kept back is the last row's when the mirror has not gone on by then.
+const LAST_ROW: Duration = Duration::from_secs(3);
 /// How the log names a write to the watchdog, whose neighbour the emulator takes it for.
 const WATCHDOG: &str = "I2S2ext: unimplemented device write";
 /// Where the shaft stands at power-up, microsteps above the home switch.
@@ -94,21 +99,36 @@ pub struct Session<'a> {
     partial: Vec<u8>,
     /// Who watches, and may type.
     watcher: Option<Pty>,
+    /// Whether chirps are kept back until the mirror has gone on.
+    pub withholds: bool,
+    /// A chirp that is, where its trigger came from, and since when.
+    withheld: Option<(Vec<u8>, Option<i64>, Instant)>,
+    /// Chirps that were kept back until the mirror stood somewhere else.
+    pub overtaken: usize,
 }
 
 impl<'a> Session<'a> {
     /// Boots `elf`; the radar module plays `playback`, but keeps its handshake back.
     pub fn boot(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
-        Self::boot_with(elf, playback, true)
+        Self::boot_with(elf, playback, (true, false))
+    }
+
+    /// The same with every step of the motor timed ([`Shaft::steps`]).
+    pub fn boot_timed(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
+        Self::boot_with(elf, playback, (true, true))
     }
 
     /// The same with a home switch that does not work.
     pub fn boot_without_switch(elf: &Path, playback: &'a Playback<'a>) -> Result<Self> {
-        Self::boot_with(elf, playback, false)
+        Self::boot_with(elf, playback, (false, false))
     }
 
-    fn boot_with(elf: &Path, playback: &'a Playback<'a>, switch_works: bool) -> Result<Self> {
-        let qemu = Qemu::start(elf)?;
+    fn boot_with(
+        elf: &Path,
+        playback: &'a Playback<'a>,
+        (switch_works, timed): (bool, bool),
+    ) -> Result<Self> {
+        let qemu = Qemu::start(elf, timed)?;
         let mut session = Self {
             qemu,
             playback,
@@ -127,6 +147,9 @@ impl<'a> Session<'a> {
             skipped: 0,
             partial: Vec::new(),
             watcher: None,
+            withholds: false,
+            withheld: None,
+            overtaken: 0,
         };
         session.wait_for("the boot sentence", |s| matches!(s, Sentence::Boot { .. }))?;
         Ok(session)
@@ -136,6 +159,7 @@ impl<'a> Session<'a> {
     fn poll(&mut self) -> Result<bool> {
         let mut buffer = [0; 4096];
         let mut busy = self.follow_shaft()?;
+        busy |= self.release()?;
         let n = read_some(&mut self.qemu.link, &mut buffer)?;
         if n > 0 {
             busy = true;
@@ -195,8 +219,8 @@ impl<'a> Session<'a> {
     fn serve(&mut self, bytes: &[u8]) -> Result<()> {
         let (answer, requests) = self.module.receive(bytes);
         self.follow_shaft()?;
-        for request in requests {
-            match request {
+        for request in &requests {
+            match *request {
                 Request::Configure if !self.homed => {
                     // The self-test asks the module right after homing, from a standstill.
                     self.shaft.is_home(self.home_angle);
@@ -212,7 +236,30 @@ impl<'a> Session<'a> {
                 }
             }
         }
+        let shot = self.shots.last().and_then(|shot| shot.position);
+        let chirp = matches!(requests.last(), Some(Request::Trigger(_)));
+        if self.withholds && chirp {
+            self.withheld = Some((answer, shot, Instant::now()));
+            return Ok(());
+        }
         write_all(&mut self.qemu.link, &answer)
+    }
+
+    /// Sends a chirp that was kept back once the mirror has gone on by a row; behind the last row it does not.
+    fn release(&mut self) -> Result<bool> {
+        let Some((answer, from, since)) = &self.withheld else {
+            return Ok(false);
+        };
+        let way = |(a, b): (i64, i64)| a.abs_diff(b);
+        let gone = self.shaft.position().zip(*from).map_or(0, way);
+        let overtaken = gone >= ROW_APART;
+        if !overtaken && since.elapsed() < LAST_ROW {
+            return Ok(false);
+        }
+        self.overtaken += usize::from(overtaken);
+        write_all(&mut self.qemu.link, answer)?;
+        self.withheld = None;
+        Ok(true)
     }
 
     /// Types the motion sentences that belong to a trigger. The chirp, which is sent after them, is eight times

@@ -11,6 +11,8 @@ const ENABLE: u32 = 8;
 /// How the log names a write to port C's bit set/reset register.
 const WRITE: &str = "GPIOC: unimplemented device write";
 const BSRR: &str = "offset 0x018, value 0x";
+/// How it names a write to SysTick's reload register.
+const RELOAD: &str = "systick_write systick write addr 0x4 data 0x";
 
 /// A shaft with a switch that is pressed at and below `place` 0.
 #[derive(Clone, Debug)]
@@ -22,6 +24,10 @@ pub struct Shaft {
     pulses: u64,
     zero: Option<i64>,
     idle_pulses: u64,
+    /// What SysTick was last told to wait for, clocks of the core; 0 while the log does not say.
+    wait: u64,
+    /// Where each pulse led, and the clocks from its timer's start.
+    steps: Vec<(i64, u64)>,
 }
 
 impl Shaft {
@@ -35,6 +41,8 @@ impl Shaft {
             pulses: 0,
             zero: None,
             idle_pulses: 0,
+            wait: 0,
+            steps: Vec::new(),
         }
     }
 
@@ -46,6 +54,12 @@ impl Shaft {
 
     /// Takes one line of the log.
     pub fn log_line(&mut self, line: &str) {
+        if let Some(rest) = line.strip_prefix(RELOAD) {
+            let digits = rest.split(' ').next().unwrap_or_default();
+            // It counts down to 0, and that is one more.
+            self.wait = u64::from_str_radix(digits, 16).map_or(0, |reload| reload + 1);
+            return;
+        }
         let value = line
             .strip_prefix(WRITE)
             .and_then(|rest| rest.split_once(BSRR))
@@ -81,6 +95,9 @@ impl Shaft {
         }
         self.pulses += 1;
         self.place += if self.forward { 1 } else { -1 };
+        if let (Some(position), true) = (self.position(), self.wait > 0) {
+            self.steps.push((position, self.wait));
+        }
     }
 
     /// Whether the home switch is pressed.
@@ -106,6 +123,13 @@ impl Shaft {
     /// The shaft stands where homing ended: this is `home_angle` (0.001°).
     pub fn is_home(&mut self, home_angle: i32) {
         self.zero = Some(self.place - i64::from(microsteps(home_angle)));
+        self.steps.clear();
+    }
+
+    /// Every pulse since homing, in a session that times them: where it led, microsteps from the horizontal, and
+    /// for how many clocks of the core the image had its timer wait before it.
+    pub fn steps(&self) -> &[(i64, u64)] {
+        &self.steps
     }
 
     /// Microsteps from the horizontal, counted from the pulses; `None` before homing.
@@ -142,6 +166,15 @@ mod tests {
         log(&mut shaft, 1 << DIR);
         log(&mut shaft, 1 << STEP);
         assert_eq!(shaft.position(), Some(-23_466));
+        assert!(shaft.steps().is_empty(), "nobody timed it");
+        shaft.log_line("systick_write systick write addr 0x4 data 0x3e7 size 4");
+        shaft.log_line("systick_write systick write addr 0x0 data 0x7 size 4");
+        log(&mut shaft, 1 << (STEP + RESET));
+        log(&mut shaft, 1 << STEP);
+        assert_eq!(shaft.steps(), [(-23_465, 1_000)]);
+        log(&mut shaft, 1 << (DIR + RESET));
+        log(&mut shaft, 1 << (STEP + RESET));
+        log(&mut shaft, 1 << STEP);
         shaft
             .log_line("GPIOA: unimplemented device write (size 4, offset 0x018, value 0x00000040)");
         shaft.log_line("GPIOC: unimplemented device read  (size 4, offset 0x010)");

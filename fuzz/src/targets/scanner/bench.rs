@@ -9,6 +9,7 @@ use stairscan::drive::Odometry;
 use stairscan::report::Sentence;
 use stairscan::scan::link::FrameLink;
 use stairscan::scan::mirror::Stepper;
+use stairscan::scan::settings::SweepMode;
 use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
 
 use super::world::{Module, RADAR, Rows, Shared, World};
@@ -38,6 +39,8 @@ fn settings() -> Settings {
     let mut settings = Settings::default();
     settings.config.radar = RADAR;
     settings.config.sweep.angle_count = ANGLES;
+    // This shaft is through the whole sector in a step.
+    settings.sweep_mode = SweepMode::Stop;
     assert_eq!(settings.validate(), Ok(()));
     settings
 }

@@ -1,0 +1,211 @@
+//! Both ways of sweeping by the image itself, in the emulator: from the edges of STEP, from what the image has
+//! its timer wait between them, and from the triggers.
+//!
+//! What this cannot see: the emulator's clocks run at other rates than the chip's and than each other, so that
+//! waits for TIM5 (settling, the chirp's duration, time-outs) are not timed here, and bytes come when the host
+//! sends them. The time of moves is told in clocks of the core, as the image programs them, which an
+//! interrupt's own latency adds to on the chip. The rest of a scan's time is that of
+//! `src/scan/sweep/tests`, which run the same state machine over simulated time.
+//! Without the chip's target or QEMU the tests say so and pass, except in CI.
+
+use std::path::PathBuf;
+
+use host_sim::commands::timing::ScanTime;
+use host_sim::emulate::session::Waits;
+use host_sim::emulate::tools::Tool;
+use host_sim::emulate::{Session, image};
+use host_sim::playback::Playback;
+use host_sim::recording::Recording;
+use host_sim::replay;
+use host_sim::scene::Scene;
+use stairscan::config::Config;
+use stairscan::scan::pace::{Cruise, Wire};
+use stairscan::scan::ramp::Ramp;
+use stairscan::scan::settings::SweepMode;
+use stairscan::scan::{Schedule, Settings};
+
+mod common;
+
+use common::tools;
+
+/// Clocks of the core in a second, without a crystal.
+const CORE_HZ: u32 = 16_000_000;
+/// Where the switch is put, 0.001 degree: near the first row.
+const HOME: i32 = 15_000;
+/// Slow enough that a chirp comes through the emulator's port before the mirror is two rows on,
+/// microsteps/s.
+const SLOW: u32 = 100;
+const WIRE: Wire = Wire {
+    baud: 1_000_000,
+    ahead: true,
+};
+
+fn elf() -> Option<PathBuf> {
+    tools(&[Tool::Target, Tool::Emulator]).then(|| image::build(&[]).unwrap())
+}
+
+/// 41 rows of short chirps.
+fn recording() -> Recording {
+    let scene = Scene::parse(
+        "[radar]\nsamples_per_chirp = 64\nbandwidth_hz = 3.2e9\nsample_rate_hz = 64e3\n\
+         [sweep]\nfirst_deg = 20.0\nlast_deg = 30.0\n\
+         [[wall]]\ndistance_m = 1.2\nmaterial = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n",
+    );
+    scene.unwrap().simulate("sector", 5)
+}
+
+/// Configured and connected, `settings` as far as they are no default.
+fn start<'a>(
+    elf: &std::path::Path,
+    playback: &'a Playback<'a>,
+    settings: &Settings,
+) -> Session<'a> {
+    let mut session = Session::boot_timed(elf, playback).unwrap();
+    session.configure(settings, Waits::default()).unwrap();
+    session.move_switch(HOME).unwrap();
+    session.skip_lines();
+    session
+}
+
+/// What `replay` prints for `scans` scans; the image differs in `home-angle`, and so in the settings' hash.
+fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
+    let options = replay::Options {
+        scans: Some(scans),
+        ..replay::Options::default()
+    };
+    let answers = replay::answers(recording, &options, |_| ()).unwrap();
+    answers.into_iter().map(|answer| answer.sentences).collect()
+}
+
+/// A scan's sentences without checksums and the hash of the settings.
+fn said(sentences: &[String]) -> Vec<String> {
+    let body = |line: &String| {
+        let body = line.rsplit_once('*').unwrap().0;
+        match body.starts_with("$PSTR,SCAN,") {
+            true => body.rsplit_once(',').unwrap().0.to_owned(),
+            false => body.to_owned(),
+        }
+    };
+    sentences.iter().map(body).collect()
+}
+
+/// The mirror goes on before the chirp is there, stands on every row's microstep and nowhere else, and its
+/// moves take as long as `timing` says.
+#[test]
+fn in_stop_mode_the_mirror_overtakes_the_chirp() {
+    let Some(elf) = elf() else { return };
+    let recording = recording();
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let settings = Settings {
+        sweep_mode: SweepMode::Stop,
+        ..playback.settings()
+    };
+    let mut session = start(&elf, &playback, &settings);
+    session.withholds = true;
+    session.connect().unwrap();
+    let scanned = session.scan().unwrap();
+    assert_eq!(said(&scanned), said(&replayed(&recording, 1)[0]));
+    let schedule = Schedule::new(&settings.config).unwrap();
+    let rows = schedule.rows();
+    assert_eq!(session.overtaken, usize::from(rows) - 1, "of {rows} rows");
+
+    // Moves of one row begin and end with the ramp's longest waits; the places between two of them are those
+    // where the mirror stood.
+    let ramp = Ramp {
+        speed: settings.motor.speed,
+        acceleration: settings.motor.acceleration,
+    };
+    let place = |row: u16| i64::from(schedule.position(row));
+    let within: Vec<(i64, u64)> = (session.shaft.steps().iter())
+        .copied()
+        .skip_while(|(position, _)| *position != place(0))
+        .skip(1)
+        .take((place(rows - 1) - place(0)) as usize)
+        .collect();
+    let mut at = 0;
+    for row in 1..rows {
+        let way = (place(row) - place(row - 1)) as usize;
+        for k in 0..way {
+            let (position, clocks) = within[at + k];
+            assert_eq!(position, place(row - 1) + k as i64 + 1);
+            let planned = ramp.interval(k as u32, way as u32, CORE_HZ);
+            assert_eq!(clocks, u64::from(planned), "step {k} to row {row}");
+        }
+        at += way;
+    }
+    let clocks: u64 = within.iter().map(|(_, clocks)| clocks).sum();
+    let time = ScanTime::stop(&settings, &schedule, WIRE);
+    let (name, moves) = time.parts[0];
+    let us = clocks as f64 / f64::from(CORE_HZ) * 1e6;
+    assert!(
+        (us / moves as f64 - 1.0).abs() < 0.01,
+        "{name}: {us} us, not {moves}"
+    );
+}
+
+/// The mirror turns through the sector without a pause, there and back, triggers come at their rows' places, and
+/// what comes of the chirps is what `replay` makes of them.
+#[test]
+fn a_continuous_sweep_turns_at_constant_speed() {
+    let Some(elf) = elf() else { return };
+    let recording = recording();
+    let playback = Playback::new(&recording, &Config::default()).unwrap();
+    let mut settings = Settings {
+        sweep_mode: SweepMode::Continuous,
+        ..playback.settings()
+    };
+    settings.motor.speed = SLOW;
+    let mut session = start(&elf, &playback, &settings);
+    session.connect().unwrap();
+    let expected = replayed(&recording, 2);
+    for expected in &expected {
+        assert_eq!(said(&session.scan().unwrap()), said(expected));
+    }
+    settings.config.radar = playback.radar();
+    let schedule = Schedule::new(&settings.config).unwrap();
+    let rows = schedule.rows();
+    let cruise = Cruise::new(&settings, &schedule, WIRE).unwrap();
+    assert_eq!(cruise.speed, SLOW);
+
+    // Every step between the first and the last row's triggers, there and back, is as long as the others.
+    let (low, high) = (schedule.position(0), schedule.position(rows - 1));
+    let lead = cruise.lead;
+    let inside = i64::from(low - lead)..=i64::from(high + lead);
+    let sector = session.shaft.steps().iter();
+    let sector: Vec<u64> = sector
+        .filter(|(position, _)| inside.contains(position))
+        .map(|(_, clocks)| *clocks)
+        .collect();
+    let wait = u64::from(CORE_HZ / SLOW);
+    let once = (high - low + 2 * lead) as usize + 1;
+    assert!(sector.len() >= 2 * once - 1, "{} of {once}", sector.len());
+    assert!(sector.iter().all(|&clocks| clocks == wait), "{sector:?}");
+    // From row to row: steps by waits, on the chip's clocks.
+    let row_us =
+        f64::from(high - low) / f64::from(rows - 1) * wait as f64 * 1e6 / f64::from(CORE_HZ);
+    let planned = f64::from(cruise.period_us);
+    assert!(
+        (row_us / planned - 1.0).abs() < 0.001,
+        "{row_us}, not {planned}"
+    );
+
+    // Triggers, in their order; the host sees them a little late.
+    let shots = &session.shots[..2 * usize::from(rows)];
+    for (k, shot) in shots.iter().enumerate() {
+        let k = k as u16;
+        let (row, way) = if k < rows {
+            (k, 1)
+        } else {
+            (2 * rows - 1 - k, -1)
+        };
+        let position = schedule.position(row);
+        let told = stairscan::scan::schedule::shaft_angle(position);
+        assert_eq!(shot.trigger.shaft_angle, told, "trigger {k}");
+        let past = way * (shot.position.unwrap() - i64::from(position)) + i64::from(lead);
+        assert!(
+            (0..35).contains(&past),
+            "trigger {k}: {past} microsteps late"
+        );
+    }
+    assert_eq!(session.shaft.idle_pulses(), 0);
+}
