@@ -31,7 +31,7 @@ use common::tools;
 /// Clocks of the core in a second, without a crystal.
 const CORE_HZ: u32 = 16_000_000;
 /// Where the switch is put, 0.001 degree: near the first row.
-const HOME: i32 = 15_000;
+const HOME: i32 = 19_000;
 /// Slow enough that a chirp comes through the emulator's port before the mirror is two rows on,
 /// microsteps/s.
 const SLOW: u32 = 100;
@@ -49,7 +49,7 @@ fn recording() -> Recording {
     let scene = Scene::parse(
         "[radar]\nsamples_per_chirp = 64\nbandwidth_hz = 3.2e9\nsample_rate_hz = 64e3\n\
          [sweep]\nfirst_deg = 20.0\nlast_deg = 30.0\n\
-         [[wall]]\ndistance_m = 1.2\nmaterial = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n",
+         [[wall]]\nat_m = 1.2\nmaterial = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n",
     );
     scene.unwrap().simulate("sector", 5)
 }

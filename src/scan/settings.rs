@@ -30,7 +30,7 @@
 //! | `fault-hold` | µs | from a fault to the next self-test |
 //! | `motion` | `auto`, `required`, `standing` | what holds without motion input ([`crate::drive`]) |
 //! | `fusion` | `on`, `off` | whether earlier scans of the scene have a say ([`crate::fusion`]) |
-//! | `chirp-duration` | µs | of a chirp's sweep, for what motion does to a range; 0: nothing |
+//! | `chirp-duration` | µs | of a chirp's sweep: for what motion does to a range, and how long the mirror stands still, or mid chirp waits; 0: nothing is known of it |
 //! | `motion-timeout` | µs | a motion sentence that is older says nothing any more |
 //! | `home-angle` | 0.001° | shaft angle of the home switch |
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |

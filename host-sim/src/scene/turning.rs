@@ -66,7 +66,7 @@ impl Scene {
 mod tests {
     use super::*;
 
-    const SCENE: &str = "[radar]\nsamples_per_chirp = 64\n[[wall]]\ndistance_m = 1.2\n\
+    const SCENE: &str = "[radar]\nsamples_per_chirp = 64\n[[wall]]\nat_m = 1.2\n\
                          material = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n";
 
     fn scene(mirror: &str) -> Scene {
