@@ -88,6 +88,11 @@ struct Request {
 /// beyond a deadline: more than a port's queue holds.
 const MOST_READ: u32 = 4096;
 
+/// Where in the settings' payload the module says what else it can; older ones say 0.
+pub const ABILITIES: usize = 10;
+/// That it captures a chirp while it sends the one before.
+pub const AHEAD: u8 = 1;
+
 /// The radar link over [`frame`]s on a serial port.
 #[derive(Debug)]
 pub struct FrameLink<P> {
@@ -100,6 +105,8 @@ pub struct FrameLink<P> {
     /// The decoder holds a frame that has not been looked at yet: the answer to a later request than the one
     /// that waited.
     held: bool,
+    /// The module says that it captures a chirp while it sends another.
+    captures_ahead: bool,
     out: heapless::Vec<u8, 32>,
     sent: usize,
 }
@@ -114,6 +121,7 @@ impl<P: BytePort> FrameLink<P> {
             request: None,
             ahead: None,
             held: false,
+            captures_ahead: false,
             out: heapless::Vec::new(),
             sent: 0,
         }
@@ -235,7 +243,9 @@ impl<P: BytePort> RadarLink for FrameLink<P> {
         self.poll(now).map(|result| {
             result?;
             let payload = self.decoder.frame().map_or(&[][..], |frame| frame.payload);
-            frame::parse_settings(payload).ok_or(LinkError::Answer)
+            let radar = frame::parse_settings(payload).ok_or(LinkError::Answer)?;
+            self.captures_ahead = payload.get(ABILITIES).is_some_and(|byte| byte & AHEAD != 0);
+            Ok(radar)
         })
     }
 
@@ -258,14 +268,15 @@ impl<P: BytePort> RadarLink for FrameLink<P> {
 
     fn wire(&self) -> pace::Wire {
         pace::Wire {
-            ahead: true,
+            ahead: self.captures_ahead,
             ..pace::Wire::default()
         }
     }
 
     fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
         let under_way = self.sent < self.out.len();
-        if self.request.is_none() || self.ahead.is_some() || under_way {
+        let full = self.ahead.is_some() || under_way;
+        if !self.captures_ahead || self.request.is_none() || full {
             return false;
         }
         let payload = shaft_angle.to_le_bytes();
@@ -353,6 +364,14 @@ mod tests {
     fn two_under_way() -> FrameLink<Wire> {
         let mut link = link();
         link.port.room = 100;
+        link.trigger(NOW, 0, 1000);
+        assert!(!link.trigger_ahead(NOW, 0, 1000), "it never said it could");
+        link.configure(NOW, 1000);
+        let mut payload = frame::settings_payload(&RadarConfig::default());
+        payload[ABILITIES] = AHEAD;
+        answer(&mut link, Kind::Settings, 2, &payload);
+        assert!(link.poll_settings(NOW).is_ready() && link.wire().ahead);
+        link.sequence = 0;
         assert!(
             !link.trigger_ahead(NOW, 0, 1000),
             "there is nothing to be ahead of"

@@ -248,6 +248,8 @@ impl Sweep {
     }
 
     /// Gets as far as it can without waiting.
+    // Out of line, like what it calls: what a sweep takes of the stack would lie beneath the estimator.
+    #[inline(never)]
     pub fn poll(
         &mut self,
         now: Micros,

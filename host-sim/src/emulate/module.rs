@@ -7,6 +7,7 @@ use indicatif::ProgressBar;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::scan::link::{ABILITIES, AHEAD};
 
 use crate::playback::{Playback, Player};
 
@@ -211,7 +212,9 @@ impl<'a> Module<'a> {
         if self.faults.iter().any(|f| f.misdeed == Misdeed::Config) {
             radar.samples = 257;
         }
-        encode(Kind::Settings, sequence, &frame::settings_payload(&radar))
+        let mut payload = frame::settings_payload(&radar);
+        payload[ABILITIES] = AHEAD;
+        encode(Kind::Settings, sequence, &payload)
     }
 
     /// The number of the chirp that belongs to `shaft_angle` (0.001°) in the present scan.

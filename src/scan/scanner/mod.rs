@@ -58,6 +58,8 @@ pub struct Scanner<'a, M, L, P, B, D> {
 impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<'a, M, L, P, B, D> {
     /// A scanner that has just booted. `settings` are those that were saved, and must be valid; without
     /// them it begins with defaults, and no answer is `ok` before it has been told how it is mounted.
+    // Out of line: what it is put together in would lie beneath the estimator for good.
+    #[inline(never)]
     pub fn new(
         hardware: Hardware<M, L, P, B>,
         data: D,

