@@ -9,7 +9,7 @@ use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
 use stairscan::drive::Mode;
-use stairscan::scan::settings::{MAX_TIME, MotorConfig, Sweeping, Timing};
+use stairscan::scan::settings::{MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing};
 use stairscan::scan::{LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings};
 
 use crate::motion::Timetable;
@@ -116,6 +116,8 @@ impl<'a> Playback<'a> {
         Settings {
             config: *self.config(),
             timing,
+            // The shaft of a replay is at once where it is sent: there is nothing to pass.
+            sweep_mode: SweepMode::Stop,
             motion: self.mode,
             sweeping: match self.backward {
                 true => Sweeping::Backward,

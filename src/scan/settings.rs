@@ -36,7 +36,7 @@
 //! | `speed`, `search-speed` | microsteps/s | top speed of moves; of the search for home |
 //! | `acceleration` | microsteps/s² | of moves |
 //! | `internal-clock` | `on`, `off` | whether to scan without the crystal |
-//! | `sweep-mode` | `stop`, `continuous` | whether the mirror stops at every angle or turns through them |
+//! | `sweep-mode` | `stop`, `continuous` | whether the mirror stops at every angle or, unless set otherwise, turns through them |
 //! | `calibrated`, `calibrated-chip` | YYYYMMDD; | when the mounting was calibrated, and the CRC-32 of the number of the chip that did |
 //!
 //! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].

@@ -12,7 +12,7 @@ use stairscan::config::{Config, ConfigError, RadarConfig};
 use stairscan::drive::{Drive, Odometry};
 use stairscan::report::command::{Measure, framed};
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::settings::MotorConfig;
+use stairscan::scan::settings::{MotorConfig, SweepMode};
 use stairscan::scan::store::StoreError;
 use stairscan::scan::{
     Board, BytePort, DataPath, Hardware, Identity, LinkError, Micros, Mirror, MirrorError, Motion,
@@ -36,6 +36,8 @@ pub struct World {
     pub homed: bool,
     pub enabled: bool,
     pub moving: u32,
+    /// Where a continuous sweep is on its way to.
+    pub passing: Option<i32>,
     pub position: i32,
     pub stall: bool,
     pub no_home: bool,
@@ -52,6 +54,9 @@ pub struct World {
     pub row_worked_while_still: bool,
 }
 
+/// A continuous sweep's way from look to look, microsteps.
+const PASSED: i32 = 3;
+
 #[derive(Clone)]
 pub struct Shared(pub Rc<RefCell<World>>);
 
@@ -59,11 +64,16 @@ impl Mirror for Shared {
     fn start_home(&mut self, _: &MotorConfig) {
         let mut w = self.0.borrow_mut();
         (w.enabled, w.moving, w.homed, w.position) = (true, 5, true, -23_467);
+        w.passing = None;
     }
-    fn start_move(&mut self, position: i32, _: &MotorConfig) {
+    fn start_move(&mut self, position: i32, motor: &MotorConfig) {
         let mut w = self.0.borrow_mut();
         assert!(w.enabled && w.homed, "moved without a driver or a home");
-        (w.position, w.moving) = (position, 3);
+        if motor.speed < MotorConfig::default().speed {
+            w.passing = Some(position);
+        } else {
+            (w.position, w.moving) = (position, 3);
+        }
     }
     fn poll(&mut self, _: Micros) -> Result<Motion, MirrorError> {
         let mut w = self.0.borrow_mut();
@@ -76,6 +86,14 @@ impl Mirror for Shared {
             return Err(MirrorError::HomeNotFound);
         }
         w.moving = w.moving.saturating_sub(1);
+        if let Some(end) = w.passing {
+            let way = end - w.position;
+            w.position += way.clamp(-PASSED, PASSED);
+            if way != 0 {
+                return Ok(Motion::Moving);
+            }
+            w.passing = None;
+        }
         Ok(if w.moving > 0 {
             Motion::Moving
         } else {
@@ -177,7 +195,7 @@ impl DataPath for Data {
         let mut w = self.0.0.borrow_mut();
         // Only the last row of a sweep has no move to hide behind.
         let last = (w.rows.len() + w.lost.len()) % 281 == 280;
-        w.row_worked_while_still |= w.moving == 0 && !last;
+        w.row_worked_while_still |= w.moving == 0 && w.passing.is_none() && !last;
         w.rows.push(row);
     }
     fn lost(&mut self, row: u16) {
@@ -223,9 +241,13 @@ pub const IDENTITY: Identity = Identity {
 };
 
 impl Bench {
-    /// A scanner whose settings were saved: the defaults.
+    /// A scanner whose settings were saved: the defaults, but that it stops at every angle.
     pub fn new(prepare: impl FnOnce(&mut World)) -> Self {
-        Self::boot(Some(Settings::default()), IDENTITY, prepare)
+        let settings = Settings {
+            sweep_mode: SweepMode::Stop,
+            ..Settings::default()
+        };
+        Self::boot(Some(settings), IDENTITY, prepare)
     }
 
     /// A scanner that finds `saved` in its flash.

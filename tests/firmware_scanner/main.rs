@@ -35,6 +35,28 @@ fn starts_by_itself_and_sweeps_both_ways_over_the_same_positions() {
     );
 }
 
+/// What a scanner does that nobody has told otherwise: rows in passing, one after the other, there and back.
+#[test]
+fn by_default_rows_are_triggered_in_passing() {
+    let mut bench = Bench::boot(Some(Settings::default()), IDENTITY, |_| ());
+    assert_eq!(bench.scan().status, Status::Ok);
+    assert_eq!(bench.scan().status, Status::Ok);
+    let world = bench.world.0.borrow();
+    let forward: Vec<u16> = (0..281).collect();
+    let backward: Vec<u16> = (0..281).rev().collect();
+    assert_eq!(world.rows[..281], forward[..]);
+    assert_eq!(world.rows[281..562], backward[..]);
+    drop(world);
+    // What is lost is told, and not asked for again.
+    let lost = Some(LinkError::Timeout);
+    let mut bench = Bench::boot(Some(Settings::default()), IDENTITY, |w| {
+        w.errors = [None, lost, None].into();
+    });
+    let scan = bench.scan();
+    assert_eq!((scan.status, scan.lost_rows), (Status::Degraded, 1));
+    assert_eq!(bench.world.0.borrow().lost, [1]);
+}
+
 #[test]
 fn a_lost_row_is_told_and_many_are_a_fault() {
     let lost = Some(LinkError::Timeout);

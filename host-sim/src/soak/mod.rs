@@ -17,6 +17,7 @@ use stairscan::drive::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::write_scan;
+use stairscan::scan::settings::SweepMode;
 use stairscan::scan::{DataPath, Settings};
 
 use crate::faults;
@@ -151,6 +152,8 @@ pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
     let mut memory = Memory::new();
     let settings = Settings {
         motion: Mode::Standing,
+        // The stage's shaft is at once where it is sent.
+        sweep_mode: SweepMode::Stop,
         ..Settings::default()
     };
     let mut soak = Soak {
