@@ -44,6 +44,10 @@ pub(super) enum Errand {
 }
 
 #[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap, and the room is the machine's own either way"
+)]
 enum State {
     Boot,
     SelfTest(Test, Errand),

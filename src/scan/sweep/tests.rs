@@ -9,9 +9,10 @@ use bench::{Bench, Fate, Outcome, SPARE};
 use proptest::prelude::*;
 
 fn settings(mode: SweepMode) -> Settings {
-    let mut settings = Settings::default();
-    settings.sweep_mode = mode;
-    settings
+    Settings {
+        sweep_mode: mode,
+        ..Settings::default()
+    }
 }
 
 /// Every capture of a row that came: the shaft stood on the row's microstep from trigger to end.
