@@ -96,9 +96,12 @@ mod tests {
     #[test]
     fn a_mirror_that_hardly_turns_is_one_that_stands() {
         let still = scene("");
-        assert!(difference(&still, &scene("turn_deg_s = 0.001\n")) < 1e-3);
+        let hardly = difference(&still, &scene("turn_deg_s = 0.001\n"));
         let turning = difference(&still, &scene("turn_deg_s = 230.0\n"));
-        assert!(turning > 1e-3, "{turning}");
+        assert!(
+            turning > 1e-4 && hardly < 0.2 * turning,
+            "{hardly} {turning}"
+        );
         // A shaft at rest does not vibrate.
         assert_eq!(difference(&still, &scene("vibration_deg = 0.5\n")), 0.0);
     }
