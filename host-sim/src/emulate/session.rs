@@ -1,6 +1,7 @@
 //! One boot of the image with everything around it: configure, scan, ask; or let somebody watch.
 
 mod watched;
+mod withheld;
 
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -24,11 +25,6 @@ const PATIENCE: Duration = Duration::from_secs(180);
 const PAUSE: Duration = Duration::from_micros(300);
 /// From motion sentence to motion sentence where many come at once: the image has read one by then.
 const APART: Duration = Duration::from_millis(10);
-/// A mirror that has gone so far, microsteps, has gone on to another row of 0.25 degrees: 35 are one less the
-/// fraction, and what it may have gone while its trigger was served.
-const ROW_APART: u64 = 20;
-/// A chirp that is kept back is the last row's when the mirror has not gone on by then.
-const LAST_ROW: Duration = Duration::from_secs(3);
 /// How the log names a write to the watchdog, whose neighbour the emulator takes it for.
 const WATCHDOG: &str = "I2S2ext: unimplemented device write";
 /// Where the shaft stands at power-up, microsteps above the home switch.
@@ -243,23 +239,6 @@ impl<'a> Session<'a> {
             return Ok(());
         }
         write_all(&mut self.qemu.link, &answer)
-    }
-
-    /// Sends a chirp that was kept back once the mirror has gone on by a row; behind the last row it does not.
-    fn release(&mut self) -> Result<bool> {
-        let Some((answer, from, since)) = &self.withheld else {
-            return Ok(false);
-        };
-        let way = |(a, b): (i64, i64)| a.abs_diff(b);
-        let gone = self.shaft.position().zip(*from).map_or(0, way);
-        let overtaken = gone >= ROW_APART;
-        if !overtaken && since.elapsed() < LAST_ROW {
-            return Ok(false);
-        }
-        self.overtaken += usize::from(overtaken);
-        write_all(&mut self.qemu.link, answer)?;
-        self.withheld = None;
-        Ok(true)
     }
 
     /// Types the motion sentences that belong to a trigger. The chirp, which is sent after them, is eight times
