@@ -31,7 +31,7 @@ use common::tools;
 /// Clocks of the core in a second, without a crystal.
 const CORE_HZ: u32 = 16_000_000;
 /// Where the switch is put, 0.001 degree: near the first row.
-const HOME: i32 = 19_000;
+const HOME: i32 = 15_000;
 /// Slow enough that a chirp comes through the emulator's port before the mirror is two rows on,
 /// microsteps/s.
 const SLOW: u32 = 100;
