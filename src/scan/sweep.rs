@@ -5,7 +5,7 @@
 //! off. Where they do not come, it goes back for the row.
 //!
 //! `sweep-mode continuous`: the mirror turns through the sector at constant speed ([`Cruise`]), each row is
-//! triggered in passing so that its place comes in mid chirp (`turning`). A row whose chirp was lost, or
+//! triggered in passing so that its place comes in mid chirp (`passing`). A row whose chirp was lost, or
 //! that could not be triggered in time, is lost and told: filled on the way back it would be another
 //! moment's, and the chair may have moved.
 //!
@@ -13,13 +13,15 @@
 //! row gets another row's.
 
 mod holding;
+mod passing;
+mod rows;
 mod turning;
 
 use core::task::Poll;
 
 use super::chain::DataPath;
-use super::link::{LinkError, RadarLink};
-use super::mirror::{Mirror, MirrorError, Motion};
+use super::link::RadarLink;
+use super::mirror::{Mirror, Motion};
 use super::pace::Cruise;
 use super::ramp::Ramp;
 use super::schedule::{Schedule, shaft_angle};
@@ -27,41 +29,10 @@ use super::settings::{Settings, SweepMode};
 use super::time::Micros;
 use crate::answer::Reason;
 use holding::Hold;
+use rows::{LOST_STREAK, MARGIN_US, RowState, later};
 use turning::Turning;
 
-/// So many rows in a row without a chirp are no noise on the line: the scan ends at once.
-const LOST_STREAK: u16 = 8;
-
-/// On top of every computed deadline: the main loop's own grain, a long command listing.
-const MARGIN_US: u32 = 100_000;
-
-/// What the row that is due is at.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum RowState {
-    /// The module is asked what it is set to; the mirror already moves.
-    Configure,
-    /// The chirp before is worked off; the mirror moves.
-    Work,
-    /// The mirror moves.
-    Move,
-    /// The mirror stands and comes to rest.
-    Settle(Micros),
-    /// The chirp is on its way; the mirror goes on once it is captured.
-    Receive,
-    /// The mirror goes to where the ramp of a continuous sweep begins.
-    Approach,
-    /// It turns, and rows are triggered in passing.
-    Turn,
-}
-
-/// How a scan's rows went.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rows {
-    /// Rows whose chirp did not come.
-    pub lost: u16,
-    /// What ended the scan before its last row.
-    pub fault: Option<Reason>,
-}
+pub use rows::{Rows, link_reason, mirror_reason};
 
 /// The rows of one scan, as a polled state machine.
 #[derive(Debug)]
@@ -95,27 +66,6 @@ pub struct Sweep {
     rest: Option<Micros>,
     /// In `continuous`, how; none: the mirror stops at every row.
     turning: Option<Turning>,
-}
-
-/// The reason that a link's error gives a scan.
-pub fn link_reason(error: LinkError) -> Reason {
-    match error {
-        LinkError::Module(_) | LinkError::Answer => Reason::ModuleError,
-        LinkError::Timeout | LinkError::Frame(_) | LinkError::Sequence => Reason::LinkSilent,
-    }
-}
-
-/// The reason that a motor's error gives a scan.
-pub fn mirror_reason(error: MirrorError) -> Reason {
-    match error {
-        MirrorError::Stall => Reason::MotorStall,
-        MirrorError::HomeNotFound | MirrorError::NotHomed => Reason::HomeNotFound,
-    }
-}
-
-/// The later of two moments.
-fn later(a: Micros, b: Micros) -> Micros {
-    if a.reached(b) { a } else { b }
 }
 
 impl Sweep {

@@ -1,36 +1,23 @@
-//! Rows in passing: the mirror turns at constant speed, the step counter says when a row is due.
-
-use core::task::Poll;
+//! A sweep at constant speed: which row is due where, and which are under way.
 
 use heapless::Deque;
 
-use super::{LOST_STREAK, MARGIN_US, RowState, Rows, Sweep, later, link_reason};
-use crate::answer::Reason;
-use crate::scan::chain::DataPath;
-use crate::scan::link::{LinkError, RadarLink};
-use crate::scan::mirror::{Mirror, Motion};
 use crate::scan::pace::Cruise;
-use crate::scan::ramp::Ramp;
-use crate::scan::schedule::{Schedule, shaft_angle};
-use crate::scan::settings::MotorConfig;
+use crate::scan::schedule::Schedule;
 use crate::scan::time::Micros;
-
-/// A trigger that is later than this misses its row, microsteps: 0.02 degree, as much as a shaft at rest
-/// jitters (docs/accuracy.md).
-const LATE: i32 = 3;
 
 /// A continuous sweep under way.
 #[derive(Clone, Debug)]
 pub(super) struct Turning {
-    cruise: Cruise,
+    pub cruise: Cruise,
     /// The next row to be triggered, in the order of the sweep.
-    next: u16,
+    pub next: u16,
     /// When it is, once its microstep has come.
-    due: Option<Micros>,
+    pub due: Option<Micros>,
     /// Rows whose chirps are under way, in the order of their triggers, and until when.
-    flying: Deque<(u16, Micros), 2>,
+    pub flying: Deque<(u16, Micros), 2>,
     /// The wire is behind: the next row's time is left to it.
-    skips: bool,
+    pub skips: bool,
 }
 
 impl Turning {
@@ -52,186 +39,11 @@ impl Turning {
 
     /// Microsteps by which a shaft at `position` is past the place where `row` is triggered; before it,
     /// negative.
-    fn past(&self, schedule: &Schedule, backward: bool, row: u16, position: i32) -> i32 {
+    pub fn past(&self, schedule: &Schedule, backward: bool, row: u16, position: i32) -> i32 {
         let direction = Cruise::direction(schedule, backward);
         let way = position.saturating_sub(schedule.position(row));
         direction
             .saturating_mul(way)
             .saturating_add(self.cruise.lead)
-    }
-}
-
-impl Sweep {
-    /// The mirror stands where the ramp begins: off it goes.
-    pub(super) fn set_off(&mut self, now: Micros, mirror: &mut impl Mirror) {
-        if core::mem::take(&mut self.astray) {
-            let target = self.target();
-            return self.start_move(now, mirror, target);
-        }
-        let Some(turning) = &self.turning else { return };
-        let motor = MotorConfig {
-            speed: turning.cruise.speed,
-            ..self.settings.motor
-        };
-        let (start, end) = turning.cruise.ends(&self.schedule, self.backward);
-        let ramp = Ramp {
-            speed: motor.speed,
-            acceleration: motor.acceleration,
-        };
-        mirror.start_move(end, &motor);
-        let bound = ramp.bound_us(start.abs_diff(end));
-        self.deadline = now.plus(bound).plus(MARGIN_US);
-        self.at = RowState::Turn;
-    }
-
-    /// Triggers what is due, takes what has come, works off what has come before.
-    #[inline(never)]
-    pub(super) fn turn(
-        &mut self,
-        now: Micros,
-        motion: Motion,
-        mirror: &impl Mirror,
-        link: &mut impl RadarLink,
-        data: &mut impl DataPath,
-    ) -> Poll<Rows> {
-        if let Some(reason) = self.fire(now, mirror.position(), link, data) {
-            return self.end(Some(reason));
-        }
-        // Its own call of `poll`: the arithmetic takes time, and `now` is old after it.
-        if let Some(row) = self.pending.take() {
-            data.row(row);
-            return Poll::Pending;
-        }
-        let flying = self.turning.as_ref().is_some_and(|t| !t.flying.is_empty());
-        if flying {
-            return match link.poll_chirp(now, data.samples()) {
-                Poll::Ready(answer) => self.take(now, answer, data),
-                Poll::Pending => Poll::Pending,
-            };
-        }
-        if motion == Motion::Moving {
-            return Poll::Pending;
-        }
-        // The shaft stands behind the sector: no row comes any more.
-        while self.untriggered().is_some() {
-            if let Some(reason) = self.miss(data) {
-                return self.end(Some(reason));
-            }
-        }
-        self.end(None)
-    }
-
-    /// The next row to be triggered.
-    fn untriggered(&self) -> Option<u16> {
-        let turning = self.turning.as_ref()?;
-        (turning.next < self.schedule.rows()).then(|| self.nth(turning.next))
-    }
-
-    /// Triggers the row whose place is near; what ends the scan.
-    fn fire(
-        &mut self,
-        now: Micros,
-        position: i32,
-        link: &mut impl RadarLink,
-        data: &mut impl DataPath,
-    ) -> Option<Reason> {
-        loop {
-            let row = self.untriggered()?;
-            let turning = self.turning.as_mut()?;
-            let past = turning.past(&self.schedule, self.backward, row, position);
-            if past < 0 {
-                return None;
-            }
-            if past <= LATE {
-                // Late by less than a row's tolerance it goes at once.
-                let wait = if past == 0 {
-                    turning.cruise.delay_us
-                } else {
-                    0
-                };
-                let due = *turning.due.get_or_insert(now.plus(wait));
-                if now.reached(due) || past > 0 {
-                    self.fire_row(now, row, link);
-                }
-                return None;
-            }
-            if let Some(reason) = self.miss(data) {
-                return Some(reason);
-            }
-        }
-    }
-
-    /// Triggers `row`, if the link takes another request.
-    fn fire_row(&mut self, now: Micros, row: u16, link: &mut impl RadarLink) {
-        let angle = shaft_angle(self.schedule.position(row));
-        let Some(turning) = &mut self.turning else {
-            return;
-        };
-        let timeout = turning.cruise.patience_us;
-        if turning.flying.is_full() || turning.skips {
-            return;
-        }
-        if turning.flying.is_empty() {
-            link.trigger(now, angle, timeout);
-        } else if !link.trigger_ahead(now, angle, timeout) {
-            return;
-        }
-        // There is room.
-        let _ = turning.flying.push_back((row, now.plus(timeout)));
-        turning.next += 1;
-        turning.due = None;
-        self.fired = Some((row, now));
-        self.deadline = later(self.deadline, now.plus(timeout).plus(MARGIN_US));
-    }
-
-    /// The next row has not been triggered in time; what ends the scan.
-    fn miss(&mut self, data: &mut impl DataPath) -> Option<Reason> {
-        let row = self.untriggered()?;
-        let turning = self.turning.as_mut()?;
-        turning.next += 1;
-        (turning.due, turning.skips) = (None, false);
-        self.lose(row, data)
-    }
-
-    /// `row` will not come; what ends the scan.
-    fn lose(&mut self, row: u16, data: &mut impl DataPath) -> Option<Reason> {
-        data.lost(row);
-        self.lost = self.lost.saturating_add(1);
-        (self.lost > self.settings.timing.max_lost).then_some(Reason::TooManyLost)
-    }
-
-    /// The answer to the oldest trigger.
-    fn take(
-        &mut self,
-        now: Micros,
-        answer: Result<(), LinkError>,
-        data: &mut impl DataPath,
-    ) -> Poll<Rows> {
-        self.failed += u16::from(answer.is_err());
-        let Some(turning) = &mut self.turning else {
-            return Poll::Pending;
-        };
-        let Some((row, until)) = turning.flying.pop_front() else {
-            return Poll::Pending;
-        };
-        match answer {
-            Ok(()) => {
-                self.pending = Some(row);
-                self.streak = 0;
-            }
-            Err(error) => {
-                self.streak += 1;
-                // What came in vain took its time on the wire, which the chirps behind it lack.
-                turning.skips |= now.reached(until);
-                let reason = self.lose(row, data);
-                if self.streak >= LOST_STREAK {
-                    return self.end(Some(link_reason(error)));
-                }
-                if reason.is_some() {
-                    return self.end(reason);
-                }
-            }
-        }
-        Poll::Pending
     }
 }
