@@ -147,7 +147,8 @@ extern "C" {
     X("search-speed") \
     X("internal-clock") \
     X("calibrated") \
-    X("calibrated-chip")
+    X("calibrated-chip") \
+    X("sweep-mode")
 
 /* Keys of what is measured: for `get`. */
 #define STAIRSCAN_MEASURES(X) \
