@@ -52,21 +52,31 @@ pub struct RadarConfig {
     pub carrier_khz: u32,
     /// Swept bandwidth B, kHz.
     pub bandwidth_khz: u32,
-    /// Complex samples per chirp Ns, 16..=256.
+    /// Complex samples per chirp Ns, 16..=256; of a real chirp its pairs, half its values.
     pub samples: u16,
+    /// Whether the module samples one channel and not I and Q: a chirp of 2 Ns real values
+    /// x₀, x₁, … is carried as Ns pairs (x₀, x₁), (x₂, x₃), … in the place of I and Q.
+    ///
+    /// Bin k of its transform has k periods in the padded chirp, as bin k of a complex chirp has: the
+    /// Ns bins below half the sampling rate have the range axis of Ns complex samples.
+    pub real: bool,
 }
 
 impl Default for RadarConfig {
     fn default() -> Self {
-        Self {
-            carrier_khz: 94_000_000,
-            bandwidth_khz: 10_000_000,
-            samples: 200,
-        }
+        Self::DEFAULT
     }
 }
 
 impl RadarConfig {
+    /// The paper's (section II-A).
+    pub const DEFAULT: Self = Self {
+        carrier_khz: 94_000_000,
+        bandwidth_khz: 10_000_000,
+        samples: 200,
+        real: false,
+    };
+
     /// Checks that the buffers hold such a chirp and that it has a range axis.
     pub fn validate(&self) -> Result<(), ConfigError> {
         check(
@@ -461,6 +471,7 @@ impl Config {
             carrier_khz: 0,
             bandwidth_khz: 0,
             samples: 0,
+            real: false,
         },
         mount: MountConfig {
             mirror_offset: 0,

@@ -10,7 +10,7 @@ pub const SIZE: usize = 32;
 pub fn encode(config: &Config) -> [u8; SIZE] {
     let words = [
         config.radar.bandwidth_khz,
-        u32::from(config.radar.samples),
+        u32::from(config.radar.samples) | u32::from(config.radar.real) << 16,
         config.mount.mirror_offset as u32,
         config.mount.mount_height as u32,
         config.mount.beamwidth as u32,
@@ -32,6 +32,7 @@ pub fn decode(bytes: &[u8; SIZE]) -> Config {
     let mut config = Config::default();
     config.radar.bandwidth_khz = word(0);
     config.radar.samples = word(1) as u16;
+    config.radar.real = word(1) >> 16 != 0;
     config.mount.mirror_offset = word(2) as i32;
     config.mount.mount_height = word(3) as i32;
     config.mount.beamwidth = word(4) as i32;
@@ -55,6 +56,7 @@ mod tests {
         let mut config = Config::default();
         config.mount.plane = Plane::Height;
         config.sweep.first_angle = -12_345;
+        config.radar.real = true;
         assert_eq!(decode(&encode(&config)), config);
     }
 }

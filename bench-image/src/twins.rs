@@ -11,10 +11,10 @@ use stairscan::range::{Processor, RowStats};
 
 /// Chirp lengths: each transform, full and padded.
 const LENGTHS: [u16; 10] = [200, 256, 129, 128, 100, 64, 50, 32, 17, 16];
-/// Chirps of each length.
+/// Chirps of each length, complex and of real samples.
 const CHIRPS: usize = 1000;
 /// Chirps in all.
-pub const TOTAL: usize = LENGTHS.len() * CHIRPS;
+pub const TOTAL: usize = 2 * LENGTHS.len() * CHIRPS;
 
 static CRC: Crc<u32, Table<16>> = Crc::<u32, Table<16>>::new(&CRC_32_ISO_HDLC);
 
@@ -138,9 +138,13 @@ pub fn compare<A: Arithmetic, B: Arithmetic>() -> Comparison {
         ..CfarConfig::default()
     };
     let mut buffer = [Iq::default(); 256];
-    for samples in LENGTHS {
+    for (samples, real) in [false, true]
+        .into_iter()
+        .flat_map(|real| LENGTHS.map(|n| (n, real)))
+    {
         let radar = RadarConfig {
             samples,
+            real,
             ..RadarConfig::default()
         };
         let ready = first.configure(&radar, &mount, &cfar).is_ok()

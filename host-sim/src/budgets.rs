@@ -12,6 +12,9 @@ pub const STACK: u64 = 16 * 1024 - 32;
 pub const FFT256: u64 = 10_000;
 /// Most instructions from a chirp's samples to its finished row of the map: 0.15 ms at 168 MHz.
 pub const CHIRP: u64 = 25_000;
+/// Most instructions from the values of a real chirp to its row of the map, without the health of the
+/// instrument: 0.19 ms.
+pub const CHIRP_REAL: u64 = 32_000;
 /// Most instructions from the last row to the finished report: 24 ms at 168 MHz, beside scans of
 /// seconds.
 pub const POST: u64 = 4_000_000;

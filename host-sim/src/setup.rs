@@ -27,6 +27,7 @@ pub fn radar(recording: &Recording) -> Result<RadarConfig> {
         carrier_khz: fixed(meta.carrier_hz, "captures[0] core:frequency")?,
         bandwidth_khz: fixed(meta.bandwidth_hz, "global stairscan:bandwidth_hz")?,
         samples: u16::try_from(meta.samples_per_chirp)?,
+        real: meta.real,
     })
 }
 
@@ -39,7 +40,7 @@ pub fn mode(recording: &Recording) -> Mode {
 /// Duration of a chirp, µs; that of the paper's radar where a recording bears no sample rate.
 pub fn chirp_us(recording: &Recording) -> Option<u32> {
     let meta = &recording.meta;
-    let us = 1e6 * meta.samples_per_chirp as f64 / meta.sample_rate_hz?;
+    let us = 1e6 * meta.file_samples() as f64 / meta.sample_rate_hz?;
     (1.0..=1e6).contains(&us).then_some(us.round() as u32)
 }
 

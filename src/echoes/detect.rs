@@ -74,7 +74,11 @@ pub fn detect(
         ghosts: Ghosts {
             params,
             lobe_sigma_rad: angle_filter::lobe_sigma_rad(map.geometry()),
-            samples: f32::from(config.radar.samples),
+            image_sum: match config.radar.real {
+                false => f32::from(config.radar.samples),
+                // Real samples have no negative frequencies, and no imbalance.
+                true => f32::INFINITY,
+            },
         },
         params,
     };

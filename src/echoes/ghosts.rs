@@ -29,8 +29,9 @@ pub struct Ghosts<'p> {
     pub params: &'p Params,
     /// Standard deviation in angle of a point scatterer's lobe, radians.
     pub lobe_sigma_rad: f32,
-    /// Samples of a chirp.
-    pub samples: f32,
+    /// What the native bins of an echo and of its image at the negative frequency add up to: the samples
+    /// of a chirp.
+    pub image_sum: f32,
 }
 
 impl Ghosts<'_> {
@@ -79,7 +80,7 @@ impl Ghosts<'_> {
     /// The image that an I/Q imbalance makes at the negative frequency: the two bins add up to the
     /// number of samples.
     fn iq_image_db(&self, sum_of_bins: f32, lobe_db: f32) -> f32 {
-        if (sum_of_bins - self.samples).abs() >= self.params.image_bins {
+        if (sum_of_bins - self.image_sum).abs() >= self.params.image_bins {
             return NEVER_DB;
         }
         lobe_db + self.params.same_beam_margin_db - self.params.iq_image_db

@@ -111,9 +111,9 @@ impl Chart<'_> {
         math::exp2(((chord - self.noise) * DB_PER_UNIT + arch_db) / DB_PER_OCTAVE)
     }
 
-    /// The points along an upright line at `x_m` from above an echo at `angle_rad` down to it.
-    fn points(&self, x_m: f32, angle_rad: f32, p: &Params) -> Vec<Point, MOST> {
-        let mut points = Vec::new();
+    /// The points along an upright line at `x_m` from above an echo at `angle_rad` down to it. They are filled in
+    /// where they stay: a second list of them would not fit the stack.
+    fn points(&self, points: &mut Vec<Point, MOST>, x_m: f32, angle_rad: f32, p: &Params) {
         let sigma_rad = self.sigma_rad();
         let step_rad = math::max(self.map.geometry().step_rad, f32::MIN_POSITIVE);
         let stride = math::ceil(sigma_rad / (POINTS_PER_SIGMA * step_rad));
@@ -134,7 +134,6 @@ impl Chart<'_> {
                 break;
             }
         }
-        points
     }
 
     /// Height of the edge above an echo at (`x_m`, `y_m`), if it shows on that one's flank.
@@ -142,7 +141,8 @@ impl Chart<'_> {
     pub fn edge_above(&self, x_m: f32, y_m: f32, p: &Params) -> Option<Estimate> {
         let height_m = self.map.geometry().mount_height_m - self.height_m;
         let angle_rad = math::atan2(height_m - y_m, x_m);
-        let points = self.points(x_m, angle_rad, p);
+        let mut points = Vec::new();
+        self.points(&mut points, x_m, angle_rad, p);
         let peak = points.iter().filter(|q| q.t > -BELOW);
         let peak = peak.map(|q| q.power).fold(0.0, math::max);
         let least = math::max(

@@ -51,7 +51,7 @@ impl<const L: usize> Twiddles<L> {
 }
 
 /// Nearest Q15 number; 1 becomes 32767 / 32768.
-const fn to_q15(x: f32) -> i16 {
+pub(super) const fn to_q15(x: f32) -> i16 {
     // `as` from float saturates.
     (32_768.0 * x + if x < 0.0 { -0.5 } else { 0.5 }) as i16
 }
@@ -124,6 +124,45 @@ pub fn finish<A: Arithmetic, B: Bin, const N: usize>(
     let seen = scaled_stage::<A, N, 4>(data, spare, seen, &mut exponent);
     let seen = scaled_stage::<A, N, 16>(spare, data, seen, &mut exponent);
     exponent + scaled_last::<A, B, N, 64>(data, bins, seen)
+}
+
+/// [`finish`] for a number of points that is known at run time.
+pub(super) fn finish_any<A: Arithmetic, B: Bin>(
+    data: &mut [Packed],
+    spare: &mut [Packed],
+    bins: &mut [B],
+    seen: Headroom,
+) -> i32 {
+    if let (Some(data), Some(spare), Some(bins)) = (
+        data.first_chunk_mut(),
+        spare.first_chunk_mut(),
+        bins.first_chunk_mut(),
+    ) {
+        return finish::<A, B, MAX_POINTS>(data, spare, bins, seen);
+    }
+    finish_short::<A, B>(data, spare, bins, seen)
+}
+
+/// The last stage once more, into bins themselves: [`finish`] leaves its input in one buffer of the two.
+/// Returns the one that they fill.
+pub(super) fn last_again<'b, A: Arithmetic>(
+    data: &'b mut [Packed],
+    spare: &'b mut [Packed],
+) -> &'b [Packed] {
+    let points = data.len();
+    let (src, out, table): (_, _, &[[Packed; 3]]) = match points {
+        256 | 128 => (data, spare, &Twiddles::<64>::TABLE),
+        64 | 32 => (spare, data, &Twiddles::<16>::TABLE),
+        _ => (data, spare, &Twiddles::<4>::TABLE),
+    };
+    if points == 4 * table.len() {
+        let mut seen = Headroom::default();
+        src.iter().for_each(|&x| seen.see(x));
+        last_by::<A, Packed>(src, out, table, !seen.is_ample());
+    } else {
+        last_pairs::<A, Packed>(src, out, table);
+    }
+    out
 }
 
 /// One bin of the transform of `points` points that [`finish`] has made of `data` and `spare`: its last

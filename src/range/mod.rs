@@ -22,6 +22,7 @@ pub mod fft;
 pub mod log;
 pub mod packed;
 mod profile;
+mod real;
 pub mod window;
 
 #[cfg(test)]
@@ -249,6 +250,8 @@ impl<A: Arithmetic> Processor<A> {
         // Bin k's negative frequency is bin N - k.
         let mirrored = |bin: u16| (radar.fft_len() as u16).saturating_sub(bin);
         self.image = match self.mirror.count {
+            // Real samples have no negative frequencies.
+            _ if radar.real => BinWindow::default(),
             0 => BinWindow::default(),
             _ => window(mirrored(end) + 1, mirrored(self.mirror.first) + 1),
         };
@@ -256,7 +259,10 @@ impl<A: Arithmetic> Processor<A> {
         self.near = window(end + NEAR_GAP_BINS, kept.first);
         let FrontEnd { points, window, .. } = &mut self.front_end;
         *points = radar.fft_len();
-        window.shape(usize::from(radar.samples), *points);
+        match radar.real {
+            false => window.shape(radar.samples.into(), *points),
+            true => window.shape_real(radar.samples.into(), *points),
+        }
         let reference = 512.0 * (math::log2(window.sum()) - 17.0);
         self.offset = i32::from(FULL_SCALE) * FINE - math::round(reference) as i32;
         self.kept = kept;
@@ -278,7 +284,7 @@ impl<A: Arithmetic> Processor<A> {
         let power = self.power.get(..self.front_end.points).unwrap_or(&[]);
         log::fill_cells(self.kept.of(power), offset, row.cells);
         self.cfar.detect::<A>(self.kept.of(power), row.mask);
-        let hits = keep_real(power, self.kept, row.mask);
+        let hits = self.keep(power, row.mask);
         let cell = |p: u32| log::to_cell(log::log2_fine(p) + offset);
         let strongest = |bins: BinWindow| bins.of(power).iter().copied().max().map_or(0, cell);
         Ok(RowStats {
@@ -302,7 +308,11 @@ impl<A: Arithmetic> Processor<A> {
         let stored = usize::from(self.kept.first) + usize::from(bin);
         // The bin that holds the mirror's place, whichever is strongest: one bin, one phase.
         let mirror = (self.mirror_at / 16) as usize;
-        [stored, mirror].map(|bin| fft::bin(data, spare, self.front_end.points, bin))
+        let points = self.front_end.points;
+        [stored, mirror].map(|bin| match self.front_end.window.is_real() {
+            false => fft::bin(data, spare, points, bin),
+            true => real::bin(data, spare, points, bin),
+        })
     }
 
     /// Where the mirror's echo peaks: a parabola through the logarithms of its strongest bin and the
@@ -342,7 +352,7 @@ impl<A: Arithmetic> Processor<A> {
                 *word |= u32::from(cell.is_hit()) << (k % 32);
             }
         }
-        keep_real(power, self.kept, &mut profile.hits);
+        self.keep(power, &mut profile.hits);
         Ok(())
     }
 
@@ -360,6 +370,15 @@ impl<A: Arithmetic> Processor<A> {
         // Mantissas are (x · c) · gain / 2^32 / 2^exponent; full scale is x = 2^15.
         let unit = math::exp2(exponent as f32 + 17.0);
         Ok(unit / (self.front_end.window.sum() * levels.gain() as f32))
+    }
+
+    /// Takes hits that are images out of the mask; returns the number that stay. Real samples have no
+    /// images.
+    fn keep(&self, power: &[u32], mask: &mut [u32]) -> u16 {
+        match self.front_end.window.is_real() {
+            false => without_images(power, self.kept, mask),
+            true => mask.iter().map(|word| word.count_ones() as u16).sum(),
+        }
     }
 
     /// Chirp to power of every bin; returns what to add to 256 · log2 of it as well.
@@ -390,8 +409,12 @@ impl FrontEnd {
             let got = chirp.len();
             return Err(ChirpLength { got, expected });
         }
-        let levels = ChirpLevels::of::<A>(chirp);
+        let mut levels = ChirpLevels::of::<A>(chirp);
         let exponent = match self.points {
+            _ if self.window.is_real() => {
+                let (points, buffers) = (self.points, &mut self.buffers);
+                real::transform::<A, B>((chirp, &mut levels), &self.window, points, buffers, bins)
+            }
             16 => self.transform::<A, B, 16>(chirp, &levels, bins),
             32 => self.transform::<A, B, 32>(chirp, &levels, bins),
             64 => self.transform::<A, B, 64>(chirp, &levels, bins),
@@ -440,7 +463,7 @@ fn mirror_bins(radar: &RadarConfig, mount: &MountConfig) -> BinWindow {
 
 /// Takes out the hits that are no stronger than what an I/Q imbalance makes of the echo at their
 /// negative frequency (the mirror's own echo, for one); returns the number that stay.
-fn keep_real(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
+fn without_images(power: &[u32], kept: BinWindow, mask: &mut [u32]) -> u16 {
     let at = |bin: usize| power.get(bin).copied().unwrap_or(0);
     let mut count = 0;
     for (first, word) in (usize::from(kept.first)..).step_by(32).zip(mask) {

@@ -1,5 +1,7 @@
 //! The chain against an f64 reference, its error bounds, and what no chirp may do to it.
 
+mod real;
+
 use super::*;
 use crate::config::Config;
 use proptest::prelude::*;

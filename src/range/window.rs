@@ -12,9 +12,12 @@ use crate::math::sin_cos;
 /// (Harris 1978), which keeps the radar's leakage, 50 dB above the stairs, out of their bins.
 #[derive(Clone, Debug)]
 pub struct Window {
+    /// Of every sample; of real values (see [`Window::shape_real`]) those of the first half.
     coefficients: [i16; MAX_POINTS],
     samples: usize,
     points: usize,
+    /// Whether samples are pairs of real values, each with a coefficient of its own.
+    real: bool,
     sum: f32,
 }
 
@@ -25,31 +28,81 @@ impl Window {
             coefficients: [0; MAX_POINTS],
             samples: 0,
             points: 0,
+            real: false,
             sum: 0.0,
         }
     }
 
     /// Takes the shape for `samples` samples (16…256) in a transform of `points` points.
     pub fn shape(&mut self, samples: usize, points: usize) {
+        self.shape_of(samples, points, false);
+    }
+
+    /// The same for `samples` pairs of real values: one window over all of them.
+    pub fn shape_real(&mut self, samples: usize, points: usize) {
+        self.shape_of(samples, points, true);
+    }
+
+    #[inline(never)]
+    fn shape_of(&mut self, samples: usize, points: usize, real: bool) {
+        let values = 1 + usize::from(real);
+        let all = samples * values;
         let hann = |n: usize| {
-            let (_, cos) = sin_cos(core::f32::consts::TAU * n as f32 / samples.max(1) as f32);
+            let (_, cos) = sin_cos(core::f32::consts::TAU * n as f32 / all.max(1) as f32);
             0.5 - 0.5 * cos
         };
         // The first stage adds samples a quarter of the transform apart. With |x| ≤ √2 · 32767
         // after normalisation, the largest sum of their coefficients decides the scale.
-        let quarter = (points / 4).max(1);
+        let quarter = (values * points / 4).max(1);
         let largest = (0..quarter)
-            .map(|n| (n..samples).step_by(quarter).map(hann).sum::<f32>())
+            .map(|n| (n..all).step_by(quarter).map(hann).sum::<f32>())
             .fold(1.0, f32::max);
         // 8 units are more than the rounding of four coefficients and four products.
         let unit = (MAX_MAGNITUDE - 8) as f32 / (core::f32::consts::SQRT_2 * largest);
         self.coefficients.fill(0);
         for (n, c) in self.coefficients.iter_mut().enumerate().take(samples) {
-            *c = (unit * hann(n) + 0.5) as i16;
+            // The first of a symmetric window's real values has none to speak of: 0.
+            *c = (unit * hann(n + values - 1) + 0.5) as i16;
         }
         self.samples = samples;
         self.points = points;
-        self.sum = self.coefficients.iter().map(|&c| f32::from(c)).sum();
+        self.real = real;
+        let sum: f32 = (0..all).map(|n| f32::from(self.at(n))).sum();
+        // Half of a real tone stands at its negative frequency.
+        self.sum = sum / values as f32;
+    }
+
+    /// Coefficient of value `n`.
+    #[inline(always)]
+    fn at(&self, n: usize) -> i16 {
+        let place = match self.real {
+            false => n,
+            // The second half is the first one backwards, and value 0's coefficient is 0.
+            true => n.min((2 * self.samples).wrapping_sub(n)).wrapping_sub(1),
+        };
+        self.coefficients.get(place).copied().unwrap_or(0)
+    }
+
+    /// Coefficient of the second of a chirp's real values; the first one's is 0.
+    pub(super) fn first(&self) -> i16 {
+        self.coefficients[0]
+    }
+
+    /// Coefficients of pairs of real values: of the pairs behind the first one up to the middle, and of
+    /// the others, these backwards and turned about.
+    #[inline(always)]
+    pub(super) fn pairs(&self) -> (&[[i16; 2]], &[[i16; 2]]) {
+        let part = |range: core::ops::Range<usize>| {
+            let part = self.coefficients.get(range);
+            part.unwrap_or(&[]).as_chunks().0
+        };
+        (part(1..self.samples), part(0..self.samples & !1))
+    }
+
+    /// Whether it is for real values.
+    #[inline(always)]
+    pub fn is_real(&self) -> bool {
+        self.real
     }
 
     /// Samples that the window is for.
@@ -65,11 +118,15 @@ impl Window {
     /// Correlation of a spectrum's noise in bins `distance` apart: the transform of the squared
     /// window (real, for the window is symmetric about Ns / 2), 1 for distance 0.
     pub fn correlation(&self, distance: usize) -> f32 {
-        let per_sample = core::f32::consts::TAU * distance as f32 / self.points.max(1) as f32;
-        let middle = self.samples as f32 / 2.0;
+        let values = 1 + usize::from(self.real);
+        let points = values * self.points;
+        let per_sample = core::f32::consts::TAU * distance as f32 / points.max(1) as f32;
+        let all = values * self.samples;
+        let middle = all as f32 / 2.0;
         let (mut sum, mut energy) = (0.0, 0.0);
-        for (n, &c) in self.coefficients.iter().enumerate().take(self.samples) {
-            let square = f32::from(c) * f32::from(c);
+        for n in 0..all {
+            let c = f32::from(self.at(n));
+            let square = c * c;
             sum += square * sin_cos(per_sample * (n as f32 - middle)).1;
             energy += square;
         }
@@ -120,13 +177,6 @@ impl ChirpLevels {
         // 2^31 / n, so that a mean costs a multiplication.
         let reciprocal = i64::from((1u32 << 31) / (chirp.len() as u32).max(1));
         let mean = [sum_i, sum_q].map(|sum| ((i64::from(sum) * reciprocal) >> 15) as i32);
-        let swing = |mean: i32, low: i16, high: i16| {
-            // In Q15, for Q16 does not hold the largest differences.
-            let mean = mean >> 1;
-            let above = (i32::from(high) << 15).saturating_sub(mean);
-            let below = mean.saturating_sub(i32::from(low) << 15);
-            (above.max(below).max(0) as u32).div_ceil(1 << 15)
-        };
         let swing_i = swing(mean[0], low.re(), high.re());
         let swing_q = swing(mean[1], low.im(), high.im());
         let extremes = [low, high].map(|x| Iq::new(x.re(), x.im()));
@@ -143,6 +193,20 @@ impl ChirpLevels {
         }
     }
 
+    /// The same of a chirp of real values, which have one mean and one pair of extremes.
+    pub fn of_real(&self) -> Self {
+        // Halved first, for Q16 does not hold the sum.
+        let mean = self.mean.iter().map(|mean| mean >> 1).sum();
+        let [low, high] = self.extremes;
+        let (low, high) = (low.i.min(low.q), high.i.max(high.q));
+        Self {
+            mean: [mean; 2],
+            swing: swing(mean, low, high),
+            extremes: [low, high].map(|x| Iq::new(x, x)),
+            ..*self
+        }
+    }
+
     /// Means of I and Q, rounded.
     pub fn mean(&self) -> Iq {
         let [i, q] = self.mean.map(|mean| ((mean + (1 << 15)) >> 16) as i16);
@@ -154,6 +218,16 @@ impl ChirpLevels {
         // Below 3 it would not fit; so quiet a chirp is none.
         ((32_767u32 << 17) / self.swing.clamp(3, 65_535)) as i32
     }
+}
+
+/// Largest distance of `low` and `high` from a mean in Q16.16, rounded up.
+#[inline(always)]
+fn swing(mean: i32, low: i16, high: i16) -> u32 {
+    // In Q15, for Q16 does not hold the largest differences.
+    let mean = mean >> 1;
+    let above = (i32::from(high) << 15).saturating_sub(mean);
+    let below = mean.saturating_sub(i32::from(low) << 15);
+    (above.max(below).max(0) as u32).div_ceil(1 << 15)
 }
 
 /// Whether a part of `x` stands at the converter's full scale.
@@ -171,12 +245,32 @@ fn count_saturated(chirp: &[Iq]) -> u16 {
 
 /// Windows samples: (x - mean) · c · gain, rounded.
 #[derive(Clone, Copy)]
-struct Weigher {
+pub(super) struct Weigher {
     minus_mean: [i32; 2],
     gain: i32,
 }
 
 impl Weigher {
+    /// For a chirp of these levels.
+    #[inline(always)]
+    pub(super) fn new(levels: &ChirpLevels) -> Self {
+        Self {
+            minus_mean: levels.mean.map(i32::saturating_neg),
+            gain: levels.gain(),
+        }
+    }
+
+    /// The same of a pair of real values, each with its own coefficient.
+    #[inline(always)]
+    pub(super) fn weigh_pair<A: Arithmetic>(self, x: Iq, pair: [i16; 2]) -> Packed {
+        let (x, [c, d]) = (Packed::from(x), pair.map(i32::from));
+        let [mean, _] = self.minus_mean;
+        A::pack_low(
+            A::mul_high(A::scale_re(x, c, A::scale_wide(mean, c)), self.gain),
+            A::mul_high(A::scale_im(x, d, A::scale_wide(mean, d)), self.gain),
+        )
+    }
+
     #[inline(always)]
     fn weigh<A: Arithmetic>(self, x: Iq, c: i16) -> Packed {
         let (x, c) = (Packed::from(x), i32::from(c));
@@ -200,6 +294,7 @@ impl Weigher {
 
 /// DC removal, normalisation, window and the first radix-4 stage: four-point transforms of samples
 /// a quarter of the transform apart. The zero padding takes part in none of them.
+#[inline(never)]
 pub fn open<A: Arithmetic, const N: usize>(
     chirp: &[Iq],
     levels: &ChirpLevels,
@@ -208,15 +303,13 @@ pub fn open<A: Arithmetic, const N: usize>(
 ) -> Headroom {
     let quarter = N / 4;
     let mut out = quarters(out);
-    let weigher = Weigher {
-        minus_mean: levels.mean.map(i32::saturating_neg),
-        gain: levels.gain(),
-    };
+    let weigher = Weigher::new(levels);
     let mut seen = Headroom::default();
     let mut write = |n: usize, y: [Packed; 4]| {
         for (out, v) in out.iter_mut().zip(y) {
             seen.see(v);
-            if let Some(place) = out.get_mut(n) {
+            // A power of two: the remainder spares the check.
+            if let Some(place) = out.get_mut(n % quarter) {
                 *place = v;
             }
         }
@@ -228,15 +321,18 @@ pub fn open<A: Arithmetic, const N: usize>(
     // up to `three`, the fourth up to `four`. Each window of the samples holds one point's taps.
     let taps_of = |j: usize| samples.saturating_sub(j * quarter).min(quarter);
     let (three, four) = (taps_of(2), taps_of(3));
-    let taps = |count: usize| {
+    let taps = |from: usize, count: usize| {
         let span = (count - 1) * quarter + 1;
-        chirp.windows(span).zip(c.windows(span))
+        let (x, c) = (chirp.get(from..), c.get(from..));
+        x.unwrap_or(&[])
+            .windows(span)
+            .zip(c.unwrap_or(&[]).windows(span))
     };
-    for (n, (x, c)) in (0..four).zip(taps(4)) {
+    for (n, (x, c)) in (0..four).zip(taps(0, 4)) {
         let taps = [tap(x, c, 0), tap(x, c, 1), tap(x, c, 2), tap(x, c, 3)];
         write(n, A::butterfly(taps));
     }
-    for (n, (x, c)) in (four..three).zip(taps(3).skip(four)) {
+    for (n, (x, c)) in (four..three).zip(taps(four, 3)) {
         let [t0, t1, t2] = [tap(x, c, 0), tap(x, c, 1), tap(x, c, 2)];
         let (sum, diff) = (A::add(t0, t2), A::sub(t0, t2));
         write(
@@ -249,7 +345,7 @@ pub fn open<A: Arithmetic, const N: usize>(
             ],
         );
     }
-    for (n, (x, c)) in (three..quarter).zip(taps(2).skip(three)) {
+    for (n, (x, c)) in (three..quarter).zip(taps(three, 2)) {
         let [t0, t1] = [tap(x, c, 0), tap(x, c, 1)];
         write(
             n,

@@ -134,6 +134,7 @@ pub fn parse_settings(payload: &[u8]) -> Option<RadarConfig> {
         carrier_khz: u32::from_le_bytes([c0, c1, c2, c3]),
         bandwidth_khz: u32::from_le_bytes([b0, b1, b2, b3]),
         samples: u16::from_le_bytes([n0, n1]),
+        real: false,
     })
 }
 

@@ -18,7 +18,7 @@ mod image {
     use microfft::Complex32;
     use stairscan::Iq;
     use stairscan::answer::Outcome;
-    use stairscan::config::{Config, MAX_SAMPLES};
+    use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
     use stairscan::drive::Drive;
     use stairscan::grid::{BinWindow, Row};
     use stairscan::observer::{Event, Observer};
@@ -121,21 +121,38 @@ mod image {
         });
         hprintln!("stages {}", count);
         row_stages(counter, &config, &window, &power);
+        // The same chirp once more taken for 400 real samples.
+        for (name, real) in [("chirp", false), ("chirp_real", true)] {
+            let radar = RadarConfig {
+                real,
+                ..config.radar
+            };
+            hprintln!("{} {}", name, whole(counter, &radar, &config, &samples));
+        }
+    }
+
+    /// From a chirp to a row of the map.
+    #[inline(never)]
+    fn whole(
+        counter: &mut Counter,
+        radar: &RadarConfig,
+        config: &Config,
+        samples: &[Iq; 200],
+    ) -> u32 {
         // SAFETY: the only reference to the static while this function runs.
         let processor = unsafe { &mut *addr_of_mut!(RANGE) };
-        let Ok(()) = processor.configure(&config.radar, &config.mount, &config.cfar) else {
-            return;
+        let Ok(()) = processor.configure(radar, &config.mount, &config.cfar) else {
+            return 0;
         };
         let bins = usize::from(processor.kept().count);
         let (mut cells, mut mask) = ([0; 256], [0; 8]);
-        let count = counter.count(ROUNDS, || {
+        counter.count(ROUNDS, || {
             let mut row = Row {
                 cells: &mut cells[..bins],
                 mask: &mut mask[..bins.div_ceil(32)],
             };
-            processor.process(black_box(&samples), &mut row)
-        });
-        hprintln!("chirp {}", count);
+            processor.process(black_box(samples), &mut row)
+        })
     }
 
     /// From power to a row.

@@ -12,7 +12,7 @@ use stairscan::config::Config;
 use stairscan::scan::Settings;
 
 use super::{Format, emit};
-use crate::budgets::{CHIRP, FFT256, FLASH, POST, RAM};
+use crate::budgets::{CHIRP, CHIRP_REAL, FFT256, FLASH, POST, RAM};
 use crate::emulate::image::{self, Image};
 use crate::images;
 use crate::recording::{self, META_SUFFIX, Recording};
@@ -29,10 +29,15 @@ pub struct Args {
 }
 
 /// Most instructions that a stage may take.
-const BUDGETS: [(&str, u64); 3] = [("fft256", FFT256), ("chirp", CHIRP), ("post", POST)];
+const BUDGETS: [(&str, u64); 4] = [
+    ("fft256", FFT256),
+    ("chirp", CHIRP),
+    ("chirp_real", CHIRP_REAL),
+    ("post", POST),
+];
 
 /// What each stage is.
-const MEANING: [(&str, &str); 14] = [
+const MEANING: [(&str, &str); 15] = [
     (
         "fft256",
         "transform of 256 complex points, 16-bit block floating point",
@@ -49,6 +54,10 @@ const MEANING: [(&str, &str); 14] = [
     (
         "chirp",
         "200 samples to finished map row, health included, worst row of all recordings",
+    ),
+    (
+        "chirp_real",
+        "400 real samples to finished map row, health not included",
     ),
     ("row", "chirp and the estimator's part, worst row"),
     (

@@ -88,6 +88,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Output::Recording => write_recording(args, only(&paths)?)?,
         Output::Array => {
             let recording = read(args, only(&paths)?)?;
+            ensure!(
+                !recording.meta.real,
+                "{}: real samples: a .npy holds I and Q, expected another kind of output",
+                recording.name
+            );
             write_whole(&args.output, &npy::write(&recording, args.complex))?;
             chirps(&recording)
         }
@@ -176,7 +181,7 @@ fn chirps(recording: &Recording) -> String {
     format!(
         "{} chirps of {} samples",
         recording.chirps(),
-        recording.meta.samples_per_chirp
+        recording.meta.file_samples()
     )
 }
 

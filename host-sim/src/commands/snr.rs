@@ -10,7 +10,7 @@ use rand_core::{Rng as _, SeedableRng as _};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use serde_json::json;
 use stairscan::Iq;
-use stairscan::config::{Config, MAX_SAMPLES};
+use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
 use stairscan::range::RangeProcessor;
 use stairscan::range::packed::Packed;
 
@@ -38,6 +38,8 @@ const QUOTED: [(i32, f64); 4] = [(-1, 52.0), (-20, 34.0), (-40, 15.0), (-60, -5.
 /// One level's result.
 struct Level {
     dbfs: i32,
+    /// Of chirps of real samples.
+    real: bool,
     /// Signal to error over all chirps, dB.
     snr_db: f64,
     /// The same of the worst chirp.
@@ -46,11 +48,12 @@ struct Level {
 
 /// Measures and prints; fails below the least ratio.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let levels = measure(args.seed, args.chirps)?;
+    let mut levels = measure(args.seed, args.chirps, false)?;
+    levels.extend(measure(args.seed, args.chirps, true)?);
     match args.format {
         Format::Text => emit(&table(&levels)),
         Format::Json => {
-            let entry = |l: &Level| json!({"level_dbfs": l.dbfs, "snr_db": l.snr_db, "worst_db": l.worst_db});
+            let entry = |l: &Level| json!({"level_dbfs": l.dbfs, "real": l.real, "snr_db": l.snr_db, "worst_db": l.worst_db});
             let array: Vec<_> = levels.iter().map(entry).collect();
             emit(&format!("{}\n", json!(array)));
         }
@@ -62,17 +65,21 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::from(u8::from(low)))
 }
 
-fn measure(seed: u64, chirps: u32) -> Result<Vec<Level>> {
+fn measure(seed: u64, chirps: u32, real: bool) -> Result<Vec<Level>> {
     let mut random = Xoshiro128PlusPlus::seed_from_u64(seed);
     let config = Config::default();
-    let mut processor = RangeProcessor::new(&config.radar, &config.mount, &config.cfar)?;
-    let reference = Reference::new(usize::from(config.radar.samples), config.radar.fft_len());
+    let radar = RadarConfig {
+        real,
+        ..config.radar
+    };
+    let mut processor = RangeProcessor::new(&radar, &config.mount, &config.cfar)?;
+    let reference = Reference::new(&radar);
     let levels = std::iter::once(-1).chain((1..=12).map(|k| -5 * k));
     levels
         .map(|dbfs| {
             let (mut signal, mut error, mut worst_db) = (0.0, 0.0, f64::INFINITY);
             for _ in 0..chirps {
-                let chirp = tones(reference.window.len(), dbfs.into(), &mut random);
+                let chirp = tones(&radar, dbfs.into(), &mut random);
                 let (s, e) = powers(&mut processor, &reference, &chirp)?;
                 signal += s;
                 error += e;
@@ -80,6 +87,7 @@ fn measure(seed: u64, chirps: u32) -> Result<Vec<Level>> {
             }
             Ok(Level {
                 dbfs,
+                real,
                 snr_db: 10.0 * (signal / error).log10(),
                 worst_db,
             })
@@ -93,34 +101,51 @@ fn polar(magnitude: f64, angle: f64) -> Complex<f64> {
     Complex::new(magnitude * cos, magnitude * sin)
 }
 
+/// The values of a chirp: complex, or twice as many real ones.
+fn values(chirp: &[Iq], real: bool) -> Vec<Complex<f64>> {
+    let both = chirp.iter().map(|x| [f64::from(x.i), f64::from(x.q)]);
+    match real {
+        false => both.map(|[i, q]| Complex::new(i, q)).collect(),
+        true => both.flatten().map(Complex::from).collect(),
+    }
+}
+
 /// Mean removal, Hann window and zero-padded transform in double precision.
 struct Reference {
+    real: bool,
     window: Vec<f64>,
     /// exp(-2πik / N) for k = 0…N-1.
     phasors: Vec<Complex<f64>>,
 }
 
 impl Reference {
-    fn new(samples: usize, points: usize) -> Self {
+    fn new(radar: &RadarConfig) -> Self {
+        let values = 1 + usize::from(radar.real);
+        let (samples, points) = (
+            values * usize::from(radar.samples),
+            values * radar.fft_len(),
+        );
         let hann = |n: usize| 0.5 - 0.5 * (TAU * n as f64 / samples as f64).cos();
         let phasor = |k: usize| polar(1.0, -TAU * k as f64 / points as f64);
         Self {
+            real: radar.real,
             window: (0..samples).map(hann).collect(),
             phasors: (0..points).map(phasor).collect(),
         }
     }
 
-    /// The spectrum of a chirp, 1 for a tone at full scale.
+    /// The spectrum of a chirp, 1 for a tone at full scale: of a real one, half of which stands at its
+    /// negative frequency, the bins of positive frequencies.
     fn spectrum(&self, chirp: &[Iq]) -> Vec<Complex<f64>> {
-        let complex = |x: &Iq| Complex::new(f64::from(x.i), f64::from(x.q));
-        let mean = chirp.iter().map(complex).sum::<Complex<f64>>() / chirp.len() as f64;
-        let unit = 32_768.0 * self.window.iter().sum::<f64>();
-        let points = self.phasors.len();
-        (0..points)
+        let values = values(chirp, self.real);
+        let mean = values.iter().sum::<Complex<f64>>() / values.len() as f64;
+        let (points, parts) = (self.phasors.len(), 1 + usize::from(self.real));
+        let unit = 32_768.0 * self.window.iter().sum::<f64>() / parts as f64;
+        (0..points / parts)
             .map(|k| {
-                let terms = chirp.iter().zip(&self.window).enumerate();
+                let terms = values.iter().zip(&self.window).enumerate();
                 let sum: Complex<f64> = terms
-                    .map(|(n, (x, w))| (complex(x) - mean) * w * self.phasors[k * n % points])
+                    .map(|(n, (x, w))| (x - mean) * w * self.phasors[k * n % points])
                     .sum();
                 sum / unit
             })
@@ -146,28 +171,42 @@ fn powers(
 }
 
 /// Three tones and noise 50 dB below them, peaking at `dbfs` and quantised.
-fn tones(samples: usize, dbfs: f64, random: &mut Xoshiro128PlusPlus) -> Vec<Iq> {
+fn tones(radar: &RadarConfig, dbfs: f64, random: &mut Xoshiro128PlusPlus) -> Vec<Iq> {
     let mut uniform = || (f64::from(random.next_u32()) + 0.5) / 4_294_967_296.0;
     let peak = 32_767.0 * 10f64.powf(dbfs / 20.0);
     let parts = [0.5, 0.3, 0.2].map(|a| (a * peak, TAU * uniform(), TAU * uniform()));
     let sigma = peak * 10f64.powf(-50.0 / 20.0);
-    (0..samples)
+    let mut value = |n: f64| {
+        // Box and Muller: radius and angle of a complex normal number.
+        let radius = sigma * (-2.0 * uniform().ln()).sqrt();
+        let noise = polar(radius, TAU * uniform());
+        let tone = |(a, step, phase)| polar(a, step * n + phase);
+        let sum: Complex<f64> = noise + parts.into_iter().map(tone).sum::<Complex<f64>>();
+        // `as` saturates: the converter clips.
+        [sum.re.round() as i16, sum.im.round() as i16]
+    };
+    (0..radar.samples)
         .map(|n| {
-            // Box and Muller: radius and angle of a complex normal number.
-            let radius = sigma * (-2.0 * uniform().ln()).sqrt();
-            let noise = polar(radius, TAU * uniform());
-            let tone = |(a, step, phase)| polar(a, step * n as f64 + phase);
-            let sum: Complex<f64> = noise + parts.into_iter().map(tone).sum::<Complex<f64>>();
-            // `as` saturates: the converter clips.
-            Iq::new(sum.re.round() as i16, sum.im.round() as i16)
+            let n = f64::from(n);
+            match radar.real {
+                false => value(n),
+                true => [value(n)[0], value(n + 0.5)[0]],
+            }
         })
+        .map(|[i, q]| Iq::new(i, q))
         .collect()
 }
 
 fn table(levels: &[Level]) -> String {
     let mut text = String::from("level dBFS   SNR dB   worst chirp   CMSIS-DSP q15 (quoted)\n");
+    let mut before = false;
     for level in levels {
-        let quoted = QUOTED.iter().find(|(dbfs, _)| *dbfs == level.dbfs);
+        if level.real != before {
+            text.push_str("real samples\n");
+            before = level.real;
+        }
+        let mut quoted = QUOTED.iter().filter(|_| !level.real);
+        let quoted = quoted.find(|(dbfs, _)| *dbfs == level.dbfs);
         let quoted = quoted.map_or(String::new(), |(_, db)| format!("{db:.0}"));
         let (dbfs, snr, worst) = (level.dbfs, level.snr_db, level.worst_db);
         let _ = writeln!(text, "{dbfs:>10}{snr:>9.1}{worst:>14.1}{quoted:>25}");
@@ -181,13 +220,15 @@ mod tests {
 
     #[test]
     fn weak_chirps_keep_their_bits() {
-        for level in measure(7, 10).unwrap() {
-            assert!(
-                level.worst_db >= LEAST_DB,
-                "{} dBFS: {} dB",
-                level.dbfs,
-                level.worst_db
-            );
+        for real in [false, true] {
+            for level in measure(7, 10, real).unwrap() {
+                assert!(
+                    level.worst_db >= LEAST_DB,
+                    "{} dBFS, real {real}: {} dB",
+                    level.dbfs,
+                    level.worst_db
+                );
+            }
         }
     }
 }

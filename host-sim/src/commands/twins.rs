@@ -11,7 +11,7 @@ use super::emit;
 use crate::emulate::image;
 use crate::images;
 
-/// Works the same 10,000 random and adversarial chirps off three times: in the emulator by
+/// Works the same 20,000 random and adversarial chirps off three times: in the emulator by
 /// instructions and by their definitions, on the host by the definitions.
 pub fn run() -> Result<ExitCode> {
     let elf = image::build_bin("bench-image", "twins", &[])?;

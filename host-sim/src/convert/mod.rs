@@ -84,7 +84,10 @@ impl Source {
             return Ok(false);
         }
         let told = self.given.any() || self.angles.is_some() || self.keys_of.is_some();
-        let ours = sigmf::metadata(&self.path)?["global"]["core:datatype"] == "ci16_le";
+        let metadata = sigmf::metadata(&self.path)?;
+        let datatype = metadata["global"]["core:datatype"].as_str();
+        // Real samples come in as they are or not at all: with keys from elsewhere they are refused.
+        let ours = matches!(datatype, Some("ci16_le" | "ri16_le"));
         Ok(ours && !told && self.full_scale.is_none())
     }
 

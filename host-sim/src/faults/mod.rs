@@ -55,6 +55,11 @@ impl Fault {
             recording.name,
             recording.scans()
         );
+        ensure!(
+            !recording.meta.real,
+            "{}: real samples: expected I and Q, which faults are put on",
+            recording.name
+        );
         let place = ALL.iter().position(|f| core::ptr::eq(f, self));
         let random = Random::new(seed, STREAM + place.unwrap_or(ALL.len()) as u64);
         let mut signal = Signal::new(recording.clone(), random)?;

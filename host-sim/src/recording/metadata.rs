@@ -66,14 +66,16 @@ impl Default for Sequence {
 pub struct Metadata {
     /// `core:description`.
     pub description: String,
-    /// ADC sample rate, Hz.
+    /// ADC sample rate, Hz: of real samples that of single values.
     pub sample_rate_hz: Option<f64>,
     /// Carrier (centre) frequency, Hz.
     pub carrier_hz: f64,
     /// Swept bandwidth B, Hz.
     pub bandwidth_hz: f64,
-    /// Complex samples per chirp Ns.
+    /// Complex samples per chirp Ns; of real ones the pairs of values, half of what a file says.
     pub samples_per_chirp: usize,
+    /// Whether the samples are real: two values, one after the other, stand in the place of I and Q.
+    pub real: bool,
     /// The mirror; `None` for other radars.
     pub mirror: Option<MirrorSetup>,
     /// Beam angle of each chirp, degrees; empty without a mirror.
@@ -90,6 +92,8 @@ pub struct Metadata {
     pub extra: Map<String, Value>,
 }
 
+/// The datatypes that are read.
+const DATATYPES: &str = "\"ci16_le\", or \"ri16_le\" of real samples";
 const SCANS: &str = "stairscan:scans";
 const TRUTH_SCANS: &str = "stairscan:truth_scans";
 const TRUTH_TRAVEL: &str = "stairscan:truth_travel_m";
@@ -123,16 +127,17 @@ impl Metadata {
     /// Names the key and what was expected of it.
     pub(super) fn parse(document: &Value) -> Result<Self> {
         let global = Keys::of(document.get("global"), "global")?;
-        let datatype = global.text("core:datatype", "\"ci16_le\"")?;
-        if datatype != "ci16_le" {
-            return Err(global.wrong("core:datatype", "\"ci16_le\""));
-        }
+        let real = match global.text("core:datatype", DATATYPES)? {
+            "ci16_le" => false,
+            "ri16_le" => true,
+            _ => return Err(global.wrong("core:datatype", DATATYPES)),
+        };
         if let Some(channels) = global.get("core:num_channels")
             && channels.as_u64() != Some(1)
         {
             return Err(global.wrong("core:num_channels", "1"));
         }
-        let samples_per_chirp = samples_per_chirp(&global)?;
+        let samples_per_chirp = samples_per_chirp(&global, real)?;
         // 1 kHz and 4 THz bound what the fixed-point configuration holds.
         let bandwidth_hz = global.number(
             "stairscan:bandwidth_hz",
@@ -141,7 +146,8 @@ impl Metadata {
         )?;
         let sequence = Sequence::parse(&global)?;
         let pitch = captures::pitch(&global)?;
-        let captures = captures::parse(document, samples_per_chirp, sequence.scans, pitch)?;
+        let values = samples_per_chirp * values_per_sample(real);
+        let captures = captures::parse(document, values, sequence.scans, pitch)?;
         let description = global.get("core:description").and_then(Value::as_str);
         let truth = global.get("stairscan:truth");
         let truth = truth.map(|value| Truth::parse(value, "global stairscan:truth"));
@@ -153,6 +159,7 @@ impl Metadata {
             carrier_hz: captures.carrier_hz,
             bandwidth_hz,
             samples_per_chirp,
+            real,
             mirror: MirrorSetup::parse(&global)?,
             angles_deg: captures.angles_deg,
             motion: captures.motion,
@@ -168,6 +175,11 @@ impl Metadata {
         })
     }
 
+    /// Samples of a chirp as a file counts them: complex ones, or real values.
+    pub fn file_samples(&self) -> usize {
+        self.samples_per_chirp * values_per_sample(self.real)
+    }
+
     /// The document as SigMF writes it, of a recording with `chirps` chirps.
     pub(super) fn document(&self, chirps: usize) -> Value {
         let captures: Vec<Value> = (0..chirps).map(|k| self.capture(k)).collect();
@@ -177,7 +189,8 @@ impl Metadata {
     fn global(&self) -> Map<String, Value> {
         let mut global = Map::new();
         let mut put = |key: &str, value: Value| global.insert(key.into(), value);
-        put("core:datatype", json!("ci16_le"));
+        let datatype = if self.real { "ri16_le" } else { "ci16_le" };
+        put("core:datatype", json!(datatype));
         put("core:version", json!("1.2.0"));
         if let Some(rate) = self.sample_rate_hz {
             put("core:sample_rate", json!(rate));
@@ -188,7 +201,7 @@ impl Metadata {
             json!([{"name": "stairscan", "version": EXTENSION_VERSION, "optional": false}]);
         put("core:extensions", extension);
         put("stairscan:bandwidth_hz", json!(self.bandwidth_hz));
-        put("stairscan:samples_per_chirp", json!(self.samples_per_chirp));
+        put("stairscan:samples_per_chirp", json!(self.file_samples()));
         if let Some(mirror) = &self.mirror {
             put("stairscan:mirror_offset_m", json!(mirror.offset_m));
             put("stairscan:beamwidth_deg", json!(mirror.beamwidth_deg));
@@ -226,7 +239,7 @@ impl Metadata {
 
     fn capture(&self, k: usize) -> Value {
         let mut capture = json!({
-            "core:sample_start": k * self.samples_per_chirp,
+            "core:sample_start": k * self.file_samples(),
             "core:frequency": self.carrier_hz,
         });
         let motion = &self.motion;
@@ -255,14 +268,23 @@ impl Metadata {
     }
 }
 
-fn samples_per_chirp(global: &Keys<'_>) -> Result<usize> {
+/// Numbers of a file that one [`stairscan::Iq`] holds, each a sample of the file where they are real.
+fn values_per_sample(real: bool) -> usize {
+    1 + usize::from(real)
+}
+
+/// Complex samples of a chirp, or pairs of real ones.
+fn samples_per_chirp(global: &Keys<'_>, real: bool) -> Result<usize> {
+    let values = values_per_sample(real) as f64;
     let range = f64::from(*config::SAMPLES.start())..=f64::from(*config::SAMPLES.end());
-    let samples = global.number(
-        "stairscan:samples_per_chirp",
-        "a whole number from 16 to 256",
-        |v| v.fract() == 0.0 && range.contains(&v),
-    )?;
-    Ok(samples as usize)
+    let expected = match real {
+        false => "a whole number from 16 to 256",
+        true => "an even number of real samples from 32 to 512",
+    };
+    let samples = global.number("stairscan:samples_per_chirp", expected, |v| {
+        (v / values).fract() == 0.0 && range.contains(&(v / values))
+    })?;
+    Ok((samples / values) as usize)
 }
 
 impl Sequence {

@@ -1,7 +1,7 @@
 //! Recorded scans: SigMF 1.2 pairs with the project's `stairscan:` keys.
 //!
 //! `NAME.sigmf-meta` is JSON, `NAME.sigmf-data` the interleaved little-endian 16-bit I and Q of one
-//! chirp after another. A range profile needs only datatype, Ns and bandwidth, so recordings of
+//! chirp after another, or its real samples. A range profile needs only datatype, Ns and bandwidth, so recordings of
 //! radars without a mirror are read too; what a scan needs beyond that is asked for by
 //! [`Recording::scan_setup`]. A recording may hold several scans, which [`Recording::scan`] takes
 //! apart. Every refusal names file, key and what was expected.
@@ -35,7 +35,7 @@ pub struct Recording {
     pub name: String,
     /// The metadata.
     pub meta: Metadata,
-    /// The samples of all chirps, one after another.
+    /// The samples of all chirps, one after another; of real ones pairs of them.
     pub samples: Vec<Iq>,
 }
 
@@ -304,20 +304,21 @@ fn metadata(text: &str, file: &Path) -> Result<Metadata> {
 /// Refuses a sample file of `found` bytes that does not hold the chirps that the metadata tell of.
 fn check_length(found: u64, meta: &Metadata, file: &Path) -> Result<()> {
     let chirp = 4 * meta.samples_per_chirp as u64;
+    let each = if meta.real { 2 } else { 4 };
     let chirps = meta.angles_deg.len() as u64;
     if chirps > 0 && found != chirps * chirp {
         bail!(
-            "{}: {found} bytes, expected {} ({chirps} captures of {} samples of 4 bytes)",
+            "{}: {found} bytes, expected {} ({chirps} captures of {} samples of {each} bytes)",
             file.display(),
             chirps * chirp,
-            meta.samples_per_chirp
+            meta.file_samples()
         );
     }
     if found == 0 || !found.is_multiple_of(chirp) {
         bail!(
-            "{}: {found} bytes, expected whole chirps of {} samples (stairscan:samples_per_chirp) of 4 bytes",
+            "{}: {found} bytes, expected whole chirps of {} samples (stairscan:samples_per_chirp) of {each} bytes",
             file.display(),
-            meta.samples_per_chirp
+            meta.file_samples()
         );
     }
     Ok(())

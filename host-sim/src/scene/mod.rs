@@ -186,10 +186,11 @@ impl Scene {
             name: name.into(),
             meta: Metadata {
                 description: self.spec.description.clone(),
-                sample_rate_hz: Some(radar.sample_rate_hz),
+                sample_rate_hz: Some(radar.values_per_sample() as f64 * radar.sample_rate_hz),
                 carrier_hz: radar.carrier_hz,
                 bandwidth_hz: radar.bandwidth_hz,
                 samples_per_chirp: radar.samples_per_chirp,
+                real: radar.real,
                 mirror: Some(MirrorSetup {
                     offset_m: mount.mirror_offset_m,
                     beamwidth_deg: mount.beamwidth_deg,
@@ -297,7 +298,8 @@ impl Scene {
             .unwrap_or_else(|| decibel(directivity))
     }
 
-    /// The chirp at angle `row`: its samples, and its echoes before the receiver has added anything.
+    /// The chirp at angle `row`: its samples, and its echoes as complex ones before the receiver has added
+    /// anything.
     fn chirp(
         &self,
         receiver: &Receiver,
@@ -313,7 +315,7 @@ impl Scene {
         let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
         let tilt = mount.tilt_deg(pitch).to_radians();
         let warp = receiver.phase_noise(random);
-        let mut echo = vec![Complex64::ZERO; self.spec.radar.samples_per_chirp];
+        let mut echo = vec![Complex64::ZERO; receiver.samples()];
         if turning::turns(mirror) {
             self.smeared(row_deg, tilt, tones, &warp, &mut echo);
         } else {
@@ -324,7 +326,10 @@ impl Scene {
         let mut grid = self.beats().grid();
         self.inside(receiver, shaft, &mut grid);
         self.beats().sum(&grid, &warp, &mut analog);
-        (receiver.digitise(&analog, random), echo)
+        let echo = echo
+            .into_iter()
+            .step_by(self.spec.radar.values_per_sample());
+        (receiver.digitise(&analog, random), echo.collect())
     }
 
     /// The tones as a beam at `angle` weighs them.

@@ -16,14 +16,26 @@ const PHASE_NOISE_OFFSET: f64 = 100e3;
 
 /// The receiver of one scene.
 pub struct Receiver<'a> {
-    radar: &'a RadarSpec,
+    /// The radar with the ADC's own samples: of a real one twice as many at twice the rate.
+    radar: RadarSpec,
     spec: &'a ReceiverSpec,
 }
 
 impl<'a> Receiver<'a> {
     /// The receiver that a scene describes.
-    pub fn new(radar: &'a RadarSpec, spec: &'a ReceiverSpec) -> Self {
+    pub fn new(radar: &RadarSpec, spec: &'a ReceiverSpec) -> Self {
+        let values = radar.values_per_sample();
+        let radar = RadarSpec {
+            samples_per_chirp: values * radar.samples_per_chirp,
+            sample_rate_hz: values as f64 * radar.sample_rate_hz,
+            ..radar.clone()
+        };
         Self { radar, spec }
+    }
+
+    /// Values that the ADC, or each of the two, takes in a chirp.
+    pub fn samples(&self) -> usize {
+        self.radar.samples_per_chirp
     }
 
     /// Amplitude at the ADC, in full scales, of an echo √σ/(r₁r₂) of 1/m: the radar equation
@@ -64,7 +76,8 @@ impl<'a> Receiver<'a> {
     /// over its poles.
     pub fn filter(&self, frequency: f64) -> Complex64 {
         let order = f64::from(self.spec.antialias_order);
-        let s = Complex64::new(0.0, frequency / self.spec.antialias_cutoff);
+        let cutoff = self.spec.antialias_cutoff / self.radar.values_per_sample() as f64;
+        let s = Complex64::new(0.0, frequency / cutoff);
         (0..self.spec.antialias_order).fold(Complex64::ONE, |response, k| {
             let pole = cis(PI * (2.0 * f64::from(k) + order + 1.0) / (2.0 * order));
             response * -pole / (s - pole)
@@ -98,9 +111,18 @@ impl<'a> Receiver<'a> {
         (0..samples).map(|_| scale * random.normal()).collect()
     }
 
-    /// The last stages: noise, I/Q imbalance, offsets, and the ADC.
+    /// The last stages: noise, I/Q imbalance, offsets, and the ADC. A real chirp's values come as pairs.
     pub fn digitise(&self, analog: &[Complex64], random: &mut Random) -> Vec<Iq> {
         let noise = self.noise_power();
+        if self.radar.real {
+            let mut value =
+                |s: &Complex64| self.convert((s + random.complex(noise)).re + self.spec.dc_i);
+            let (pairs, _) = analog.as_chunks::<2>();
+            return pairs
+                .iter()
+                .map(|[a, b]| Iq::new(value(a), value(b)))
+                .collect();
+        }
         let offset = Complex64::new(self.spec.dc_i, self.spec.dc_q);
         analog
             .iter()

@@ -38,7 +38,7 @@ impl Scene {
     ) {
         let (radar, mirror) = (&self.spec.radar, &self.spec.mirror);
         let count = echo.len();
-        let chirp_s = count as f64 / radar.sample_rate_hz;
+        let chirp_s = radar.samples_per_chirp as f64 / radar.sample_rate_hz;
         let half = 0.5 * mirror.turn_deg_s * chirp_s;
         let parts = [-1.0, 0.0, 1.0].map(|at| {
             let angle = row_deg + at * half;

@@ -234,8 +234,10 @@ impl Gather {
             carrier_khz,
             bandwidth_khz,
             samples,
+            real,
         } = kind.radar;
-        let rate = |us: u32| f64::from(samples) * 1e6 / f64::from(us.max(1));
+        let values = f64::from(samples) * if real { 2.0 } else { 1.0 };
+        let rate = |us: u32| values * 1e6 / f64::from(us.max(1));
         Part {
             recording: Recording {
                 name: self.name(self.parts.len() + 1),
@@ -247,6 +249,7 @@ impl Gather {
                     carrier_hz: f64::from(carrier_khz) * 1e3,
                     bandwidth_hz: f64::from(bandwidth_khz) * 1e3,
                     samples_per_chirp: usize::from(samples),
+                    real,
                     mirror: Some(self.mounting.setup.clone()),
                     ..Metadata::default()
                 },

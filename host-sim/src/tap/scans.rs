@@ -300,6 +300,7 @@ mod tests {
         carrier_khz: 94_000_000,
         bandwidth_khz: 10_000_000,
         samples: 16,
+        real: false,
     };
 
     fn hear(tap: &mut Tap, at: Ms, kind: Kind, sequence: u16, payload: &[u8]) {

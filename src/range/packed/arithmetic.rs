@@ -23,6 +23,12 @@ impl Packed {
         Self(re as u16 as u32 | (im as u16 as u32) << 16)
     }
 
+    /// The real part of this number with the imaginary part of the other.
+    #[inline(always)]
+    pub const fn with_im_of(self, other: Self) -> Self {
+        Self(self.0 & 0xffff | other.0 & 0xffff_0000)
+    }
+
     /// Real part.
     #[inline(always)]
     pub const fn re(self) -> i16 {
@@ -197,6 +203,12 @@ pub trait Bin: Copy {
     /// From the bin's complex value.
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self;
 
+    /// From the complex conjugate of the bin's value.
+    fn of_conjugate<A: Arithmetic + ?Sized>(x: Packed) -> Self;
+
+    /// The bin's power.
+    fn power<A: Arithmetic + ?Sized>(self) -> u32;
+
     /// The last stage; power has one of its own.
     #[inline(always)]
     fn last<A: Arithmetic, const N: usize, const L: usize, const QUARTER: bool>(
@@ -214,6 +226,14 @@ impl Bin for Packed {
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
         x
     }
+
+    fn of_conjugate<A: Arithmetic + ?Sized>(x: Packed) -> Self {
+        Self::new(x.re(), x.im().saturating_neg())
+    }
+
+    fn power<A: Arithmetic + ?Sized>(self) -> u32 {
+        A::norm(self)
+    }
 }
 
 /// Its power.
@@ -221,6 +241,16 @@ impl Bin for u32 {
     #[inline(always)]
     fn of<A: Arithmetic + ?Sized>(x: Packed) -> Self {
         A::norm(x)
+    }
+
+    #[inline(always)]
+    fn of_conjugate<A: Arithmetic + ?Sized>(x: Packed) -> Self {
+        A::norm(x)
+    }
+
+    #[inline(always)]
+    fn power<A: Arithmetic + ?Sized>(self) -> u32 {
+        self
     }
 
     #[inline(always)]

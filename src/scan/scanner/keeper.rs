@@ -144,12 +144,13 @@ mod tests {
     fn every_bit_that_memory_changes_is_found() {
         let keeper = Keeper::new(Some(Settings::default()), None);
         assert!(keeper.intact() && keeper.configured() && keeper.fit_to_save().is_ok());
-        let changes: [fn(&mut Settings); 5] = [
+        let changes: [fn(&mut Settings); 6] = [
             |s| s.config.mount.mount_height ^= 1,
             |s| s.config.cfar.false_alarm *= 1.0 + f32::EPSILON,
             |s| s.timing.retries ^= 1,
             |s| s.motor.home_angle ^= 1 << 14,
             |s| s.config.radar.samples ^= 1 << 4,
+            |s| s.config.radar.real ^= true,
         ];
         for change in changes {
             let mut keeper = Keeper::new(Some(Settings::default()), None);

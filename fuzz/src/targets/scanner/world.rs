@@ -23,6 +23,7 @@ pub const RADAR: RadarConfig = RadarConfig {
     carrier_khz: 94_000_000,
     bandwidth_khz: 3_200_000,
     samples: 64,
+    real: false,
 };
 /// The way that the shaft turns in a step, microsteps.
 const WAY: i32 = 4_000;

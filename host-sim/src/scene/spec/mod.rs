@@ -64,6 +64,10 @@ pub struct RadarSpec {
     pub samples_per_chirp: usize,
     /// Rate of the ADC, Hz: with the samples per chirp it gives the length of the sweep.
     pub sample_rate_hz: f64,
+    /// A receiver without Q: one ADC takes the real part, twice as many values at twice the rate. Beat
+    /// frequencies, anti-alias filter and ranges stay what they are; the noise of the negative
+    /// frequencies, which I and Q keep apart, falls on the echoes (3 dB).
+    pub real: bool,
     /// Transmitted power, dBm. A few milliwatts are what W-band MMIC modules give.
     pub tx_power_dbm: f64,
     /// Peak gain of the beam leaving the mirror, dBi; without it 10 log10(0.7 · 41253 / (w_e w_a)) of
@@ -76,6 +80,13 @@ pub struct RadarSpec {
     pub polarisation: Polarisation,
 }
 
+impl RadarSpec {
+    /// Values that the ADC takes in the time of one complex sample: 2 of a real receiver.
+    pub fn values_per_sample(&self) -> usize {
+        1 + usize::from(self.real)
+    }
+}
+
 impl Default for RadarSpec {
     fn default() -> Self {
         Self {
@@ -83,6 +94,7 @@ impl Default for RadarSpec {
             bandwidth_hz: 10e9,
             samples_per_chirp: 200,
             sample_rate_hz: 200e3,
+            real: false,
             tx_power_dbm: 0.0,
             antenna_gain_dbi: None,
             system_loss_db: 15.0,
