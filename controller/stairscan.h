@@ -100,7 +100,8 @@ extern "C" {
     X(IMAGE_UNSEALED, "image-unsealed", "Nobody has sealed the image: whether it is whole cannot be told.") \
     X(MEMORY_DAMAGED, "memory-damaged", "The memory does not keep what is written to it.") \
     X(SUPPLY, "supply", "The supply is too low, or was before the reset.") \
-    X(INTERNAL_CLOCK, "internal-clock", "The crystal does not run, and nobody has said that the internal oscillator will do.")
+    X(INTERNAL_CLOCK, "internal-clock", "The crystal does not run, and nobody has said that the internal oscillator will do.") \
+    X(MOTOR_DRIVER, "motor-driver", "The motor's driver does not answer, was reset, or reports an error.")
 
 /* Keys of settings: for `get` and `set`. */
 #define STAIRSCAN_KEYS(X) \
@@ -148,7 +149,20 @@ extern "C" {
     X("internal-clock") \
     X("calibrated") \
     X("calibrated-chip") \
-    X("sweep-mode")
+    X("sweep-mode") \
+    X("module") \
+    X("module-bandwidth") \
+    X("module-samples") \
+    X("link-rate") \
+    X("trigger-pin") \
+    X("driver") \
+    X("microsteps-per-turn") \
+    X("enable-level") \
+    X("stall-level") \
+    X("pulse-width") \
+    X("enable-wake") \
+    X("motor-current") \
+    X("stall-threshold")
 
 /* Keys of what is measured: for `get`. */
 #define STAIRSCAN_MEASURES(X) \

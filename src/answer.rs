@@ -172,6 +172,8 @@ reasons! {
     Supply = "supply",
     /// The crystal does not run, and nobody has said that the internal oscillator will do.
     InternalClock = "internal-clock",
+    /// The motor's driver does not answer, was reset, or reports an error.
+    MotorDriver = "motor-driver",
 }
 
 /// A set of [`Reason`]s.

@@ -13,7 +13,7 @@ fn main() {
 }
 
 /// The interrupts, by priority: the radar module's bytes come every 10 µs and wait for nobody; the
-/// motor's three interrupts share it; commands have 87 µs a byte. The scanner has the rest.
+/// motor's three interrupts share it; commands and the motor's driver have 87 µs a byte. The scanner has the rest.
 #[cfg(target_os = "none")]
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
@@ -37,6 +37,7 @@ mod app {
     struct Local {
         link: Receiver<pac::USART1>,
         report: Receiver<pac::USART2>,
+        driver: Receiver<pac::USART3>,
         parts: Parts,
     }
 
@@ -48,10 +49,12 @@ mod app {
             motor,
             link,
             report,
+            driver,
         } = interrupts;
         let local = Local {
             link,
             report,
+            driver,
             parts,
         };
         (Shared { motor }, local)
@@ -71,6 +74,7 @@ mod app {
         let Parts {
             link,
             report,
+            driver,
             board,
             identity,
             time,
@@ -81,7 +85,7 @@ mod app {
         let saved = board.saved();
         identity.serial = board::serial_number::read();
         let hardware = Hardware {
-            mirror: Stepper::new(Locked(cx.shared.motor)),
+            mirror: Stepper::with_driver(Locked(cx.shared.motor), driver),
             link,
             port: report,
             board,
@@ -135,5 +139,10 @@ mod app {
     #[task(binds = USART2, local = [report], priority = 1)]
     fn receive_command(cx: receive_command::Context) {
         cx.local.report.receive();
+    }
+
+    #[task(binds = USART3, local = [driver], priority = 1)]
+    fn receive_status(cx: receive_status::Context) {
+        cx.local.driver.receive();
     }
 }

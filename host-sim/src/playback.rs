@@ -9,8 +9,9 @@ use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
 use stairscan::drive::Mode;
+use stairscan::scan::module::Wish;
 use stairscan::scan::settings::{MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing};
-use stairscan::scan::{LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings};
+use stairscan::scan::{LinkError, Micros, Mirror, MirrorError, Motion, RadarModule, Settings};
 
 use crate::motion::Timetable;
 use crate::motion::by_trigger::ByTrigger;
@@ -239,12 +240,12 @@ impl<'a> PlaybackLink<'a> {
     }
 }
 
-impl RadarLink for PlaybackLink<'_> {
-    fn configure(&mut self, _: Micros, _: u32) {
+impl RadarModule for PlaybackLink<'_> {
+    fn program(&mut self, _: Micros, _: &Wish, _: u32) {
         self.radar = self.player.configure();
     }
 
-    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+    fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
         let early = |table: &Rc<RefCell<Timetable>>| table.borrow().early(now);
         if self.timetable.as_ref().is_some_and(early) {
             return Poll::Pending;
@@ -259,7 +260,7 @@ impl RadarLink for PlaybackLink<'_> {
         }
     }
 
-    fn poll_chirp(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
         Poll::Ready(match self.player.trigger(self.shaft_angle) {
             Some(chirp) if chirp.len() == samples.len() => {
                 samples.copy_from_slice(chirp);

@@ -19,9 +19,10 @@ use host_sim::recording::Recording;
 use host_sim::replay;
 use host_sim::scene::Scene;
 use stairscan::config::Config;
-use stairscan::scan::pace::{Cruise, Wire};
+use stairscan::scan::pace::Cruise;
 use stairscan::scan::ramp::Ramp;
 use stairscan::scan::settings::SweepMode;
+use stairscan::scan::wire::Wire;
 use stairscan::scan::{Schedule, Settings};
 
 mod common;
@@ -38,6 +39,7 @@ const SLOW: u32 = 100;
 const WIRE: Wire = Wire {
     baud: 1_000_000,
     ahead: true,
+    pin: false,
 };
 
 fn elf() -> Option<PathBuf> {

@@ -5,6 +5,8 @@
 //! same work, and is good to 1 % at room temperature only: enough to say what is wrong. The register
 //! values are computed here and checked on the host, since the emulator never takes this path.
 
+use stairscan::scan::wire::LINK_BAUD;
+
 /// The board's crystal, Hz.
 #[cfg(test)]
 pub const CRYSTAL_HZ: u32 = 8_000_000;
@@ -22,6 +24,16 @@ pub struct Clocks {
     pub apb2_hz: u32,
     /// Timers on APB1 (TIM5), Hz: twice APB1 wherever that is divided.
     pub timer_hz: u32,
+}
+
+impl Clocks {
+    /// USART1's divider for a rate of the link: only one that is hit exactly, and more than 1 Mbaud from the
+    /// crystal only, since two ends may be 2 % apart.
+    pub fn link_rate(&self, baud: u32) -> Option<u32> {
+        let divider = brr(self.apb2_hz, baud.max(1));
+        let steady = baud <= LINK_BAUD || *self == HSE;
+        (steady && divider >= 16 && self.apb2_hz == divider * baud).then_some(divider)
+    }
 }
 
 /// On the internal oscillator, as after reset.
@@ -184,6 +196,22 @@ mod tests {
             "prefetch, instruction and data cache"
         );
         const { assert!(HSE.apb1_hz <= 42_000_000 && HSE.apb2_hz <= 84_000_000) };
+    }
+
+    #[test]
+    fn the_link_goes_up_on_the_crystal_only() {
+        let rates = [
+            1_000_000, 2_000_000, 3_000_000, 2_500_000, 4_000_000, 6_000_000, 0,
+        ];
+        let dividers = |clocks: Clocks| rates.map(|baud| clocks.link_rate(baud));
+        let [one, two, three, none @ ..] = dividers(HSE);
+        assert_eq!([one, two, three], [Some(84), Some(42), Some(28)]);
+        // 6 Mbaud would leave 14 clocks to a bit, less than one period of oversampling.
+        assert_eq!(none, [None, Some(21), None, None]);
+        assert_eq!(
+            dividers(HSI),
+            [Some(16), None, None, None, None, None, None]
+        );
     }
 
     #[test]

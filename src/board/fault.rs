@@ -12,11 +12,10 @@ use stairscan::report::Sentence;
 use stm32f4xx_hal::pac;
 
 use super::clock;
+use super::motor;
 use super::retained::{self, Crash, Record};
 use super::uart;
 
-/// EN of the motor's driver, active low: GPIOC pin 8.
-const ENABLE_PIN: u32 = 8;
 /// SCB_CFSR (PM0214 4.4.13): what broke the memory protection.
 const MEMORY_VIOLATIONS: u32 = 0xff;
 
@@ -58,7 +57,8 @@ extern "C" fn end(crash: u32) -> ! {
     // SAFETY: a device's registers, always there; whoever owns them never runs again.
     let port = unsafe { &*pac::GPIOC::ptr() };
     // SAFETY: sets one pin and leaves the others.
-    port.bsrr().write(|w| unsafe { w.bits(1 << ENABLE_PIN) });
+    port.bsrr()
+        .write(|w| unsafe { w.bits(motor::switch_off()) });
     // SAFETY: the processor's own registers, always there; reading this one changes nothing.
     let violations = unsafe { (*SCB::PTR).cfsr.read() } & MEMORY_VIOLATIONS;
     let crash = match Crash::from_number(crash) {

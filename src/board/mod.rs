@@ -20,6 +20,8 @@ pub mod seal;
 #[cfg(target_os = "none")]
 pub mod serial_number;
 #[cfg(target_os = "none")]
+pub mod spi;
+#[cfg(target_os = "none")]
 mod start;
 #[cfg(target_os = "none")]
 pub mod supply;

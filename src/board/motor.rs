@@ -1,15 +1,39 @@
 //! The mirror's motor: a timer's interrupt makes the pulses, edges of the two inputs end them.
 
+use core::sync::atomic::{AtomicBool, Ordering};
+
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use rtic::Mutex;
 use stairscan::scan::mirror::{PulseState, StepPort};
 use stairscan::scan::pulser::Pulser;
 use stairscan::scan::ramp::Ramp;
-use stm32f4xx_hal::gpio::{ExtiPin, Input, Output, PB0, PB1, PC6, PC7, PC8};
+use stairscan::scan::settings::{DriverConfig, Level};
+use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PB0, PB1, PC6, PC7, PC8, Pull};
+use stm32f4xx_hal::pac::EXTI;
 
-/// SysTick counts 24 bits: 0.1 s at 168 MHz, where the slowest first step takes a third of that.
+/// SysTick counts 24 bits: 0.1 s at 168 MHz. A longer interval takes several shots.
 const LONGEST: u32 = 0x00ff_ffff;
+/// STEP is high for so many clocks by itself: what computes the next interval has a division of 14
+/// clocks (PM0214, 3.10) and some ten other instructions at least.
+const COMPUTING: u32 = 24;
+/// Clocks of one turn of the loop that waits, at least: a subtraction and a branch that is taken.
+const WAITING: u32 = 3;
+/// EN: GPIOC pin 8.
+const ENABLE_PIN: u32 = 8;
+/// What switches a pin on, this far up in BSRR switches it off.
+const BSRR_RESET: u32 = 16;
+
+/// Whether a high EN switches the driver on: for the fault path, which has nobody to ask.
+static ENABLE_HIGH: AtomicBool = AtomicBool::new(false);
+
+/// What written to BSRR of GPIOC switches the driver off.
+pub fn switch_off() -> u32 {
+    match ENABLE_HIGH.load(Ordering::Relaxed) {
+        true => 1 << (ENABLE_PIN + BSRR_RESET),
+        false => 1 << ENABLE_PIN,
+    }
+}
 
 /// The pins between board and motor.
 pub struct Pins {
@@ -17,12 +41,14 @@ pub struct Pins {
     pub step: PC6<Output>,
     /// DIR.
     pub dir: PC7<Output>,
-    /// EN, active low.
+    /// EN.
     pub enable: PC8<Output>,
     /// Home switch, high when pressed.
     pub home: PB0<Input>,
-    /// The driver's stall output, low when healthy.
+    /// The driver's stall output.
     pub stall: PB1<Input>,
+    /// Which edges of them interrupt.
+    pub exti: EXTI,
 }
 
 /// The step generator; scanner and interrupts share it.
@@ -31,20 +57,34 @@ pub struct Motor {
     timer: SYST,
     home: PB0<Input>,
     stall: PB1<Input>,
+    exti: EXTI,
+    /// Level of it that is a stall.
+    stall_level: Level,
+    core_hz: u32,
+    /// STEP stays high for so many clocks more than it takes to compute the next interval.
+    hold: u32,
+    /// Clocks that are left of an interval once SysTick has run down.
+    rest: u32,
     until_home: bool,
     home_edge: bool,
     stalled: bool,
 }
 
 impl Motor {
-    /// At a standstill, the driver off. `core_hz` is what SysTick counts.
-    pub fn new(pins: Pins, mut timer: SYST, core_hz: u32) -> Self {
+    /// At a standstill, the driver off. `core_hz` is what SysTick counts; this level of EN is on.
+    pub fn new(pins: Pins, mut timer: SYST, core_hz: u32, on: Level) -> Self {
         timer.set_clock_source(SystClkSource::Core);
+        ENABLE_HIGH.store(on == Level::High, Ordering::Relaxed);
         Self {
-            pulser: Pulser::new(pins.step, pins.dir, pins.enable, core_hz),
+            pulser: Pulser::with_enable(pins.step, pins.dir, (pins.enable, on), core_hz),
             timer,
             home: pins.home,
             stall: pins.stall,
+            exti: pins.exti,
+            stall_level: Level::High,
+            core_hz,
+            hold: 0,
+            rest: 0,
             until_home: false,
             home_edge: false,
             stalled: false,
@@ -55,7 +95,9 @@ impl Motor {
     /// emulator agree on.
     fn arm(&mut self, ticks: u32) {
         self.disarm();
-        self.timer.set_reload(ticks.clamp(2, LONGEST) - 1);
+        let shot = ticks.clamp(2, LONGEST);
+        self.rest = ticks.saturating_sub(shot);
+        self.timer.set_reload(shot - 1);
         self.timer.clear_current();
         self.timer.enable_interrupt();
         self.timer.enable_counter();
@@ -68,11 +110,28 @@ impl Motor {
         cortex_m::peripheral::SCB::clear_pendst();
     }
 
-    /// SysTick's interrupt: one pulse.
+    /// SysTick's interrupt: one pulse, unless more of its interval is left. The time that STEP is held
+    /// high counts as part of the next interval.
     pub fn tick(&mut self) {
         self.disarm();
-        if let Some(ticks) = self.pulser.tick() {
-            self.arm(ticks);
+        if self.rest > 0 {
+            return self.arm(self.rest);
+        }
+        let hold = self.hold;
+        let ticks = self.pulser.tick_wide(|| {
+            if hold > 0 {
+                cortex_m::asm::delay(hold / WAITING);
+            }
+        });
+        if let Some(ticks) = ticks {
+            self.arm(ticks.saturating_sub(hold));
+        }
+    }
+
+    fn stall_reported(&self) -> bool {
+        match self.stall_level {
+            Level::High => self.stall.is_high(),
+            Level::Low => self.stall.is_low(),
         }
     }
 
@@ -105,7 +164,7 @@ impl StepPort for Motor {
         self.until_home = until_home;
         self.home_edge = false;
         // An edge that came before the driver was on is still a level.
-        if self.stall.is_high() {
+        if self.stall_reported() {
             self.stall();
         } else if let Some(ticks) = self.pulser.begin(target, ramp) {
             self.arm(ticks);
@@ -137,16 +196,40 @@ impl StepPort for Motor {
         }
         self.pulser.set_enabled(on);
     }
+
+    /// A wire of STALL that is broken reads as a stall at either level.
+    fn configure(&mut self, driver: &DriverConfig) {
+        /// Hertz of a megahertz: clocks of a microsecond.
+        const MEGAHERTZ: u32 = 1_000_000;
+        let width = u32::from(driver.pulse_width) * (self.core_hz / MEGAHERTZ);
+        self.hold = width.saturating_sub(COMPUTING);
+        self.disarm();
+        self.pulser.configure(driver.ratio(), driver.enable_level);
+        ENABLE_HIGH.store(driver.enable_level == Level::High, Ordering::Relaxed);
+        if driver.stall_level != self.stall_level {
+            self.stall_level = driver.stall_level;
+            let (edge, pull) = match driver.stall_level {
+                Level::High => (Edge::Rising, Pull::Up),
+                Level::Low => (Edge::Falling, Pull::Down),
+            };
+            self.stall.set_internal_resistor(pull);
+            self.stall.trigger_on_edge(&mut self.exti, edge);
+            self.stall.clear_interrupt_pending_bit();
+        }
+    }
 }
 
 /// The motor as the scanner has it: each access keeps the motor's interrupts off.
 pub struct Locked<M>(pub M);
 
+// Out of line: each is called from several places, and none is in a hurry.
 impl<M: Mutex<T = Motor>> StepPort for Locked<M> {
+    #[inline(never)]
     fn begin(&mut self, target: i32, ramp: Ramp, until_home: bool) {
         self.0.lock(|motor| motor.begin(target, ramp, until_home));
     }
 
+    #[inline(never)]
     fn state(&mut self) -> PulseState {
         self.0.lock(StepPort::state)
     }
@@ -159,7 +242,13 @@ impl<M: Mutex<T = Motor>> StepPort for Locked<M> {
         self.0.lock(|motor| motor.set_position(position));
     }
 
+    #[inline(never)]
     fn set_enabled(&mut self, on: bool) {
         self.0.lock(|motor| motor.set_enabled(on));
+    }
+
+    #[inline(never)]
+    fn configure(&mut self, driver: &DriverConfig) {
+        self.0.lock(|motor| motor.configure(driver));
     }
 }

@@ -5,12 +5,16 @@ use core::sync::atomic::AtomicU16;
 use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::answer::{Reason, Reasons};
 use stairscan::report::command::Measure;
-use stairscan::scan::frame::LINK_BAUD;
-use stairscan::scan::link::FrameLink;
+use stairscan::scan::any::AnyModule;
 use stairscan::scan::seal::Verdict;
+use stairscan::scan::settings::Level;
 use stairscan::scan::store::{Store, StoreError};
+use stairscan::scan::tmc2209::{self, Tmc2209};
+use stairscan::scan::wire::LINK_BAUD;
 use stairscan::scan::{Board, Identity, Micros, Settings};
-use stm32f4xx_hal::gpio::{Edge, ExtiPin, PinState, PushPull, Speed, gpiob, gpioc};
+use stm32f4xx_hal::gpio::{
+    Edge, ExtiPin, Input, Output, PB0, PB1, PC9, PinState, PushPull, Speed, gpioc,
+};
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::prelude::*;
 use stm32f4xx_hal::rcc::{Enable, Rcc};
@@ -25,16 +29,22 @@ use super::motor::{self, Motor};
 use super::protection;
 use super::retained::{self, Crash, Record};
 use super::seal;
+use super::spi::ModuleSpi;
 use super::supply;
 use super::time::{self, Time};
-use super::uart::{self, LinkPort, LinkQueue, REPORT_BAUD, Receiver, ReportPort, ReportQueue};
+use super::uart::{
+    self, DriverPort, DriverQueue, LinkPort, LinkQueue, REPORT_BAUD, Receiver, ReportPort,
+    ReportQueue,
+};
 
 /// What the scanner's loop works with.
 pub struct Parts {
     /// The radar module.
-    pub link: FrameLink<LinkPort>,
+    pub link: AnyModule<LinkPort, ModuleSpi>,
     /// The report port.
     pub report: ReportPort,
+    /// The motor's driver.
+    pub driver: Tmc2209<DriverPort>,
     /// What survives a reset, and the stack.
     pub board: ChipBoard,
     /// For the first sentence.
@@ -53,6 +63,8 @@ pub struct Interrupts {
     pub link: Receiver<pac::USART1>,
     /// Receives commands.
     pub report: Receiver<pac::USART2>,
+    /// Receives from the motor's driver.
+    pub driver: Receiver<pac::USART3>,
 }
 
 /// Received bytes on their way from the interrupts to the scanner.
@@ -60,8 +72,9 @@ pub struct Interrupts {
 pub struct Queues {
     link: LinkQueue,
     report: ReportQueue,
-    /// Of link and report port: bytes that were damaged or lost.
-    errors: [AtomicU16; 2],
+    driver: DriverQueue,
+    /// Of link, report port and driver: bytes that were damaged or lost.
+    errors: [AtomicU16; 3],
 }
 
 impl Queues {
@@ -70,7 +83,8 @@ impl Queues {
         Self {
             link: LinkQueue::new(),
             report: ReportQueue::new(),
-            errors: [const { AtomicU16::new(0) }; 2],
+            driver: DriverQueue::new(),
+            errors: [const { AtomicU16::new(0) }; 3],
         }
     }
 }
@@ -253,28 +267,38 @@ fn start_port<U: Instance>(
     }
 }
 
-/// Inputs and outputs of the motor; edges of the inputs interrupt.
+/// Inputs and outputs of the motor, edges of the inputs interrupt; and TRIG, low.
 fn start_motor(
-    b: gpiob::Parts,
+    (home, stall): (PB0, PB1),
     c: gpioc::Parts,
     syscfg: &mut SysCfg,
-    exti: &mut pac::EXTI,
-) -> motor::Pins {
-    let mut pins = motor::Pins {
-        // EN first and high: the driver stays off until homing.
-        enable: c.pc8.into_push_pull_output_in_state(PinState::High),
+    mut exti: pac::EXTI,
+    on: Level,
+) -> (motor::Pins, PC9<Output>) {
+    let off = match on {
+        Level::Low => PinState::High,
+        Level::High => PinState::Low,
+    };
+    // EN first, until which a resistor keeps the driver off: it stays off until homing.
+    let enable = c.pc8.into_push_pull_output_in_state(off);
+    let mut home: PB0<Input> = home.into_pull_down_input();
+    let mut stall: PB1<Input> = stall.into_pull_up_input();
+    home.make_interrupt_source(syscfg);
+    home.trigger_on_edge(&mut exti, Edge::Rising);
+    home.enable_interrupt(&mut exti);
+    stall.make_interrupt_source(syscfg);
+    stall.trigger_on_edge(&mut exti, Edge::Rising);
+    stall.enable_interrupt(&mut exti);
+    let trig = c.pc9.into_push_pull_output().speed(Speed::Medium);
+    let pins = motor::Pins {
+        enable,
         step: c.pc6.into_push_pull_output().speed(Speed::Medium),
         dir: c.pc7.into_push_pull_output(),
-        home: b.pb0.into_pull_down_input(),
-        stall: b.pb1.into_pull_up_input(),
+        home,
+        stall,
+        exti,
     };
-    pins.home.make_interrupt_source(syscfg);
-    pins.home.trigger_on_edge(exti, Edge::Rising);
-    pins.home.enable_interrupt(exti);
-    pins.stall.make_interrupt_source(syscfg);
-    pins.stall.trigger_on_edge(exti, Edge::Rising);
-    pins.stall.enable_interrupt(exti);
-    pins
+    (pins, trig)
 }
 
 /// Starts everything. The interrupts come once they are unmasked.
@@ -289,6 +313,10 @@ pub fn start(
     let (record, reasons) = this_boot(before, reasons);
     retained::store(record);
     let clocks = clock::start(&p.RCC, &p.FLASH);
+    let mut store = Store::new(ChipFlash::new(p.FLASH));
+    let on = store
+        .load()
+        .map_or(Level::Low, |saved| saved.motor.driver.enable_level);
 
     let mut rcc = p.RCC.constrain();
     pac::TIM5::enable(&mut rcc);
@@ -297,9 +325,10 @@ pub fn start(
         p.GPIOB.split(&mut rcc),
         p.GPIOC.split(&mut rcc),
     );
-    let (mut syscfg, mut exti) = (p.SYSCFG.constrain(&mut rcc), p.EXTI);
-    let pins = start_motor(b, c, &mut syscfg, &mut exti);
-    let standing = standing(clocks == clock::HSI, supply::start(&p.PWR, &exti, &mut rcc));
+    let mut syscfg = p.SYSCFG.constrain(&mut rcc);
+    let (pins, trig) = start_motor((b.pb0, b.pb1), c, &mut syscfg, p.EXTI, on);
+    let supplied = supply::start(&p.PWR, &pins.exti, &mut rcc);
+    let standing = standing(clocks == clock::HSI, supplied);
     let link_pins = (
         a.pa9.into_alternate::<7>().speed(Speed::High),
         a.pa10.into_alternate::<7>().internal_pull_up(true),
@@ -308,7 +337,11 @@ pub fn start(
         a.pa2.into_alternate::<7>(),
         a.pa3.into_alternate::<7>().internal_pull_up(true),
     );
-    let [link_errors, report_errors] = &queues.errors;
+    let driver_pins = (
+        b.pb10.into_alternate::<7>(),
+        b.pb11.into_alternate::<7>().internal_pull_up(true),
+    );
+    let [link_errors, report_errors, driver_errors] = &queues.errors;
     let divider = brr(clocks.apb2_hz, LINK_BAUD);
     let serial = start_port(p.USART1, link_pins, divider, &mut rcc);
     let (link, link_receiver) =
@@ -321,23 +354,33 @@ pub fn start(
         queues.report.split(),
         report_errors,
     );
+    let divider = brr(clocks.apb1_hz, tmc2209::BAUD);
+    let serial = start_port(p.USART3, driver_pins, divider, &mut rcc);
+    let (driver, driver_receiver) = uart::part(
+        serial,
+        Interrupt::USART3,
+        queues.driver.split(),
+        driver_errors,
+    );
 
+    let link = LinkPort::new(link, trig, clocks);
+    let select = a.pa4.into_push_pull_output_in_state(PinState::High);
+    let spi = ModuleSpi::new(p.SPI1, (select, a.pa5, a.pa6, a.pa7), &mut rcc);
     let time = time::start(p.TIM5, &clocks);
     let mut iwdg = IndependentWatchdog::new(p.IWDG);
     iwdg.stop_on_debug(&p.DBGMCU, true);
     iwdg.start(Watchdog::PERIOD_MS.millis());
     let interrupts = Interrupts {
-        motor: Motor::new(pins, timer, clocks.core_hz),
+        motor: Motor::new(pins, timer, clocks.core_hz, on),
         link: link_receiver,
         report: report_receiver,
+        driver: driver_receiver,
     };
     let parts = Parts {
-        link: FrameLink::new(link),
+        link: AnyModule::new(link, spi),
         report,
-        board: ChipBoard {
-            record,
-            store: Store::new(ChipFlash::new(p.FLASH)),
-        },
+        driver: Tmc2209::new(driver),
+        board: ChipBoard { record, store },
         identity: Identity {
             version: env!("CARGO_PKG_VERSION"),
             revision: stairscan::REVISION,

@@ -1,9 +1,11 @@
-//! The two serial ports: received bytes come by interrupt, sent ones go as the port takes them.
+//! The serial ports: received bytes come by interrupt, sent ones go as the port takes them.
 
 use core::sync::atomic::{AtomicU16, Ordering};
 
+use super::clock::Clocks;
 use heapless::spsc::{Consumer, Producer, Queue};
 use stairscan::scan::BytePort;
+use stm32f4xx_hal::gpio::{Output, PC9};
 use stm32f4xx_hal::nb;
 use stm32f4xx_hal::pac::{self, Interrupt};
 use stm32f4xx_hal::prelude::*;
@@ -17,6 +19,8 @@ pub const REPORT_BAUD: u32 = 115_200;
 pub type LinkQueue = Queue<u8, 2048>;
 /// Received bytes of the report port: some command lines.
 pub type ReportQueue = Queue<u8, 512>;
+/// Received bytes of the motor driver's wire: a question's echo and its answer are twelve.
+pub type DriverQueue = Queue<u8, 32>;
 
 /// A port's receiving half: its interrupt's.
 pub struct Receiver<U: Instance> {
@@ -51,10 +55,62 @@ pub struct Port<U: Instance> {
     interrupt: Interrupt,
 }
 
-/// The radar module's port.
-pub type LinkPort = Port<pac::USART1>;
+/// The radar module's port: its rate can be raised, and TRIG stands beside it.
+pub struct LinkPort {
+    port: Port<pac::USART1>,
+    trig: PC9<Output>,
+    clocks: Clocks,
+}
+
+impl LinkPort {
+    /// From the port at 1 Mbaud.
+    pub fn new(port: Port<pac::USART1>, trig: PC9<Output>, clocks: Clocks) -> Self {
+        Self { port, trig, clocks }
+    }
+}
+
+/// TRIG stays high for so long, core clocks: 1 µs at 168 MHz.
+const PULSE_CLOCKS: u32 = 168;
+
+impl BytePort for LinkPort {
+    fn read(&mut self) -> Option<u8> {
+        self.port.read()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        self.port.write(bytes)
+    }
+
+    fn errors(&self) -> u16 {
+        self.port.errors()
+    }
+
+    fn has_rate(&self, baud: u32) -> bool {
+        self.clocks.link_rate(baud).is_some()
+    }
+
+    fn set_rate(&mut self, baud: u32) {
+        if let Some(divider) = self.clocks.link_rate(baud) {
+            // SAFETY: only the scanner, which has this port, writes the register, and a divider that
+            // `Clocks::link_rate` gives is one that the port can work with.
+            unsafe {
+                (*pac::USART1::ptr())
+                    .brr()
+                    .write(|w| w.bits(divider as u16))
+            };
+        }
+    }
+
+    fn pulse(&mut self) {
+        self.trig.set_high();
+        cortex_m::asm::delay(PULSE_CLOCKS);
+        self.trig.set_low();
+    }
+}
 /// The report port.
 pub type ReportPort = Port<pac::USART2>;
+/// The motor driver's wire.
+pub type DriverPort = Port<pac::USART3>;
 
 /// Parts a port that receives by `interrupt`.
 pub fn part<U: Instance>(

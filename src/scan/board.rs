@@ -15,6 +15,14 @@ pub trait BytePort {
     fn errors(&self) -> u16 {
         0
     }
+    /// Whether the port can be set to this rate, baud, exactly.
+    fn has_rate(&self, _baud: u32) -> bool {
+        false
+    }
+    /// Sets it to a rate that it has, while it sends nothing.
+    fn set_rate(&mut self, _baud: u32) {}
+    /// A pulse on the TRIG pin beside the port.
+    fn pulse(&mut self) {}
 }
 
 /// What else the scanner needs of its board.
@@ -47,6 +55,18 @@ impl<P: BytePort + ?Sized> BytePort for &mut P {
 
     fn errors(&self) -> u16 {
         (**self).errors()
+    }
+
+    fn has_rate(&self, baud: u32) -> bool {
+        (**self).has_rate(baud)
+    }
+
+    fn set_rate(&mut self, baud: u32) {
+        (**self).set_rate(baud);
+    }
+
+    fn pulse(&mut self) {
+        (**self).pulse();
     }
 }
 
@@ -112,7 +132,7 @@ pub struct Identity {
 pub struct Hardware<M, L, P, B> {
     /// The mirror ([`super::Mirror`]).
     pub mirror: M,
-    /// The radar module ([`super::RadarLink`]).
+    /// The radar module ([`super::RadarModule`]).
     pub link: L,
     /// The report port ([`BytePort`]).
     pub port: P,

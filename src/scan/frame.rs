@@ -1,6 +1,6 @@
 //! The radar link's binary frames.
 //!
-//! Little-endian throughout, 1 Mbaud, 8 data bits, no parity, 1 stop bit:
+//! Little-endian throughout, 8 data bits, no parity, 1 stop bit; 1 Mbaud until another rate has been agreed on:
 //!
 //! | offset | bytes | what |
 //! |---|---|---|
@@ -15,33 +15,35 @@
 //! | kind | from | payload |
 //! |---|---|---|
 //! | `0x01` configure | scanner | none |
-//! | `0x81` settings | module | carrier u32 kHz, swept bandwidth B u32 kHz, samples per chirp Ns u16, 0 u16 |
+//! | `0x03` program | scanner | swept bandwidth u32 kHz, samples per chirp u16 (0: as they are), u8: bit 0: chirps begin at the edge of TRIG, 0 u8 |
+//! | `0x81` settings | module | carrier u32 kHz, swept bandwidth B u32 kHz, samples per chirp Ns u16, fastest rate u8 Mbaud (0: 1), abilities u8 |
+//! | `0x04` rate | scanner | u8: 1, 2 or 3 Mbaud |
+//! | `0x84` rate set | module | the same; what follows is at that rate |
 //! | `0x02` trigger | scanner | i32: angle of the mirror's shaft, 0.001° from the horizontal, positive downwards |
 //! | `0x82` chirp | module | Ns samples, each I then Q as i16, full scale 32767 |
 //! | `0xE0` error | module | u8: 1 not ready, 2 hardware, 3 does not understand |
 //!
+//! Abilities: bit 0: real samples, two in the place of I and Q, Ns such pairs; bit 1: the next chirp is captured
+//! while the one before is sent; bit 2: chirps begin at the rising edge of TRIG, and the trigger that comes within
+//! 1 ms of it only says for which request. Program is answered with settings: what has come of it.
+//!
 //! The scanner asks, the module answers once, with the sequence number of what it answers; each
 //! request has a new one, retries too, so that a chirp that comes late or twice is never taken for
-//! another row's. A module speaks only when asked. Whatever does not parse is skipped up to the
+//! another row's. A module speaks only when asked, and forgets a request whose bytes stop coming for 10 ms. Whatever does not parse is skipped up to the
 //! next beginning of a frame.
 
+use super::module::{FrameError, Wish};
+use super::wire::{HEADER, TRAILER};
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig};
 use crate::report::crc;
 
 /// Version of the format.
 pub const VERSION: u8 = 1;
-/// Bytes before the payload.
-pub const HEADER: usize = 8;
-/// Bytes after it.
-pub const TRAILER: usize = 4;
 /// Longest payload: 256 samples.
 pub const MAX_PAYLOAD: usize = 4 * MAX_SAMPLES;
 /// Longest frame.
 pub const MAX_FRAME: usize = HEADER + MAX_PAYLOAD + TRAILER;
-/// Speed of the link: both clocks of the board divide to it exactly.
-pub const LINK_BAUD: u32 = 1_000_000;
-
 const MAGIC: [u8; 2] = *b"SR";
 
 /// What a frame is.
@@ -52,6 +54,12 @@ pub enum Kind {
     Configure = 0x01,
     /// Module: this.
     Settings = 0x81,
+    /// Scanner: be set to this.
+    Program = 0x03,
+    /// Scanner: let us change the wire's rate.
+    Rate = 0x04,
+    /// Module: from the next byte on.
+    RateSet = 0x84,
     /// Scanner: fire one chirp.
     Trigger = 0x02,
     /// Module: its samples.
@@ -65,6 +73,9 @@ impl Kind {
         [
             Kind::Configure,
             Kind::Settings,
+            Kind::Program,
+            Kind::Rate,
+            Kind::RateSet,
             Kind::Trigger,
             Kind::Chirp,
             Kind::Error,
@@ -83,19 +94,6 @@ pub struct Frame<'a> {
     pub sequence: u16,
     /// Its payload.
     pub payload: &'a [u8],
-}
-
-/// What is wrong with bytes that began like a frame.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum FrameError {
-    /// Another version of the format.
-    Version,
-    /// A kind that this version does not have.
-    Kind,
-    /// A payload longer than any.
-    Length,
-    /// Damaged on the way.
-    Crc,
 }
 
 /// Puts a frame together; `out` is cleared first. Payloads that do not fit `out` are cut, which
@@ -117,25 +115,66 @@ pub fn encode<const N: usize>(
     let _ = out.extend_from_slice(&crc.to_le_bytes());
 }
 
+/// What a module can do beside what it must.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Ability {
+    /// Fastest rate of the wire, Mbaud.
+    pub fastest: u8,
+    /// It captures a chirp while it sends the one before.
+    pub ahead: bool,
+    /// Its chirps begin at the edge of the TRIG pin.
+    pub pin: bool,
+}
+
+/// Bits of the settings' last byte.
+const REAL: u8 = 1;
+const AHEAD: u8 = 2;
+const PIN: u8 = 4;
+
+impl Ability {
+    /// None.
+    pub const NONE: Self = Self {
+        fastest: 1,
+        ahead: false,
+        pin: false,
+    };
+}
+
 /// Payload of a settings frame.
-pub fn settings_payload(radar: &RadarConfig) -> [u8; 12] {
+pub fn settings_payload(radar: &RadarConfig, ability: Ability) -> [u8; 12] {
     let [c0, c1, c2, c3] = radar.carrier_khz.to_le_bytes();
     let [b0, b1, b2, b3] = radar.bandwidth_khz.to_le_bytes();
     let [n0, n1] = radar.samples.to_le_bytes();
-    [c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, 0, 0]
+    let bit = |set: bool, bit: u8| if set { bit } else { 0 };
+    let abilities = bit(radar.real, REAL) | bit(ability.ahead, AHEAD) | bit(ability.pin, PIN);
+    let fastest = ability.fastest;
+    [c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, fastest, abilities]
 }
 
 /// Reads a settings frame's payload; `None` when its length is wrong.
-pub fn parse_settings(payload: &[u8]) -> Option<RadarConfig> {
-    let &[c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, _, _] = payload else {
+pub fn parse_settings(payload: &[u8]) -> Option<(RadarConfig, Ability)> {
+    let &[c0, c1, c2, c3, b0, b1, b2, b3, n0, n1, fastest, abilities] = payload else {
         return None;
     };
-    Some(RadarConfig {
+    let radar = RadarConfig {
         carrier_khz: u32::from_le_bytes([c0, c1, c2, c3]),
         bandwidth_khz: u32::from_le_bytes([b0, b1, b2, b3]),
         samples: u16::from_le_bytes([n0, n1]),
-        real: false,
-    })
+        real: abilities & REAL != 0,
+    };
+    let ability = Ability {
+        fastest: fastest.max(1),
+        ahead: abilities & AHEAD != 0,
+        pin: abilities & PIN != 0,
+    };
+    Some((radar, ability))
+}
+
+/// Payload of a program frame.
+pub fn wish_payload(wish: &Wish) -> [u8; 8] {
+    let [b0, b1, b2, b3] = wish.bandwidth_khz.to_le_bytes();
+    let [n0, n1] = wish.samples.to_le_bytes();
+    [b0, b1, b2, b3, n0, n1, u8::from(wish.pin), 0]
 }
 
 /// Reads a chirp's payload into exactly as many samples; false when their number differs.
@@ -329,8 +368,19 @@ mod tests {
 
     #[test]
     fn settings_round_trip() {
-        let radar = RadarConfig::default();
-        assert_eq!(parse_settings(&settings_payload(&radar)), Some(radar));
+        for (fastest, ahead, pin, real) in [(1, false, true, true), (3, true, false, false)] {
+            let radar = RadarConfig {
+                real,
+                ..RadarConfig::default()
+            };
+            let ability = Ability {
+                fastest,
+                ahead,
+                pin,
+            };
+            let payload = settings_payload(&radar, ability);
+            assert_eq!(parse_settings(&payload), Some((radar, ability)));
+        }
         assert_eq!(parse_settings(&[0; 11]), None);
     }
 

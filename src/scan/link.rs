@@ -1,79 +1,30 @@
-//! The radar link as the sweep sees it, and its implementation over frames.
+//! A module that speaks this project's frames: requests, answers, and the rate of the wire.
+//!
+//! # Rate
+//! Both ends begin at 1 Mbaud. When the module says that it knows a faster rate, and the port divides its clock to
+//! it exactly (84 MHz: 1, 2 and 3 Mbaud; the internal oscillator is not good enough for more than 1), the scanner
+//! asks for it, both switch behind the module's answer, and the scanner asks for the settings once more at
+//! the new rate. If that fails both go back.
+//!
+//! Going back needs no agreement: bytes of 0 at 1 Mbaud are longer low than any byte at 2 or 3 Mbaud may be, a
+//! break, at which a module goes back to 1 Mbaud. The scanner goes back when a chirp has to be triggered
+//! again from a mirror that stands, when a question for the settings fails, and, since a sweep in passing is
+//! planned for its wire, not in the midst of one but behind it. A rate at which more than 3
+//! answers of one scan failed is not asked for again for 200 scans.
+
+mod framed;
+
+pub use framed::FrameLink;
 
 use core::task::Poll;
 
 use super::board::BytePort;
-use super::frame::{self, Decoder, Frame, FrameError, Kind, Progress};
-use super::pace;
+use super::frame::{self, Ability, Decoder, Frame, Kind, Progress};
+use super::module::{LinkError, Wish};
 use super::time::Micros;
+use super::wire::{LINK_BAUD, Wire};
 use crate::Iq;
 use crate::config::RadarConfig;
-
-/// Why an answer is none.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum LinkError {
-    /// No answer in time.
-    Timeout,
-    /// The answer was damaged on the way, or not a frame of this version.
-    Frame(FrameError),
-    /// Only answers to other requests came in time: late or repeated ones.
-    Sequence,
-    /// The answer is of the wrong kind or length.
-    Answer,
-    /// The module says that it cannot; its code ([`frame`]).
-    Module(u8),
-}
-
-/// The radar module at the other end: one request at a time, one answer each.
-///
-/// Narrow on purpose: a module with another protocol needs these four functions and nothing else
-/// of the scanner changes. No function waits.
-pub trait RadarLink {
-    /// Asks what the module is set to.
-    fn configure(&mut self, now: Micros, timeout_us: u32);
-    /// The answer to [`RadarLink::configure`].
-    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>>;
-    /// Fires one chirp with the mirror's shaft at `shaft_angle` (0.001°).
-    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32);
-    /// The answer to [`RadarLink::trigger`]: exactly as many samples as `samples` holds.
-    fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>>;
-    /// How fast the wire is, and whether [`RadarLink::trigger_ahead`] works.
-    fn wire(&self) -> pace::Wire {
-        pace::Wire::default()
-    }
-    /// [`RadarLink::trigger`] while the answer to the trigger before is on its way: answers then come one after
-    /// the other, the older first. False, and nothing done, where that cannot be.
-    fn trigger_ahead(&mut self, _now: Micros, _shaft_angle: i32, _timeout_us: u32) -> bool {
-        false
-    }
-}
-
-/// So that a link too large for the stack can stay where it is.
-impl<L: RadarLink + ?Sized> RadarLink for &mut L {
-    fn configure(&mut self, now: Micros, timeout_us: u32) {
-        (**self).configure(now, timeout_us);
-    }
-
-    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        (**self).poll_settings(now)
-    }
-
-    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
-        (**self).trigger(now, shaft_angle, timeout_us);
-    }
-
-    fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        (**self).poll_chirp(now, samples)
-    }
-
-    fn wire(&self) -> pace::Wire {
-        (**self).wire()
-    }
-
-    fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
-        (**self).trigger_ahead(now, shaft_angle, timeout_us)
-    }
-}
 
 /// The request that waits for its answer.
 #[derive(Clone, Copy, Debug)]
@@ -87,16 +38,33 @@ struct Request {
 /// Most bytes that are read in one go, so that a module that never falls silent cannot hold the scanner up
 /// beyond a deadline: more than a port's queue holds.
 const MOST_READ: u32 = 4096;
+/// A module has so long to change its rate, microseconds: some 10^4 instructions of a small processor.
+const SWITCH_US: u32 = 1_000;
+/// For the first answer at a new rate, microseconds: a hundred times what it takes, but within the time that a
+/// scanner waits for a module's settings.
+const CHECK_US: u32 = 20_000;
+/// More failures than this in one scan are no accident: of 281 answers at a bit error rate of 10^-7, fewer than
+/// one is damaged.
+const MOST_FAILURES: u16 = 3;
+/// Bytes of 0 that take a module back to [`LINK_BAUD`]: of the first it may have heard only the end.
+const BREAKS: u8 = 2;
+/// After so many scans a rate that failed is tried again: some minutes.
+const PENANCE: u8 = 200;
 
-/// Where in the settings' payload the module says what else it can; older ones say 0.
-pub const ABILITIES: usize = 10;
-/// That it captures a chirp while it sends the one before.
-pub const AHEAD: u8 = 1;
+/// What [`Frames::settings`] waits for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Stage {
+    /// The module's settings.
+    Asked,
+    /// Its consent to another rate, in Mbaud.
+    Raising(u8),
+    /// Its settings at the new rate.
+    Checking,
+}
 
-/// The radar link over [`frame`]s on a serial port.
+/// The protocol without its port.
 #[derive(Debug)]
-pub struct FrameLink<P> {
-    port: P,
+pub struct Frames {
     decoder: Decoder,
     sequence: u16,
     request: Option<Request>,
@@ -105,43 +73,80 @@ pub struct FrameLink<P> {
     /// The decoder holds a frame that has not been looked at yet: the answer to a later request than the one
     /// that waited.
     held: bool,
-    /// The module says that it captures a chirp while it sends another.
-    captures_ahead: bool,
     out: heapless::Vec<u8, 32>,
     sent: usize,
+    /// Until then nothing is sent: the module changes its rate.
+    quiet: Option<Micros>,
+    /// Bytes of 0 that go before the request, at 1 Mbaud.
+    breaks: u8,
+    /// Whether the module may be at another rate than the scanner thinks: one of them was reset.
+    unsure: bool,
+    stage: Stage,
+    /// By when the settings must have come.
+    until: Micros,
+    wish: Wish,
+    /// What the module says of itself.
+    radar: RadarConfig,
+    ability: Ability,
+    /// The wire's present rate, Mbaud, ...
+    rate: u8,
+    /// ... and the fastest that is still asked for.
+    ceiling: u8,
+    /// Scans to go until a faster one is tried again.
+    penance: u8,
+    /// Answers that failed since the settings were asked for.
+    failures: u16,
 }
 
-impl<P: BytePort> FrameLink<P> {
-    /// A link over `port`.
-    pub const fn new(port: P) -> Self {
+impl Frames {
+    /// At 1 Mbaud, with nothing known of the module.
+    pub const fn new() -> Self {
         Self {
-            port,
             decoder: Decoder::new(),
             sequence: 0,
             request: None,
             ahead: None,
             held: false,
-            captures_ahead: false,
             out: heapless::Vec::new(),
             sent: 0,
+            quiet: None,
+            breaks: 0,
+            unsure: true,
+            stage: Stage::Asked,
+            until: Micros(0),
+            wish: Wish::DEFAULT,
+            radar: RadarConfig::DEFAULT,
+            ability: Ability::NONE,
+            rate: 1,
+            ceiling: u8::MAX,
+            penance: 0,
+            failures: 0,
         }
     }
 
-    fn send(&mut self, now: Micros, kind: Kind, answer: Kind, payload: &[u8], timeout_us: u32) {
+    fn send(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        kinds: (Kind, Kind),
+        payload: &[u8],
+        timeout_us: u32,
+    ) {
         self.decoder.reset();
         (self.ahead, self.held) = (None, false);
         // What is still in the port answers an earlier request. A module that babbles fills it again.
         for _ in 0..MOST_READ {
-            if self.port.read().is_none() {
+            if port.read().is_none() {
                 break;
             }
         }
-        self.request = Some(self.begin(now, (kind, answer), payload, timeout_us));
+        self.request = Some(self.begin(port, now, kinds, payload, timeout_us));
     }
 
     /// Begins to send a request with a number of its own.
     fn begin(
         &mut self,
+        port: &mut impl BytePort,
         now: Micros,
         (kind, answer): (Kind, Kind),
         payload: &[u8],
@@ -150,7 +155,7 @@ impl<P: BytePort> FrameLink<P> {
         self.sequence = self.sequence.wrapping_add(1);
         frame::encode(kind, self.sequence, payload, &mut self.out);
         self.sent = 0;
-        self.pump();
+        self.pump(port, now);
         Request {
             kind: answer,
             sequence: self.sequence,
@@ -161,31 +166,48 @@ impl<P: BytePort> FrameLink<P> {
 
     /// The request that waited does so no more; the next one waits.
     fn finish(&mut self, result: Result<(), LinkError>) -> Poll<Result<(), LinkError>> {
+        self.failures = self.failures.saturating_add(u16::from(result.is_err()));
         self.request = self.ahead.take();
         Poll::Ready(result)
     }
 
     /// Hands over what the port takes of the request.
-    fn pump(&mut self) {
+    fn pump(&mut self, port: &mut impl BytePort, now: Micros) {
+        while self.breaks > 0 {
+            if port.write(&[0]) == 0 {
+                return;
+            }
+            self.breaks -= 1;
+            self.quiet = Some(now.plus(SWITCH_US));
+        }
+        if self.quiet.is_some_and(|until| !now.reached(until)) {
+            return;
+        }
+        self.quiet = None;
         let rest = self.out.get(self.sent..).unwrap_or(&[]);
         if !rest.is_empty() {
-            self.sent += self.port.write(rest);
+            self.sent += port.write(rest);
         }
     }
 
     /// Reads on until there is an answer, an error, nothing more to read, or [`MOST_READ`] bytes.
-    fn poll(&mut self, now: Micros) -> Poll<Result<(), LinkError>> {
-        self.pump();
+    fn answer(&mut self, port: &mut impl BytePort, now: Micros) -> Poll<Result<(), LinkError>> {
+        self.pump(port, now);
         let Some(request) = self.request else {
             return Poll::Ready(Err(LinkError::Timeout));
         };
+        // A request goes out whole, whatever comes in meanwhile: of two that were cut short the module would make
+        // one that waits for hundreds of bytes.
+        if !self.handed_over() && !now.reached(request.deadline) {
+            return Poll::Pending;
+        }
         if core::mem::take(&mut self.held)
             && let Some(result) = self.judge(&request)
         {
             return self.finish(result);
         }
         for _ in 0..MOST_READ {
-            let Some(byte) = self.port.read() else { break };
+            let Some(byte) = port.read() else { break };
             let result = match self.decoder.push(byte) {
                 Ok(Progress::Partial) => continue,
                 Ok(Progress::Complete) => self.judge(&request),
@@ -232,30 +254,180 @@ impl<P: BytePort> FrameLink<P> {
             _ => Err(LinkError::Answer),
         })
     }
-}
 
-impl<P: BytePort> RadarLink for FrameLink<P> {
-    fn configure(&mut self, now: Micros, timeout_us: u32) {
-        self.send(now, Kind::Configure, Kind::Settings, &[], timeout_us);
+    /// The fastest rate that port, module and wish have in common and that has not failed, Mbaud.
+    fn best_rate(&self, port: &impl BytePort) -> u8 {
+        let most = self.ability.fastest.min(self.ceiling);
+        let wished = |rate: u8| u32::from(rate) * LINK_BAUD <= self.wish.baud;
+        let rates = [3, 2].into_iter();
+        let mut fit = rates.filter(|&rate| rate <= most && wished(rate));
+        fit.find(|&rate| port.has_rate(u32::from(rate) * LINK_BAUD))
+            .unwrap_or(1)
     }
 
-    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        self.poll(now).map(|result| {
-            result?;
-            let payload = self.decoder.frame().map_or(&[][..], |frame| frame.payload);
-            let radar = frame::parse_settings(payload).ok_or(LinkError::Answer)?;
-            self.captures_ahead = payload.get(ABILITIES).is_some_and(|byte| byte & AHEAD != 0);
-            Ok(radar)
-        })
+    fn set_rate(&mut self, port: &mut impl BytePort, rate: u8) {
+        port.set_rate(u32::from(rate) * LINK_BAUD);
+        self.rate = rate;
     }
 
-    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
+    /// Takes both ends back to 1 Mbaud, whatever the module's is.
+    #[inline(never)]
+    fn fall_back(&mut self, port: &mut impl BytePort) {
+        self.set_rate(port, 1);
+        self.breaks = BREAKS;
+    }
+
+    /// The same because this rate failed: for a while no such is asked for.
+    fn give_up(&mut self, port: &mut impl BytePort, rate: u8) {
+        self.ceiling = rate.max(2) - 1;
+        self.penance = PENANCE;
+        self.fall_back(port);
+    }
+
+    /// Asks for the settings, and for others where something is wished.
+    fn ask(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
+        let wish = frame::wish_payload(&self.wish);
+        let (kind, payload) = match self.wish.is_of_module() {
+            true => (Kind::Program, &wish[..]),
+            false => (Kind::Configure, &[][..]),
+        };
+        self.send(port, now, (kind, Kind::Settings), payload, timeout_us);
+    }
+
+    /// [`super::RadarModule::program`].
+    // Out of line: it would lie beneath the estimator on the stack.
+    #[inline(never)]
+    pub fn program(&mut self, port: &mut impl BytePort, now: Micros, wish: &Wish, timeout_us: u32) {
+        self.wish = *wish;
+        self.penance = self.penance.saturating_sub(1);
+        if self.penance == 0 {
+            self.ceiling = u8::MAX;
+        }
+        if core::mem::take(&mut self.failures) > MOST_FAILURES && self.rate > 1 {
+            self.give_up(port, self.rate);
+        } else if self.unsure {
+            self.fall_back(port);
+        }
+        self.stage = Stage::Asked;
+        self.until = now.plus(timeout_us);
+        self.ask(port, now, timeout_us);
+    }
+
+    /// [`super::RadarModule::settings`].
+    #[inline(never)]
+    pub fn settings(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+    ) -> Poll<Result<RadarConfig, LinkError>> {
+        let Poll::Ready(result) = self.answer(port, now) else {
+            return Poll::Pending;
+        };
+        match self.stage {
+            Stage::Asked => self.told(port, now, result),
+            Stage::Raising(rate) => self.consented(port, now, rate, result),
+            Stage::Checking => {
+                if result.and_then(|()| self.read_settings()).is_err() {
+                    self.give_up(port, self.rate);
+                }
+                Poll::Ready(Ok(self.radar))
+            }
+        }
+    }
+
+    fn read_settings(&self) -> Result<(RadarConfig, Ability), LinkError> {
+        let payload = self.decoder.frame().map_or(&[][..], |frame| frame.payload);
+        frame::parse_settings(payload).ok_or(LinkError::Answer)
+    }
+
+    /// The module has told its settings, or not.
+    fn told(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        result: Result<(), LinkError>,
+    ) -> Poll<Result<RadarConfig, LinkError>> {
+        match result.and_then(|()| self.read_settings()) {
+            Ok((radar, ability)) => {
+                (self.radar, self.ability) = (radar, ability);
+                self.unsure = false;
+            }
+            Err(error) => {
+                self.unsure = true;
+                self.fall_back(port);
+                return Poll::Ready(Err(error));
+            }
+        }
+        let rate = self.best_rate(port);
+        if rate == self.rate {
+            return Poll::Ready(Ok(self.radar));
+        }
+        self.stage = Stage::Raising(rate);
+        let kinds = (Kind::Rate, Kind::RateSet);
+        let left = self.until.since(now).min(CHECK_US);
+        self.send(port, now, kinds, &[rate], left);
+        Poll::Pending
+    }
+
+    /// The module has consented to another rate, or not.
+    fn consented(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        rate: u8,
+        result: Result<(), LinkError>,
+    ) -> Poll<Result<RadarConfig, LinkError>> {
+        if result.is_err() {
+            // It may have switched all the same.
+            self.give_up(port, rate.max(self.rate));
+            return Poll::Ready(Ok(self.radar));
+        }
+        self.set_rate(port, rate);
+        self.quiet = Some(now.plus(SWITCH_US));
+        self.stage = Stage::Checking;
+        self.ask(port, now, SWITCH_US + CHECK_US);
+        Poll::Pending
+    }
+
+    /// [`super::RadarModule::trigger`]: the port's pin first, if that is what starts a chirp.
+    pub fn trigger(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        shaft_angle: i32,
+        timeout_us: u32,
+    ) {
+        if self.by_pin() {
+            port.pulse();
+        }
         let payload = shaft_angle.to_le_bytes();
-        self.send(now, Kind::Trigger, Kind::Chirp, &payload, timeout_us);
+        let kinds = (Kind::Trigger, Kind::Chirp);
+        self.send(port, now, kinds, &payload, timeout_us);
     }
 
-    fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        self.poll(now).map(|result| {
+    /// [`super::RadarModule::retry`].
+    pub fn retry(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        shaft_angle: i32,
+        timeout_us: u32,
+    ) {
+        if self.rate > 1 {
+            self.fall_back(port);
+        }
+        let timeout_us = timeout_us.saturating_add(SWITCH_US);
+        self.trigger(port, now, shaft_angle, timeout_us);
+    }
+
+    /// [`super::RadarModule::poll`].
+    pub fn poll(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        samples: &mut [Iq],
+    ) -> Poll<Result<(), LinkError>> {
+        self.answer(port, now).map(|result| {
             result?;
             let payload = self.decoder.frame().map_or(&[][..], |frame| frame.payload);
             if frame::parse_chirp(payload, samples) {
@@ -266,227 +438,57 @@ impl<P: BytePort> RadarLink for FrameLink<P> {
         })
     }
 
-    fn wire(&self) -> pace::Wire {
-        pace::Wire {
-            ahead: self.captures_ahead,
-            ..pace::Wire::default()
-        }
+    /// Whether chirps begin at an edge of the TRIG pin.
+    fn by_pin(&self) -> bool {
+        self.wish.pin && self.ability.pin
     }
 
-    fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
-        let under_way = self.sent < self.out.len();
-        let full = self.ahead.is_some() || under_way;
-        if !self.captures_ahead || self.request.is_none() || full {
+    /// Whether the port has all of the request.
+    fn handed_over(&self) -> bool {
+        self.sent >= self.out.len()
+    }
+
+    /// [`super::RadarModule::sent`].
+    pub fn sent(&self) -> bool {
+        self.by_pin() || self.handed_over()
+    }
+
+    /// [`super::RadarModule::wire`].
+    pub fn wire(&self) -> Option<Wire> {
+        Some(Wire {
+            baud: u32::from(self.rate) * LINK_BAUD,
+            ahead: self.ability.ahead,
+            pin: self.by_pin(),
+        })
+    }
+
+    /// [`super::RadarModule::trigger_ahead`].
+    pub fn trigger_ahead(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        shaft_angle: i32,
+        timeout_us: u32,
+    ) -> bool {
+        let full = self.ahead.is_some() || !self.handed_over();
+        if !self.ability.ahead || self.request.is_none() || full {
             return false;
+        }
+        if self.by_pin() {
+            port.pulse();
         }
         let payload = shaft_angle.to_le_bytes();
         let kinds = (Kind::Trigger, Kind::Chirp);
-        self.ahead = Some(self.begin(now, kinds, &payload, timeout_us));
+        self.ahead = Some(self.begin(port, now, kinds, &payload, timeout_us));
         true
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use std::collections::VecDeque;
-    use std::vec::Vec;
-
-    #[derive(Default)]
-    struct Wire {
-        incoming: VecDeque<u8>,
-        outgoing: Vec<u8>,
-        room: usize,
-    }
-
-    impl BytePort for Wire {
-        fn read(&mut self) -> Option<u8> {
-            self.incoming.pop_front()
-        }
-        fn write(&mut self, bytes: &[u8]) -> usize {
-            let n = bytes.len().min(self.room);
-            self.outgoing.extend(&bytes[..n]);
-            n
-        }
-    }
-
-    fn link() -> FrameLink<Wire> {
-        FrameLink::new(Wire {
-            room: 5,
-            ..Wire::default()
-        })
-    }
-
-    fn answer(link: &mut FrameLink<Wire>, kind: Kind, sequence: u16, payload: &[u8]) {
-        let mut out = heapless::Vec::<u8, { frame::MAX_FRAME }>::new();
-        frame::encode(kind, sequence, payload, &mut out);
-        link.port.incoming.extend(out);
-    }
-
-    const NOW: Micros = Micros(u32::MAX - 5);
-
-    #[test]
-    fn request_goes_out_in_pieces_and_settings_come_back() {
-        let mut link = link();
-        link.configure(NOW, 1000);
-        for _ in 0..4 {
-            assert!(link.poll_settings(NOW).is_pending());
-        }
-        let mut decoder = Decoder::new();
-        let last = link.port.outgoing.iter().map(|&b| decoder.push(b)).last();
-        assert_eq!(last, Some(Ok(Progress::Complete)));
-        assert_eq!(decoder.frame().unwrap().kind, Kind::Configure);
-        let radar = RadarConfig::default();
-        let payload = frame::settings_payload(&radar);
-        answer(&mut link, Kind::Settings, 1, &payload);
-        assert_eq!(link.poll_settings(NOW), Poll::Ready(Ok(radar)));
-    }
-
-    #[test]
-    fn late_and_repeated_chirps_are_not_taken() {
-        let mut link = link();
-        let mut samples = [Iq::default(); 2];
-        link.trigger(NOW, 0, 1000);
-        link.trigger(NOW, 250, 1000);
-        answer(&mut link, Kind::Chirp, 1, &[9; 8]);
-        assert!(link.poll_chirp(NOW, &mut samples).is_pending());
-        assert_eq!(
-            link.poll_chirp(NOW.plus(1000), &mut samples),
-            Poll::Ready(Err(LinkError::Sequence))
-        );
-        link.trigger(NOW, 500, 1000);
-        answer(&mut link, Kind::Chirp, 2, &[9; 8]);
-        answer(&mut link, Kind::Chirp, 3, &[1, 0, 2, 0, 3, 0, 4, 0]);
-        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
-        assert_eq!(samples, [Iq::new(1, 2), Iq::new(3, 4)]);
-    }
-
-    fn two_under_way() -> FrameLink<Wire> {
-        let mut link = link();
-        link.port.room = 100;
-        link.trigger(NOW, 0, 1000);
-        assert!(!link.trigger_ahead(NOW, 0, 1000), "it never said it could");
-        link.configure(NOW, 1000);
-        let mut payload = frame::settings_payload(&RadarConfig::default());
-        payload[ABILITIES] = AHEAD;
-        answer(&mut link, Kind::Settings, 2, &payload);
-        assert!(link.poll_settings(NOW).is_ready() && link.wire().ahead);
-        link.sequence = 0;
-        assert!(
-            !link.trigger_ahead(NOW, 0, 1000),
-            "there is nothing to be ahead of"
-        );
-        link.trigger(NOW, 0, 1000);
-        assert!(link.trigger_ahead(NOW, 250, 2000));
-        assert!(!link.trigger_ahead(NOW, 500, 2000), "two are enough");
-        link
-    }
-
-    const ONE: [u8; 4] = [1, 0, 2, 0];
-    const TWO: [u8; 4] = [3, 0, 4, 0];
-
-    #[test]
-    fn two_chirps_under_way_come_one_after_the_other() {
-        let mut link = two_under_way();
-        let mut samples = [Iq::default()];
-        answer(&mut link, Kind::Chirp, 1, &ONE);
-        answer(&mut link, Kind::Chirp, 2, &TWO);
-        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
-        assert_eq!(samples, [Iq::new(1, 2)]);
-        assert!(link.trigger_ahead(NOW, 500, 3000));
-        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
-        assert_eq!(samples, [Iq::new(3, 4)]);
-        let late = link.poll_chirp(NOW.plus(3000), &mut samples);
-        assert_eq!(late, Poll::Ready(Err(LinkError::Timeout)));
-    }
-
-    /// A chirp that is lost costs its own row and no time: the next one shows that it will not come.
-    #[test]
-    fn a_lost_chirp_costs_its_own_row_alone() {
-        let mut samples = [Iq::default()];
-        let mut link = two_under_way();
-        answer(&mut link, Kind::Chirp, 2, &TWO);
-        let lost = Poll::Ready(Err(LinkError::Sequence));
-        assert_eq!(link.poll_chirp(NOW, &mut samples), lost);
-        assert_eq!(samples, [Iq::default()], "not the other row's samples");
-        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
-        assert_eq!(samples, [Iq::new(3, 4)]);
-
-        let mut link = two_under_way();
-        answer(&mut link, Kind::Chirp, 1, &ONE);
-        link.port.incoming[9] ^= 1;
-        answer(&mut link, Kind::Chirp, 2, &TWO);
-        let damaged = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
-        assert_eq!(link.poll_chirp(NOW, &mut samples), damaged);
-        assert_eq!(link.poll_chirp(NOW, &mut samples), Poll::Ready(Ok(())));
-        assert_eq!(samples, [Iq::new(3, 4)]);
-
-        // Each has its own deadline, and late answers are nobody's.
-        let mut link = two_under_way();
-        let timeout = Poll::Ready(Err(LinkError::Timeout));
-        assert_eq!(link.poll_chirp(NOW.plus(1000), &mut samples), timeout);
-        answer(&mut link, Kind::Chirp, 1, &ONE);
-        assert!(link.poll_chirp(NOW.plus(1001), &mut samples).is_pending());
-        answer(&mut link, Kind::Chirp, 2, &TWO);
-        let two = link.poll_chirp(NOW.plus(1002), &mut samples);
-        assert_eq!((two, samples), (Poll::Ready(Ok(())), [Iq::new(3, 4)]));
-
-        // A new scan asks for settings: what is under way is forgotten.
-        let mut link = two_under_way();
-        answer(&mut link, Kind::Chirp, 2, &TWO);
-        assert_eq!(link.poll_chirp(NOW, &mut samples), lost);
-        link.configure(NOW, 1000);
-        assert!(link.poll_settings(NOW).is_pending());
-    }
-
-    /// A port that always has another byte.
-    struct Babble(u64);
-
-    impl BytePort for Babble {
-        fn read(&mut self) -> Option<u8> {
-            self.0 += 1;
-            Some(0)
-        }
-        fn write(&mut self, bytes: &[u8]) -> usize {
-            bytes.len()
-        }
-    }
-
-    #[test]
-    fn a_module_that_never_falls_silent_is_a_timeout() {
-        let mut link = FrameLink::new(Babble(0));
-        let mut samples = [Iq::default(); 2];
-        link.trigger(NOW, 0, 1000);
-        assert!(link.port.0 <= u64::from(MOST_READ));
-        while link.poll_chirp(NOW.plus(999), &mut samples).is_pending() && link.port.0 < 1 << 20 {}
-        let late = link.poll_chirp(NOW.plus(1000), &mut samples);
-        assert!(matches!(late, Poll::Ready(Err(_))), "{late:?}");
-        assert!(link.port.0 <= (1 << 20) + u64::from(2 * MOST_READ));
-    }
-
-    #[test]
-    fn every_error_has_its_type() {
-        let mut samples = [Iq::default(); 2];
-        let mut link = link();
-        let mut poll = |link: &mut FrameLink<Wire>, now| link.poll_chirp(now, &mut samples);
-        link.trigger(NOW, 0, 1000);
-        assert!(poll(&mut link, NOW.plus(999)).is_pending());
-        let timeout = Poll::Ready(Err(LinkError::Timeout));
-        assert_eq!(poll(&mut link, NOW.plus(1000)), timeout);
-        link.trigger(NOW, 0, 1000);
-        answer(&mut link, Kind::Chirp, 2, &[0; 8]);
-        link.port.incoming[12] ^= 1;
-        let crc = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
-        assert_eq!(poll(&mut link, NOW), crc);
-        link.trigger(NOW, 0, 1000);
-        answer(&mut link, Kind::Error, 3, &[2]);
-        let module = Poll::Ready(Err(LinkError::Module(2)));
-        assert_eq!(poll(&mut link, NOW), module);
-        for (sequence, kind, length) in [(4, Kind::Settings, 8), (5, Kind::Chirp, 7)] {
-            link.trigger(NOW, 0, 1000);
-            answer(&mut link, kind, sequence, &[0; 8][..length]);
-            let wrong = Poll::Ready(Err(LinkError::Answer));
-            assert_eq!(poll(&mut link, NOW), wrong);
-        }
+impl Default for Frames {
+    fn default() -> Self {
+        Self::new()
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -1,8 +1,11 @@
 //! The mirror as the sweep sees it, and homing over any step generator.
 
+use core::task::Poll;
+
+use super::driver::{MotorDriver, NoWire};
 use super::ramp::Ramp;
 use super::schedule::{MICROSTEPS_PER_TURN, microsteps};
-use super::settings::MotorConfig;
+use super::settings::{Driver, DriverConfig, MotorConfig};
 use super::time::Micros;
 
 /// Whether the shaft stands.
@@ -21,6 +24,8 @@ pub enum MirrorError {
     Stall,
     /// The home switch did not answer within the bounds of the search.
     HomeNotFound,
+    /// The driver does not answer, was reset, or reports an error.
+    Driver,
     /// A move was asked for before homing had given the position a meaning.
     NotHomed,
 }
@@ -31,6 +36,9 @@ pub trait Mirror {
     fn start_home(&mut self, motor: &MotorConfig);
     /// Starts a move to `position`, microsteps from the horizontal.
     fn start_move(&mut self, position: i32, motor: &MotorConfig);
+    /// Begins to look at the driver: until it is known to be well [`Mirror::poll`] says [`Motion::Moving`],
+    /// and moves that are started wait. Homing was made for one driver; where `motor` has another, home is unknown again.
+    fn check(&mut self, _motor: &MotorConfig) {}
     /// Whether the shaft stands by now. An error also leaves the driver off.
     fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError>;
     /// Where the shaft was at the last [`Mirror::poll`], microsteps from the horizontal.
@@ -66,6 +74,8 @@ pub trait StepPort {
     fn set_position(&mut self, position: i32);
     /// Switches the driver; on also forgets an old stall.
     fn set_enabled(&mut self, on: bool);
+    /// Takes over how the driver is to be told.
+    fn configure(&mut self, _driver: &DriverConfig) {}
 }
 
 /// The moves of homing.
@@ -97,6 +107,10 @@ struct Confirm {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Unknown,
+    /// The driver is told over its wire what to do; EN follows.
+    SettingUp,
+    /// EN is on, and the driver wakes until then; none before the first look.
+    Waking(Option<Micros>),
     Homing(Homing),
     Homed,
     Failed(MirrorError),
@@ -115,7 +129,7 @@ struct Found {
     spurious: u8,
 }
 
-/// A stepper motor: moves and homing over a [`StepPort`].
+/// A stepper motor: moves and homing over a [`StepPort`], and a [`MotorDriver`] where the settings say so.
 ///
 /// The home switch stands at the negative end of the shaft's way and is found twice, the second
 /// time slowly, so that its place does not depend on where the shaft was at power-up. Every search
@@ -127,8 +141,9 @@ struct Found {
 /// believed to be low once it has been seen high, since an input that has edges and no level could
 /// never home otherwise; until then an edge counts when two slow approaches have ended at one place.
 #[derive(Debug)]
-pub struct Stepper<P> {
+pub struct Stepper<P, D = NoWire> {
     port: P,
+    driver: D,
     state: State,
     /// As of the last look at the port.
     position: i32,
@@ -136,6 +151,11 @@ pub struct Stepper<P> {
     found: Found,
     /// Whether the switch's level has ever been seen high.
     level_seen: bool,
+    /// Whether the driver is being looked at: a move waits for that, since one that was reset makes other
+    /// steps of its pulses.
+    looking: bool,
+    /// The move that waits.
+    next: Option<(i32, Ramp)>,
 }
 
 /// Off the switch before the slow approach: 5°.
@@ -159,15 +179,25 @@ const AGREEING: u8 = 2;
 const MOST_SPURIOUS: u8 = 4;
 
 impl<P: StepPort> Stepper<P> {
-    /// A motor that has not been homed.
+    /// A motor that has not been homed, with a driver that nothing but its pins lead to.
     pub fn new(port: P) -> Self {
+        Self::with_driver(port, NoWire)
+    }
+}
+
+impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
+    /// A motor that has not been homed.
+    pub fn with_driver(port: P, driver: D) -> Self {
         Self {
             port,
+            driver,
             state: State::Unknown,
             position: 0,
             motor: MotorConfig::default(),
             found: Found::default(),
             level_seen: false,
+            looking: false,
+            next: None,
         }
     }
 
@@ -194,6 +224,7 @@ impl<P: StepPort> Stepper<P> {
         self.port.begin(target, ramp, until_home);
     }
 
+    #[inline(never)]
     fn enter(&mut self, homing: Homing) {
         self.state = State::Homing(homing);
         // Speeds from which the motor can stop dead, since an edge ends the move at once.
@@ -213,8 +244,9 @@ impl<P: StepPort> Stepper<P> {
         }
     }
 
+    #[inline(never)]
     fn fail(&mut self, error: MirrorError) -> Result<Motion, MirrorError> {
-        self.port.set_enabled(false);
+        self.disable();
         self.state = State::Failed(error);
         Err(error)
     }
@@ -227,7 +259,55 @@ impl<P: StepPort> Stepper<P> {
         self.enter(Homing::Search);
     }
 
+    /// EN: from now on the driver wakes.
+    fn enable(&mut self) {
+        self.port.set_enabled(true);
+        self.state = State::Waking(None);
+    }
+
+    fn set_up(&mut self, now: Micros) -> Result<Motion, MirrorError> {
+        match self.driver.poll(now) {
+            Poll::Pending => {}
+            Poll::Ready(Ok(())) => self.enable(),
+            Poll::Ready(Err(_)) => return self.fail(MirrorError::Driver),
+        }
+        Ok(Motion::Moving)
+    }
+
+    fn wake(&mut self, now: Micros, until: Option<Micros>) {
+        let DriverConfig {
+            kind, enable_wake, ..
+        } = self.motor.driver;
+        let tuning = match kind {
+            Driver::StepDir => 0,
+            Driver::Tmc2209 => self.driver.tuning_us(),
+        };
+        let until = until.unwrap_or(now.plus(tuning.max(enable_wake.into())));
+        if !now.reached(until) {
+            self.state = State::Waking(Some(until));
+        } else if self.pressed() {
+            self.enter(Homing::Leave { tries: 0 });
+        } else {
+            self.search();
+        }
+    }
+
+    /// Goes on with the look at the driver; the move that waits for it follows.
+    fn look_on(&mut self, now: Micros) -> Result<Motion, MirrorError> {
+        match self.driver.poll(now) {
+            Poll::Pending => return Ok(Motion::Moving),
+            Poll::Ready(Ok(())) => self.looking = false,
+            Poll::Ready(Err(_)) => return self.fail(MirrorError::Driver),
+        }
+        let Some((target, ramp)) = self.next.take() else {
+            return Ok(Motion::Still);
+        };
+        self.port.begin(target, ramp, false);
+        Ok(Motion::Moving)
+    }
+
     /// The edge was none of the switch's: the search goes on where it was.
+    #[inline(never)]
     fn refute(&mut self) -> Result<Motion, MirrorError> {
         self.found.spurious += 1;
         self.found.edge = None;
@@ -318,14 +398,31 @@ impl<P: StepPort> Stepper<P> {
     }
 }
 
-impl<P: StepPort> Mirror for Stepper<P> {
+impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
+    #[inline(never)]
     fn start_home(&mut self, motor: &MotorConfig) {
         self.motor = *motor;
-        self.port.set_enabled(true);
-        if self.pressed() {
-            self.enter(Homing::Leave { tries: 0 });
-        } else {
-            self.search();
+        (self.looking, self.next) = (false, None);
+        self.port.configure(&motor.driver);
+        match motor.driver.kind {
+            Driver::StepDir => self.enable(),
+            Driver::Tmc2209 => {
+                self.driver.set_up(motor);
+                self.state = State::SettingUp;
+            }
+        }
+    }
+
+    #[inline(never)]
+    fn check(&mut self, motor: &MotorConfig) {
+        if self.state != State::Homed {
+            return;
+        }
+        if motor.driver != self.motor.driver {
+            self.disable();
+        } else if motor.driver.kind == Driver::Tmc2209 {
+            self.driver.look();
+            self.looking = true;
         }
     }
 
@@ -335,13 +432,19 @@ impl<P: StepPort> Mirror for Stepper<P> {
                 speed: motor.speed,
                 acceleration: motor.acceleration,
             };
-            self.port.begin(position, ramp, false);
+            if self.looking {
+                self.next = Some((position, ramp));
+            } else {
+                self.port.begin(position, ramp, false);
+            }
         }
     }
 
     fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError> {
-        if let State::Failed(error) = self.state {
-            return Err(error);
+        match self.state {
+            State::Failed(error) => return Err(error),
+            State::SettingUp => return self.set_up(now),
+            _ => {}
         }
         let pulses = self.look();
         if pulses.stalled {
@@ -349,7 +452,12 @@ impl<P: StepPort> Mirror for Stepper<P> {
         }
         match self.state {
             State::Unknown => Err(MirrorError::NotHomed),
+            State::Waking(until) => {
+                self.wake(now, until);
+                Ok(Motion::Moving)
+            }
             _ if pulses.moving => Ok(Motion::Moving),
+            _ if self.looking => self.look_on(now),
             State::Homing(homing) => self.advance(now, homing, pulses.home_edge),
             _ => Ok(Motion::Still),
         }
@@ -363,9 +471,11 @@ impl<P: StepPort> Mirror for Stepper<P> {
         self.state == State::Homed
     }
 
+    #[inline(never)]
     fn disable(&mut self) {
         self.port.set_enabled(false);
         self.state = State::Unknown;
+        (self.looking, self.next) = (false, None);
     }
 }
 

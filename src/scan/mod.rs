@@ -3,7 +3,7 @@
 //! The scanner is a polled state machine: [`Scanner::step`] never waits, so that a command is
 //! answered during a scan, the watchdog sees every state's own deadline, and a chirp is on the wire and worked
 //! off while the mirror moves to the next angle. Hardware comes in behind four narrow traits
-//! ([`Mirror`], [`RadarLink`], [`BytePort`], [`Board`]) and time as an argument, so the code
+//! ([`Mirror`], [`RadarModule`], [`BytePort`], [`Board`]) and time as an argument, so the code
 //! that scans on the chip is the code that runs in the emulator and behind `replay`.
 //!
 //! | module | what it does |
@@ -15,22 +15,33 @@
 //! | [`store`] | settings that outlive the power: records in two sectors of flash |
 //! | [`schedule`] | which microstep belongs to which row |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
+//! | [`driver`] | the motor's driver as the mirror sees it |
+//! | [`tmc2209`] | that driver's wire and registers |
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
 //! | [`frame`] | the radar link's binary frames |
-//! | [`link`] | the radar link as the sweep sees it, and its implementation over frames |
+//! | [`module`] | the radar module as the sweep sees it, whatever its protocol |
+//! | [`link`] | a module that speaks frames, and the rate of its wire |
+//! | [`sirad`] | a SiRad's protocol |
+//! | [`any`] | whichever of these the setting names |
+//! | [`wire`] | how long what takes on the wire |
+//! | [`bgt60`] | a module with Infineon's BGT60TR13C, over SPI |
 //! | [`board`] | the report port, what survives a reset, who the firmware is |
 //! | [`chain`] | the data's way: samples, map, estimator |
-//! | [`pace`] | how long a row takes on the wire, and how fast a mirror that does not stop may turn |
+//! | [`pace`] | how fast a mirror that does not stop may turn |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
 //! | [`outbox`] | sentences on their way out |
 //! | [`scanner`] | boot, self-test, idle, scanning, reporting, fault; commands |
 
+pub mod any;
+pub mod bgt60;
 pub mod board;
 pub mod chain;
+pub mod driver;
 pub mod frame;
 pub mod link;
 pub mod mirror;
+pub mod module;
 pub mod outbox;
 pub mod pace;
 pub mod pulser;
@@ -40,14 +51,17 @@ pub mod scanner;
 pub mod schedule;
 pub mod seal;
 pub mod settings;
+pub mod sirad;
 pub mod store;
 pub mod sweep;
 pub mod time;
+pub mod tmc2209;
+pub mod wire;
 
 pub use board::{Board, BytePort, Hardware, Identity};
 pub use chain::DataPath;
-pub use link::{LinkError, RadarLink};
 pub use mirror::{Mirror, MirrorError, Motion};
+pub use module::{LinkError, RadarModule};
 pub use scanner::{Reports, Scanner};
 pub use schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use settings::Settings;

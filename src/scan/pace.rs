@@ -1,16 +1,9 @@
-//! How long a row takes on the wire, and how fast a mirror that does not stop may turn.
+//! How fast a mirror that does not stop may turn.
 
-use super::frame::{HEADER, LINK_BAUD, TRAILER};
 use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
 use super::settings::Settings;
+use super::wire::{SLACK_US, Wire};
 
-/// Bits of a byte on the wire: start, eight, stop.
-const BITS: u32 = 10;
-/// Bytes of a trigger.
-const TRIGGER: u32 = (HEADER + 4 + TRAILER) as u32;
-/// From a trigger's last byte until the module sweeps, and by how much its sweep may be longer than
-/// the scanner was told, microseconds.
-pub const SLACK_US: u32 = 100;
 /// A module that takes one request at a time gets the next one after the row has been worked off,
 /// microseconds: its budget of 25,000 instructions at 168 MHz, and a third more.
 const WORK_US: u32 = 200;
@@ -22,49 +15,6 @@ const PATIENCE: u32 = 50;
 /// A shaft that has reached its speed turns for so long before the first row, microseconds: what the
 /// ramp has left of swinging dies down as it does after a move.
 const CALM_US: u32 = 5_000;
-
-/// The wire between scanner and module.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wire {
-    /// Bits a second.
-    pub baud: u32,
-    /// Whether the next chirp may be triggered while the answer to the last trigger is on its way.
-    pub ahead: bool,
-}
-
-impl Default for Wire {
-    fn default() -> Self {
-        Self {
-            baud: LINK_BAUD,
-            ahead: false,
-        }
-    }
-}
-
-impl Wire {
-    /// Time of so many bytes, microseconds, rounded up.
-    pub fn time_us(&self, bytes: u32) -> u32 {
-        // At most 10^9 of 32 bits: the longest frame has 1036 bytes.
-        let bits = bytes.saturating_mul(BITS);
-        let baud = (self.baud / 1000).max(1);
-        bits.saturating_mul(1000).div_ceil(baud)
-    }
-
-    /// Time of one byte, microseconds, rounded up.
-    pub fn byte_us(&self) -> u32 {
-        self.time_us(1)
-    }
-
-    /// Time of a trigger, microseconds.
-    pub fn trigger_us(&self) -> u32 {
-        self.time_us(TRIGGER)
-    }
-
-    /// Time of the answer with a chirp of `samples`, microseconds.
-    pub fn chirp_us(&self, samples: u16) -> u32 {
-        self.time_us(4 * u32::from(samples) + (HEADER + TRAILER) as u32)
-    }
-}
 
 /// A sweep at constant speed: ramps outside the sector, every row in passing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -184,7 +134,11 @@ mod tests {
             (3_000_000, true, 2_900),
             (1_000_000, false, 10_400),
         ] {
-            let wire = Wire { baud, ahead };
+            let wire = Wire {
+                baud,
+                ahead,
+                pin: false,
+            };
             let cruise = cruise(&settings, wire).unwrap();
             let answer = wire.chirp_us(200);
             assert_eq!(answer, (8_120_000_u32).div_ceil(baud / 1000));
@@ -237,7 +191,7 @@ mod tests {
             settings.timing.chirp_duration = chirp;
             settings.config.sweep.angle_step = step;
             settings.config.sweep.angle_count = 100;
-            let wire = Wire { baud, ahead };
+            let wire = Wire { baud, ahead, pin: false };
             let Some(cruise) = cruise(&settings, wire) else { return Ok(()) };
             prop_assert!(cruise.speed <= speed && cruise.speed >= SLOWEST);
             prop_assert!(cruise.period_us >= wire.chirp_us(200), "{:?}", cruise);

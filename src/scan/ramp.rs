@@ -19,24 +19,15 @@ std::thread_local! {
 
 impl Ramp {
     /// Time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`.
-    ///
-    /// Constant acceleration a from rest has reached v = √(2as) after the way s; counted from both
-    /// ends that is a triangle for a short move and a trapezoid for a long one, with no state to
-    /// carry and no error to accumulate. One square root and one division a step.
     pub fn interval(&self, k: u32, total: u32, tick_hz: u32) -> u32 {
-        #[cfg(test)]
-        COMPUTED.with(|count| count.set(count.get() + 1));
-        let to_go = total.saturating_sub(1).saturating_sub(k);
-        let way = k.min(to_go) as f32 + 0.5;
+        let (top, acceleration) = self.scaled(1.0);
+        interval((top, acceleration), (k, total), tick_hz)
+    }
+
+    /// Top speed and acceleration where a microstep counts as so many.
+    pub(super) fn scaled(&self, scale: f32) -> (f32, f32) {
         let top = self.speed.max(1) as f32;
-        let ramped = if self.acceleration == 0 {
-            top
-        } else {
-            math::sqrt(2.0 * self.acceleration as f32 * way)
-        };
-        let speed = if ramped < top { ramped } else { top };
-        // A float that is too large saturates, and a tick is the least that a timer can wait.
-        ((tick_hz as f32 / speed) as u32).max(1)
+        (top * scale, self.acceleration as f32 * scale)
     }
 
     /// No move of `total` steps takes longer, microseconds: half as much again as a trapezoid,
@@ -58,6 +49,32 @@ impl Ramp {
             sum.saturating_add(self.interval(k, total, TICK_HZ))
         })
     }
+}
+
+/// Time from step `k` to the next of a move of `total` steps, in ticks of `tick_hz`; top speed and
+/// acceleration in such steps.
+///
+/// Constant acceleration a from rest has reached v = √(2as) after the way s; counted from both
+/// ends that is a triangle for a short move and a trapezoid for a long one, with no state to
+/// carry and no error to accumulate. One square root and one division a step.
+#[inline]
+pub(super) fn interval(
+    (top, acceleration): (f32, f32),
+    (k, total): (u32, u32),
+    tick_hz: u32,
+) -> u32 {
+    #[cfg(test)]
+    COMPUTED.with(|count| count.set(count.get() + 1));
+    let to_go = total.saturating_sub(1).saturating_sub(k);
+    let way = k.min(to_go) as f32 + 0.5;
+    let ramped = if acceleration == 0.0 {
+        top
+    } else {
+        math::sqrt(2.0 * acceleration * way)
+    };
+    let speed = if ramped < top { ramped } else { top };
+    // A float that is too large saturates, and a tick is the least that a timer can wait.
+    ((tick_hz as f32 / speed) as u32).max(1)
 }
 
 #[cfg(test)]

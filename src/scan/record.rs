@@ -36,7 +36,7 @@ const HASHED: usize = 44;
 /// Whether `key` says only how fast, how patiently and by which clock a scan is made or who calibrated it, not
 /// what comes of it; or stands with the radar module, which tells it at every scan.
 fn is_pace(key: &str) -> bool {
-    const PACE: [&str; 17] = [
+    const PACE: [&str; 30] = [
         "radar-carrier",
         "radar-bandwidth",
         "radar-samples",
@@ -54,6 +54,19 @@ fn is_pace(key: &str) -> bool {
         "calibrated",
         "calibrated-chip",
         "sweep-mode",
+        "module",
+        "module-bandwidth",
+        "module-samples",
+        "link-rate",
+        "trigger-pin",
+        "driver",
+        "microsteps-per-turn",
+        "enable-level",
+        "stall-level",
+        "pulse-width",
+        "enable-wake",
+        "motor-current",
+        "stall-threshold",
     ];
     PACE.contains(&key)
 }
@@ -63,7 +76,8 @@ impl Settings {
     /// little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE float, words as their
     /// place in the list of `docs/hardware.md`, from 0. Left at 0: `settle`, the radar module's time-outs,
     /// `retries`, `max-lost`, `fault-hold`, `speed`, `search-speed`, `acceleration`, `internal-clock`,
-    /// `calibrated`, `calibrated-chip` and what the radar module says (`radar-...`). `sweep-mode` is not among them.
+    /// `calibrated`, `calibrated-chip` and what the radar module says (`radar-...`). `sweep-mode` and the keys
+    /// behind it, which say how the mirror is turned and what the radar module is, are not among them.
     ///
     /// ```
     /// use stairscan::scan::Settings;
@@ -86,9 +100,10 @@ impl Settings {
         crc::of_words(words.get(..HASHED).unwrap_or(&words))
     }
 
-    /// CRC-32 of everything, to the last bit: what memory must not change by itself.
+    /// CRC-32 of everything, to the last bit: what memory must not change by itself. Whether samples are
+    /// real stands in no word, for no record holds it.
     pub(super) fn seal(&self) -> u32 {
-        crc::of_words(&self.words())
+        crc::of_words(&self.words()) ^ u32::from(self.config.radar.real)
     }
 }
 
@@ -112,6 +127,11 @@ mod tests {
         assert_eq!(back, settings);
         let alarm = |s: &Settings| s.config.cfar.false_alarm.to_bits();
         assert_eq!(alarm(&back), alarm(&settings));
+        // But what no record holds: the radar module says at every scan whether its samples are real.
+        settings.config.radar.real = true;
+        assert_ne!(settings.seal(), back.seal());
+        assert_eq!(settings.hash(), back.hash());
+        assert_eq!(Settings::from_words(&settings.words()), Some(back));
     }
 
     #[test]
@@ -150,7 +170,7 @@ mod tests {
             assert!(Settings::key(key).is_some() && !is_pace(key), "{key}");
         }
         let pace = Settings::KEYS.iter().filter(|key| is_pace(key)).count();
-        assert_eq!(pace, 17, "every name that is left out is a key");
+        assert_eq!(pace, 30, "every name that is left out is a key");
         let later = &Settings::KEYS[HASHED..];
         assert!(later.iter().all(|key| is_pace(key)), "{later:?}");
         assert_eq!(Settings::KEYS[HASHED - 1], "calibrated-chip");

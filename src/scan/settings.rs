@@ -37,18 +37,33 @@
 //! | `acceleration` | microsteps/s² | of moves |
 //! | `internal-clock` | `on`, `off` | whether to scan without the crystal |
 //! | `sweep-mode` | `stop`, `continuous` | whether the mirror stops at every angle or, unless set otherwise, turns through them |
+//! | `module` | `pstr`, `sirad`, `bgt60` | which radar module hangs on the scanner |
+//! | `module-bandwidth` | kHz | swept bandwidth that the module is to be set to; 0: as it is |
+//! | `module-samples` | | samples per chirp, likewise |
+//! | `link-rate` | baud | fastest rate that the wire may be raised to: 1000000, 2000000 or 3000000 |
+//! | `trigger-pin` | `on`, `off` | whether chirps begin at an edge of TRIG, where the module can |
+//! | `driver` | `step-dir`, `tmc2209` | whether the motor's driver is told by STEP and DIR only, or set up and read over its wire ([`super::tmc2209`]) |
+//! | `microsteps-per-turn` | | the driver's own; every other setting counts 51,200 a turn |
+//! | `enable-level`, `stall-level` | `high`, `low` | level of EN that switches the driver on; level of STALL that is a stall |
+//! | `pulse-width` | µs | STEP is high, and low, for so long at least |
+//! | `enable-wake` | µs | from EN to the first pulse |
+//! | `motor-current` | mA rms | of a phase, with `tmc2209` |
+//! | `stall-threshold` | | SGTHRS of the `tmc2209`; 0: it reports no stalls |
 //! | `calibrated`, `calibrated-chip` | YYYYMMDD; | when the mounting was calibrated, and the CRC-32 of the number of the chip that did |
 //!
 //! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
 
 mod found;
+mod motor;
 mod slot;
 
-use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule};
-use crate::config::{Config, ConfigError, check};
+use super::module::Wish;
+use super::schedule::Schedule;
+use crate::config::{Config, ConfigError, SAMPLES, check};
 use crate::drive;
 use crate::grid::BinWindow;
 use crate::grid::MAX_CELLS;
+pub use motor::{Driver, DriverConfig, FINEST, Level, MotorConfig};
 use slot::Slot;
 pub(crate) use slot::number;
 pub use slot::{SweepMode, Sweeping, Switch, ValueText};
@@ -56,6 +71,14 @@ pub use slot::{SweepMode, Sweeping, Switch, ValueText};
 /// Longest time that can be set, microseconds: differences of [`super::Micros`] stay meaningful
 /// with room for the retries on top.
 pub const MAX_TIME: u32 = 600_000_000;
+
+/// More bandwidth than any module within the radar bands has, kHz.
+const MAX_BANDWIDTH_KHZ: u32 = 100_000_000;
+/// A turn, 0.001°.
+const TURN: u32 = 360_000;
+/// Fewest microsteps a turn in passing: one of them is then four of 51,200, and no row's place is
+/// passed by more than the three at which its trigger still counts.
+const LEAST_IN_PASSING: u32 = 12_800;
 
 /// Waits and retries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -102,32 +125,6 @@ impl Default for Timing {
     }
 }
 
-/// The mirror's motor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MotorConfig {
-    /// Shaft angle at which the home switch closes on the slow approach, 0.001°.
-    pub home_angle: i32,
-    /// Top speed, microsteps/s.
-    pub speed: u32,
-    /// Acceleration, microsteps/s².
-    pub acceleration: u32,
-    /// Speed of the search for home, microsteps/s: the motor must be able to stop dead from it.
-    pub search_speed: u32,
-}
-
-impl Default for MotorConfig {
-    fn default() -> Self {
-        Self {
-            home_angle: -165_000,
-            // One turn a second, reached within 20 ms.
-            speed: 51_200,
-            acceleration: 2_560_000,
-            // 100 full steps a second: below the pull-in rate of any motor of this size.
-            search_speed: 25_600,
-        }
-    }
-}
-
 /// When the scanner was calibrated, and which chip then belonged to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Calibrated {
@@ -163,6 +160,8 @@ pub struct Settings {
     pub fusion: Switch,
     /// When and where the mounting was calibrated.
     pub calibrated: Calibrated,
+    /// Which radar module, and what it is to be set to.
+    pub module: Wish,
 }
 
 impl Settings {
@@ -213,6 +212,19 @@ impl Settings {
         "calibrated",
         "calibrated-chip",
         "sweep-mode",
+        "module",
+        "module-bandwidth",
+        "module-samples",
+        "link-rate",
+        "trigger-pin",
+        "driver",
+        "microsteps-per-turn",
+        "enable-level",
+        "stall-level",
+        "pulse-width",
+        "enable-wake",
+        "motor-current",
+        "stall-threshold",
     ];
 
     fn slot(&mut self, key: &str) -> Option<Slot<'_>> {
@@ -263,6 +275,19 @@ impl Settings {
             "calibrated" => Slot::U32(&mut self.calibrated.date),
             "calibrated-chip" => Slot::U32(&mut self.calibrated.chip),
             "sweep-mode" => Slot::SweepMode(&mut self.sweep_mode),
+            "module" => Slot::Module(&mut self.module.kind),
+            "module-bandwidth" => Slot::U32(&mut self.module.bandwidth_khz),
+            "module-samples" => Slot::U16(&mut self.module.samples),
+            "link-rate" => Slot::U32(&mut self.module.baud),
+            "trigger-pin" => Slot::Present(&mut self.module.pin),
+            "driver" => Slot::Driver(&mut motor.driver.kind),
+            "microsteps-per-turn" => Slot::U16(&mut motor.driver.microsteps),
+            "enable-level" => Slot::Level(&mut motor.driver.enable_level),
+            "stall-level" => Slot::Level(&mut motor.driver.stall_level),
+            "pulse-width" => Slot::U8(&mut motor.driver.pulse_width),
+            "enable-wake" => Slot::U16(&mut motor.driver.enable_wake),
+            "motor-current" => Slot::U16(&mut motor.driver.current),
+            "stall-threshold" => Slot::U8(&mut motor.driver.stall_threshold),
             _ => return None,
         })
     }
@@ -319,7 +344,9 @@ impl Settings {
         Schedule::new(&self.config)?;
         self.check_map()?;
         self.check_timing()?;
-        self.check_motor()
+        self.check_module()?;
+        self.motor.validate()?;
+        self.check_microsteps()
     }
 
     /// The map must hold the scan that the radar module's present settings make.
@@ -335,6 +362,27 @@ impl Settings {
             cells <= MAX_CELLS,
             "angle-count",
             "a map of 65536 cells at most",
+        )
+    }
+
+    /// Rows must not stand closer together than the driver's own microsteps; and a sweep that does not
+    /// stop looks for each row's place within three microsteps of 51,200.
+    fn check_microsteps(&self) -> Result<(), ConfigError> {
+        const KEY: &str = "microsteps-per-turn";
+        let microsteps = u32::from(self.motor.driver.microsteps);
+        if microsteps == u32::from(FINEST) {
+            return Ok(());
+        }
+        let step = self.config.sweep.angle_step.unsigned_abs();
+        check(
+            microsteps.saturating_mul(step) >= TURN,
+            KEY,
+            "microsteps that are no larger than angle-step",
+        )?;
+        check(
+            self.sweep_mode == SweepMode::Stop || microsteps >= LEAST_IN_PASSING,
+            KEY,
+            "12800 or more, or sweep-mode stop",
         )
     }
 
@@ -363,28 +411,39 @@ impl Settings {
         check(timing.retries <= 10, "retries", "0 to 10")
     }
 
-    fn check_motor(&self) -> Result<(), ConfigError> {
-        let motor = &self.motor;
-        let turn = MICROSTEPS_PER_TURN as u32;
+    fn check_module(&self) -> Result<(), ConfigError> {
+        let Wish {
+            kind,
+            bandwidth_khz,
+            samples,
+            baud,
+            ..
+        } = self.module;
+        let (configure, chirp) = kind.patience_us();
         check(
-            (-SHAFT_LIMIT..=SHAFT_LIMIT).contains(&motor.home_angle),
-            "home-angle",
-            "-170000 to 170000",
+            self.timing.configure_timeout >= configure,
+            "configure-timeout",
+            "400000 or more with a SiRad",
         )?;
         check(
-            (100..=2 * turn).contains(&motor.speed),
-            "speed",
-            "100 to 102400 microsteps/s",
+            self.timing.chirp_timeout >= chirp,
+            "chirp-timeout",
+            "100000 or more with a SiRad",
         )?;
         check(
-            (800..=turn).contains(&motor.search_speed),
-            "search-speed",
-            "800 to 51200 microsteps/s",
+            bandwidth_khz <= MAX_BANDWIDTH_KHZ,
+            "module-bandwidth",
+            "0 to 100000000 kHz",
         )?;
         check(
-            (1_000..=100_000_000).contains(&motor.acceleration),
-            "acceleration",
-            "1000 to 100000000 microsteps/s2",
+            samples == 0 || SAMPLES.contains(&samples),
+            "module-samples",
+            "0, or 16 to 256",
+        )?;
+        check(
+            matches!(baud, 1_000_000 | 2_000_000 | 3_000_000),
+            "link-rate",
+            "1000000, 2000000 or 3000000",
         )
     }
 }

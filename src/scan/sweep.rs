@@ -20,8 +20,8 @@ mod turning;
 use core::task::Poll;
 
 use super::chain::DataPath;
-use super::link::RadarLink;
 use super::mirror::{Mirror, Motion};
+use super::module::RadarModule;
 use super::pace::Cruise;
 use super::ramp::Ramp;
 use super::schedule::{Schedule, shaft_angle};
@@ -79,7 +79,7 @@ impl Sweep {
         scan: u32,
         backward: bool,
         mirror: &mut impl Mirror,
-        link: &mut impl RadarLink,
+        link: &mut impl RadarModule,
     ) -> Result<Self, Reason> {
         let schedule = Schedule::new(&settings.config).map_err(|_| Reason::ModuleConfig)?;
         let mut sweep = Self {
@@ -111,10 +111,12 @@ impl Sweep {
     }
 
     /// How the mirror is to turn, with what is known of module and link.
-    fn plan(&mut self, link: &impl RadarLink) {
+    fn plan(&mut self, link: &impl RadarModule) {
         let cruise = match self.settings.sweep_mode {
             SweepMode::Stop => None,
-            SweepMode::Continuous => Cruise::new(&self.settings, &self.schedule, link.wire()),
+            SweepMode::Continuous => {
+                (link.wire()).and_then(|wire| Cruise::new(&self.settings, &self.schedule, wire))
+            }
         };
         self.turning = cruise.map(Turning::new);
     }
@@ -162,9 +164,9 @@ impl Sweep {
         }
     }
 
-    fn ask(&mut self, now: Micros, link: &mut impl RadarLink) {
+    fn ask(&mut self, now: Micros, link: &mut impl RadarModule) {
         let timeout = self.settings.timing.configure_timeout;
-        link.configure(now, timeout);
+        link.program(now, &self.settings.module, timeout);
         self.at = RowState::Configure;
         self.deadline = now.plus(timeout).plus(MARGIN_US);
     }
@@ -181,10 +183,14 @@ impl Sweep {
         self.deadline = self.move_deadline;
     }
 
-    fn trigger(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarLink) {
+    fn trigger(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarModule) {
         let timeout = self.settings.timing.chirp_timeout;
-        link.trigger(now, shaft_angle(mirror.position()), timeout);
-        self.hold = Hold::new(now, link.wire());
+        let angle = shaft_angle(mirror.position());
+        match self.attempt {
+            0 => link.trigger(now, angle, timeout),
+            _ => link.retry(now, angle, timeout),
+        }
+        self.hold = Hold::default();
         self.fired = Some((self.row(), now));
         self.at = RowState::Receive;
         self.deadline = now.plus(timeout).plus(MARGIN_US);
@@ -204,7 +210,7 @@ impl Sweep {
         &mut self,
         now: Micros,
         mirror: &mut impl Mirror,
-        link: &mut impl RadarLink,
+        link: &mut impl RadarModule,
         data: &mut impl DataPath,
     ) -> Poll<Rows> {
         let motion = match mirror.poll(now) {
@@ -222,7 +228,7 @@ impl Sweep {
                 }
             }
             RowState::Receive => {
-                self.go_on(now, motion, mirror);
+                self.go_on(now, motion, mirror, link);
                 return self.poll_receive(now, mirror, link, data);
             }
             RowState::Approach if motion == Motion::Still => self.set_off(now, mirror),
@@ -246,7 +252,13 @@ impl Sweep {
     }
 
     /// Once the chirp is captured the mirror goes on, whether or not its samples have come.
-    fn go_on(&mut self, now: Micros, motion: Motion, mirror: &mut impl Mirror) {
+    fn go_on(
+        &mut self,
+        now: Micros,
+        motion: Motion,
+        mirror: &mut impl Mirror,
+        link: &impl RadarModule,
+    ) {
         if self.gone_on {
             if motion == Motion::Still {
                 self.rest.get_or_insert(now);
@@ -255,7 +267,7 @@ impl Sweep {
         }
         let chirp_us = self.settings.timing.chirp_duration;
         let next = self.done.saturating_add(1);
-        if self.hold.over(now, chirp_us) && next < self.schedule.rows() {
+        if self.hold.over(now, link, chirp_us) && next < self.schedule.rows() {
             let target = self.schedule.position(self.nth(next));
             let answer = self.deadline;
             self.start_move(now, mirror, target);
@@ -269,10 +281,10 @@ impl Sweep {
     fn poll_configure(
         &mut self,
         now: Micros,
-        link: &mut impl RadarLink,
+        link: &mut impl RadarModule,
         data: &mut impl DataPath,
     ) -> Poll<Rows> {
-        let Poll::Ready(answer) = link.poll_settings(now) else {
+        let Poll::Ready(answer) = link.settings(now) else {
             return Poll::Pending;
         };
         self.failed += u16::from(answer.is_err());
@@ -307,10 +319,10 @@ impl Sweep {
         &mut self,
         now: Micros,
         mirror: &mut impl Mirror,
-        link: &mut impl RadarLink,
+        link: &mut impl RadarModule,
         data: &mut impl DataPath,
     ) -> Poll<Rows> {
-        let Poll::Ready(answer) = link.poll_chirp(now, data.samples()) else {
+        let Poll::Ready(answer) = link.poll(now, data.samples()) else {
             return Poll::Pending;
         };
         self.failed += u16::from(answer.is_err());
@@ -351,7 +363,7 @@ impl Sweep {
 
     /// Triggers the row once more, from where it is seen: where the mirror has gone on, it ends that move
     /// and comes back.
-    fn again(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarLink) {
+    fn again(&mut self, now: Micros, mirror: &impl Mirror, link: &mut impl RadarModule) {
         if core::mem::take(&mut self.gone_on) {
             self.astray = true;
             self.at = RowState::Move;

@@ -12,11 +12,13 @@ use stairscan::config::{Config, ConfigError, RadarConfig};
 use stairscan::drive::{Drive, Odometry};
 use stairscan::report::command::{Measure, framed};
 use stairscan::report::{ScanLine, Sentence};
+use stairscan::scan::module::Wish;
 use stairscan::scan::settings::{MotorConfig, SweepMode};
 use stairscan::scan::store::StoreError;
+use stairscan::scan::wire::Wire;
 use stairscan::scan::{
     Board, BytePort, DataPath, Hardware, Identity, LinkError, Micros, Mirror, MirrorError, Motion,
-    RadarLink, Scanner, Settings,
+    RadarModule, Scanner, Settings,
 };
 
 /// Everything outside the scanner, shared between its traits and the test.
@@ -43,6 +45,8 @@ pub struct World {
     pub no_home: bool,
     // Radar.
     pub radar: Option<RadarConfig>,
+    /// What the module was last told to be.
+    pub wish: Wish,
     pub errors: VecDeque<Option<LinkError>>,
     pub triggers: Vec<i32>,
     pub deadline: Micros,
@@ -112,11 +116,13 @@ impl Mirror for Shared {
     }
 }
 
-impl RadarLink for Shared {
-    fn configure(&mut self, now: Micros, timeout_us: u32) {
-        self.0.borrow_mut().deadline = now.plus(timeout_us);
+impl RadarModule for Shared {
+    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
+        let mut w = self.0.borrow_mut();
+        w.wish = *wish;
+        w.deadline = now.plus(timeout_us);
     }
-    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+    fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
         let w = self.0.borrow();
         match w.radar {
             Some(radar) => Poll::Ready(Ok(radar)),
@@ -124,13 +130,16 @@ impl RadarLink for Shared {
             None => Poll::Pending,
         }
     }
+    fn wire(&self) -> Option<Wire> {
+        Some(Wire::default())
+    }
     fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
         let mut w = self.0.borrow_mut();
         assert_eq!(w.moving, 0, "triggered while moving");
         w.triggers.push(shaft_angle);
         w.deadline = now.plus(timeout_us);
     }
-    fn poll_chirp(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
         assert_eq!(samples.len(), 200);
         match self.0.borrow_mut().errors.pop_front().flatten() {
             None => Poll::Ready(Ok(())),
@@ -221,11 +230,9 @@ impl DataPath for Data {
     }
 }
 
-pub type TestScanner = Scanner<'static, Shared, Shared, Shared, Shared, Data>;
-
-pub struct Bench {
+pub struct Bench<M = Shared> {
     pub world: Shared,
-    pub scanner: TestScanner,
+    pub scanner: Scanner<'static, M, Shared, Shared, Shared, Data>,
     pub now: Micros,
 }
 
@@ -256,14 +263,35 @@ impl Bench {
         identity: Identity,
         prepare: impl FnOnce(&mut World),
     ) -> Self {
+        Self::over(Shared::clone, saved, identity, prepare)
+    }
+
+    /// The same chip after a reset: memory that a reset leaves alone, and flash, are as they were.
+    pub fn reset(self) -> Self {
+        let old = self.world.0.take();
+        Self::boot(old.saved, IDENTITY, |w| {
+            (w.stopped, w.before, w.saved) = (old.stopped, old.before, old.saved);
+        })
+    }
+}
+
+impl<M: Mirror> Bench<M> {
+    /// A scanner over another mirror.
+    pub fn over(
+        mirror: impl FnOnce(&Shared) -> M,
+        saved: Option<Settings>,
+        identity: Identity,
+        prepare: impl FnOnce(&mut World),
+    ) -> Self {
         let mut world = World {
             radar: Some(RadarConfig::default()),
+            wish: Wish::DEFAULT,
             ..World::default()
         };
         prepare(&mut world);
         let world = Shared(Rc::new(RefCell::new(world)));
         let hardware = Hardware {
-            mirror: world.clone(),
+            mirror: mirror(&world),
             link: world.clone(),
             port: world.clone(),
             board: world.clone(),
@@ -336,14 +364,6 @@ impl Bench {
     pub fn send(&mut self, command: &str) -> String {
         let framed = framed(&command.split(',').collect::<Vec<_>>());
         self.ask(framed.trim_end())
-    }
-
-    /// The same chip after a reset: memory that a reset leaves alone, and flash, are as they were.
-    pub fn reset(self) -> Self {
-        let old = self.world.0.take();
-        Self::boot(old.saved, IDENTITY, |w| {
-            (w.stopped, w.before, w.saved) = (old.stopped, old.before, old.saved);
-        })
     }
 
     /// The one sentence that answers a command.

@@ -1,6 +1,7 @@
 //! The scanner's state machine over hardware that misbehaves on cue.
 
 mod bench;
+mod driver;
 mod settings;
 
 use bench::{Bench, IDENTITY, World};

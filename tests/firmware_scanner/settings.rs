@@ -5,6 +5,7 @@ use stairscan::calibration::Mounting;
 use stairscan::estimate::Estimate;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
+use stairscan::scan::module::{ModuleKind, Wish};
 use stairscan::scan::record::MOUNTING;
 use stairscan::scan::{Identity, LinkError, Settings};
 
@@ -242,4 +243,33 @@ fn a_calibration_that_fails_changes_nothing() {
     let mut bench = Bench::boot(None, IDENTITY, |w| w.stopped = true);
     let answer = bench.ask(line.trim_end());
     assert!(answer.starts_with("FAIL,calibrate,plane,"), "{answer}");
+}
+
+/// What is set of the module counts from the next scan on.
+#[test]
+fn the_module_is_what_the_setting_says() {
+    let mut bench = Bench::new(|_| ());
+    assert_eq!(bench.scan().status, Status::Ok);
+    assert_eq!(bench.world.0.borrow().wish, Wish::DEFAULT);
+    for (key, value) in [
+        ("module-bandwidth", "5500000"),
+        ("module-samples", "128"),
+        ("link-rate", "2000000"),
+        ("trigger-pin", "on"),
+        ("module", "bgt60"),
+    ] {
+        let answer = bench.send(&format!("set,{key},{value}"));
+        assert_eq!(answer, format!("CONF,{key},{value}"));
+    }
+    // The scan under way, and the one behind it.
+    bench.scan();
+    bench.scan();
+    let wish = Wish {
+        kind: ModuleKind::Bgt60,
+        bandwidth_khz: 5_500_000,
+        samples: 128,
+        baud: 2_000_000,
+        pin: true,
+    };
+    assert_eq!(bench.world.0.borrow().wish, wish);
 }

@@ -18,14 +18,16 @@ use std::task::Poll;
 use stairscan::Iq;
 use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
 use stairscan::scan::link::FrameLink;
-use stairscan::scan::{BytePort, Micros, RadarLink};
+use stairscan::scan::module::Wish;
+use stairscan::scan::wire::TRAILER;
+use stairscan::scan::{BytePort, Micros, RadarModule};
 
 use crate::input::Input;
 
 /// Samples of the chirps that are asked for.
 const SAMPLES: usize = 4;
 /// The kinds of frames, and one that is none.
-pub const KINDS: [u8; 6] = [0x81, 0x82, 0xE0, 0x01, 0x02, 0x77];
+pub const KINDS: [u8; 9] = [0x81, 0x82, 0xE0, 0x01, 0x02, 0x77, 0x84, 0x03, 0x04];
 
 /// What has come in and is not read yet.
 #[derive(Clone, Default)]
@@ -67,7 +69,7 @@ fn encode(kind: u8, sequence: u16, payload: &[u8]) -> Vec<u8> {
     frame::encode(Kind::Settings, sequence, payload, &mut out);
     let mut bytes = out.to_vec();
     bytes[3] = kind;
-    let body = bytes.len() - frame::TRAILER;
+    let body = bytes.len() - TRAILER;
     let crc = stairscan::report::crc::CRC32.checksum(&bytes[..body]);
     bytes[body..].copy_from_slice(&crc.to_le_bytes());
     bytes
@@ -81,7 +83,7 @@ impl Bench {
         self.waiting = what;
         match what {
             Waiting::Chirp => self.link.trigger(self.now, -20_000, timeout),
-            _ => self.link.configure(self.now, timeout),
+            _ => self.link.program(self.now, &Wish::DEFAULT, timeout),
         }
         assert!(self.wire.0.borrow().is_empty(), "an old answer is kept");
     }
@@ -90,14 +92,11 @@ impl Bench {
     fn poll(&mut self) {
         let ready = match self.waiting {
             Waiting::Nothing => return,
-            Waiting::Settings => self
-                .link
-                .poll_settings(self.now)
-                .map(|answer| answer.is_ok()),
+            Waiting::Settings => self.link.settings(self.now).map(|answer| answer.is_ok()),
             Waiting::Chirp => {
                 let mut samples = [Iq::default(); SAMPLES];
                 self.link
-                    .poll_chirp(self.now, &mut samples)
+                    .poll(self.now, &mut samples)
                     .map(|answer| answer.is_ok())
             }
         };

@@ -7,7 +7,8 @@ use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use stairscan::config::Config;
-use stairscan::scan::pace::{Cruise, Wire};
+use stairscan::scan::pace::Cruise;
+use stairscan::scan::wire::Wire;
 use stairscan::scan::{MICROSTEPS_PER_TURN, Schedule, Settings};
 
 use super::{Format, emit, progress};
@@ -59,7 +60,11 @@ pub struct Args {
 pub fn speed_deg_s(baud: u32) -> Result<f64> {
     let settings = Settings::default();
     let schedule = Schedule::new(&settings.config).map_err(|e| anyhow!("{e}"))?;
-    let wire = Wire { baud, ahead: true };
+    let wire = Wire {
+        baud,
+        ahead: true,
+        pin: false,
+    };
     let cruise = Cruise::new(&settings, &schedule, wire);
     let cruise = cruise.ok_or_else(|| anyhow!("--baud {baud}: too slow for a continuous sweep"))?;
     Ok(f64::from(cruise.speed) * 360.0 / f64::from(MICROSTEPS_PER_TURN))

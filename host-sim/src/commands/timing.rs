@@ -4,8 +4,9 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value, json};
-use stairscan::scan::pace::{Cruise, SLACK_US, Wire};
+use stairscan::scan::pace::Cruise;
 use stairscan::scan::ramp::Ramp;
+use stairscan::scan::wire::{SLACK_US, Wire};
 use stairscan::scan::{Schedule, Settings};
 
 use super::{Format, emit};
@@ -25,6 +26,9 @@ pub struct Args {
     /// The radar module takes one request at a time, and none while it sends.
     #[arg(long)]
     one_at_a_time: bool,
+    /// Chirps begin at the edge of the TRIG pin, not with the last byte of a trigger.
+    #[arg(long)]
+    pin: bool,
     /// How to print.
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -78,7 +82,7 @@ impl ScanTime {
         // Without a duration nobody knows when the chirp is captured but by its answer.
         let slack = match chirp {
             0 => answer,
-            _ => u64::from(SLACK_US + wire.byte_us()),
+            _ => u64::from(SLACK_US),
         };
         let (mut moves, mut waits) = (0, 0);
         for row in 1..schedule.rows() {
@@ -204,8 +208,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         let known = Settings::key(key).ok_or_else(|| anyhow!("{key}: no such setting"))?;
         settings.set(known, value).map_err(|e| anyhow!("{e}"))?;
     }
-    let ahead = !args.one_at_a_time;
-    let wires: Vec<Wire> = args.baud.iter().map(|&baud| Wire { baud, ahead }).collect();
+    let (ahead, pin) = (!args.one_at_a_time, args.pin);
+    let wire = |&baud| Wire { baud, ahead, pin };
+    let wires: Vec<Wire> = args.baud.iter().map(wire).collect();
     let times = modes(&settings, &wires)?;
     if args.format == Format::Json {
         times
@@ -239,6 +244,7 @@ mod tests {
         let wires = [1_000_000, 2_000_000, 3_000_000].map(|baud| Wire {
             baud,
             ahead: !one_at_a_time,
+            pin: false,
         });
         modes(&Settings::default(), &wires).unwrap()
     }

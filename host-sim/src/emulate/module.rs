@@ -6,8 +6,7 @@ use anyhow::{Context, Result, bail};
 use indicatif::ProgressBar;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
-use stairscan::scan::link::{ABILITIES, AHEAD};
+use stairscan::scan::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
 
 use crate::playback::{Playback, Player};
 
@@ -189,7 +188,7 @@ impl<'a> Module<'a> {
                     let angle = <[u8; 4]>::try_from(frame.payload).map(i32::from_le_bytes);
                     let (kind, sequence) = (frame.kind, frame.sequence);
                     match (kind, angle) {
-                        (Kind::Configure, _) => {
+                        (Kind::Configure | Kind::Program, _) => {
                             requests.push(Request::Configure);
                             out.extend(self.configure(sequence));
                         }
@@ -212,8 +211,11 @@ impl<'a> Module<'a> {
         if self.faults.iter().any(|f| f.misdeed == Misdeed::Config) {
             radar.samples = 257;
         }
-        let mut payload = frame::settings_payload(&radar);
-        payload[ABILITIES] = AHEAD;
+        let ability = Ability {
+            ahead: true,
+            ..Ability::NONE
+        };
+        let payload = frame::settings_payload(&radar, ability);
         encode(Kind::Settings, sequence, &payload)
     }
 

@@ -9,9 +9,10 @@ use std::task::Poll;
 use anyhow::{Result, anyhow};
 use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
+use stairscan::scan::module::Wish;
 use stairscan::scan::settings::MotorConfig;
 use stairscan::scan::{
-    BytePort, LinkError, Micros, Mirror, MirrorError, Motion, RadarLink, Settings,
+    BytePort, LinkError, Micros, Mirror, MirrorError, Motion, RadarModule, Settings,
 };
 
 use crate::playback::{SimShaft, row_at};
@@ -137,12 +138,12 @@ impl Link {
     }
 }
 
-impl RadarLink for Link {
-    fn configure(&mut self, _: Micros, _: u32) {
+impl RadarModule for Link {
+    fn program(&mut self, _: Micros, _: &Wish, _: u32) {
         self.stage.0.borrow_mut().asked = true;
     }
 
-    fn poll_settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+    fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
         Poll::Ready(Ok(self.stage.0.borrow().reel.config.radar))
     }
 
@@ -154,7 +155,7 @@ impl RadarLink for Link {
         }
     }
 
-    fn poll_chirp(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
         let mut stage = self.stage.0.borrow_mut();
         let row = row_at(&stage.reel.config, self.shaft_angle);
         Poll::Ready(match row.and_then(|row| stage.show(row)) {

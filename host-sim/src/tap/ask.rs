@@ -11,7 +11,8 @@ use anyhow::{Result, bail};
 use serialport::SerialPort;
 use stairscan::Iq;
 use stairscan::scan::link::FrameLink;
-use stairscan::scan::{BytePort, LinkError, Micros, RadarLink};
+use stairscan::scan::module::Wish;
+use stairscan::scan::{BytePort, LinkError, Micros, RadarModule};
 
 use super::scans::Wire;
 
@@ -91,14 +92,14 @@ const LOST_IN_A_ROW: u32 = 8;
 /// # Errors
 /// The module does not tell its settings, or falls silent. A single chirp that does not come is left to the tap to tell.
 pub fn scan(
-    link: &mut dyn RadarLink,
+    link: &mut dyn RadarModule,
     angles: &[i32],
     stop: &AtomicBool,
     now: &mut dyn FnMut() -> Micros,
 ) -> Result<()> {
     let settings = attempts(|| {
-        link.configure(now(), TIMEOUT_US);
-        wait(|| link.poll_settings(now()))
+        link.program(now(), &Wish::DEFAULT, TIMEOUT_US);
+        wait(|| link.settings(now()))
     });
     let radar = match settings {
         Ok(radar) => radar,
@@ -112,7 +113,7 @@ pub fn scan(
         }
         let chirp = attempts(|| {
             link.trigger(now(), angle, TIMEOUT_US);
-            wait(|| link.poll_chirp(now(), &mut samples))
+            wait(|| link.poll(now(), &mut samples))
         });
         match chirp {
             Ok(()) => lost = 0,

@@ -22,22 +22,26 @@ pub enum Heard {
 }
 
 impl Heard {
-    fn of(frame: &Frame<'_>) -> Self {
+    /// None for what is about the wire and not about a scan.
+    fn of(frame: &Frame<'_>) -> Option<Self> {
         let payload = frame.payload;
-        match frame.kind {
-            Kind::Configure => Some(Self::Configure),
+        let heard = match frame.kind {
+            Kind::Rate | Kind::RateSet => return None,
+            Kind::Configure | Kind::Program => Some(Self::Configure),
             Kind::Trigger => {
                 let angle = <[u8; 4]>::try_from(payload).ok();
                 angle.map(|angle| Self::Trigger(i32::from_le_bytes(angle)))
             }
-            Kind::Settings => frame::parse_settings(payload).map(Self::Settings),
+            Kind::Settings => {
+                frame::parse_settings(payload).map(|(radar, _)| Self::Settings(radar))
+            }
             Kind::Chirp => {
                 let mut samples = vec![Iq::default(); payload.len() / 4];
                 frame::parse_chirp(payload, &mut samples).then_some(Self::Chirp(samples))
             }
             Kind::Error => payload.first().map(|code| Self::Error(*code)),
-        }
-        .unwrap_or(Self::Malformed)
+        };
+        Some(heard.unwrap_or(Self::Malformed))
     }
 }
 
@@ -68,7 +72,8 @@ impl Listener {
                 Ok(Progress::Partial) => self.forget_garbage(),
                 Ok(Progress::Complete) => {
                     let frame = self.decoder.frame();
-                    heard.extend(frame.map(|frame| (frame.sequence, Heard::of(&frame))));
+                    heard
+                        .extend(frame.and_then(|frame| Some((frame.sequence, Heard::of(&frame)?))));
                     self.skip(self.seen);
                 }
                 Err(_) => {

@@ -294,7 +294,7 @@ fn count<T>(counter: &mut u32) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::scan::frame::{self, Kind, MAX_FRAME};
+    use stairscan::scan::frame::{self, Ability, Kind, MAX_FRAME};
 
     const RADAR: RadarConfig = RadarConfig {
         carrier_khz: 94_000_000,
@@ -316,7 +316,7 @@ mod tests {
             at,
             Kind::Settings,
             sequence,
-            &frame::settings_payload(radar),
+            &frame::settings_payload(radar, Ability::NONE),
         );
     }
 

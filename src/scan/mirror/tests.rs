@@ -1,6 +1,7 @@
 //! Homing and moves over a switch that bounces, sticks and gets spikes.
 
 use super::*;
+use crate::scan::driver::DriverError;
 use std::vec::Vec;
 
 /// A shaft whose own coordinate starts anywhere; the switch is pressed at and below 0.
@@ -277,4 +278,143 @@ fn homing_takes_less_than_three_turns_at_search_speed() {
         .map(|&m| if m > 0 { m } else { 8 * -m })
         .sum();
     assert!(searched + rest < 3 * MICROSTEPS_PER_TURN, "{moves:?}");
+}
+
+/// A driver that answers what it is told to.
+#[derive(Default)]
+struct Wired {
+    set_ups: u32,
+    looks: u32,
+    busy: u32,
+    broken: bool,
+}
+
+impl MotorDriver for Wired {
+    fn set_up(&mut self, _: &MotorConfig) {
+        (self.set_ups, self.busy) = (self.set_ups + 1, 3);
+    }
+    fn look(&mut self) {
+        (self.looks, self.busy) = (self.looks + 1, 3);
+    }
+    fn poll(&mut self, _: Micros) -> Poll<Result<(), DriverError>> {
+        self.busy = self.busy.saturating_sub(1);
+        match (self.busy, self.broken) {
+            (0, false) => Poll::Ready(Ok(())),
+            (0, true) => Poll::Ready(Err(DriverError::Silent)),
+            _ => Poll::Pending,
+        }
+    }
+    fn tuning_us(&self) -> u32 {
+        140_000
+    }
+}
+
+fn wired() -> MotorConfig {
+    let mut motor = MotorConfig::default();
+    motor.driver.kind = Driver::Tmc2209;
+    motor
+}
+
+#[test]
+fn the_driver_wakes_before_the_first_pulse() {
+    let mut motor = MotorConfig::default();
+    motor.driver.enable_wake = 7_000;
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.start_home(&motor);
+    assert!(stepper.port().enabled);
+    for ms in 0..7 {
+        assert_eq!(stepper.poll(Micros(1_000 * ms)), Ok(Motion::Moving));
+        assert!(stepper.port().moves.is_empty(), "{ms} ms");
+    }
+    assert_eq!(stepper.poll(Micros(7_000)), Ok(Motion::Moving));
+    assert_eq!(stepper.port().moves, [-SEARCH]);
+}
+
+#[test]
+fn a_driver_with_a_wire_is_set_up_before_it_gets_its_current() {
+    let mut stepper = Stepper::with_driver(Bench::at(100), Wired::default());
+    stepper.start_home(&wired());
+    let mut since = None;
+    for ms in 0..200 {
+        assert_eq!(stepper.poll(Micros(1_000 * ms)), Ok(Motion::Moving));
+        if stepper.port().enabled && since.is_none() {
+            since = Some(ms);
+        }
+        if !stepper.port().moves.is_empty() {
+            let since = since.expect("EN before the first pulse");
+            assert!((140..145).contains(&(ms - since)), "{ms} {since}");
+            assert_eq!((since, stepper.driver.set_ups), (2, 1));
+            return;
+        }
+    }
+    panic!("never moved");
+}
+
+#[test]
+fn a_driver_that_does_not_answer_gets_no_current() {
+    let broken = Wired {
+        broken: true,
+        ..Wired::default()
+    };
+    let mut stepper = Stepper::with_driver(Bench::at(100), broken);
+    stepper.start_home(&wired());
+    // An old stall is forgotten only with EN, and must not hide it.
+    stepper.port.stalled = true;
+    assert_eq!(settle_with(&mut stepper), Err(MirrorError::Driver));
+    assert!(!stepper.port().enabled && !stepper.homed());
+    // Where no wire leads to it, likewise.
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.start_home(&wired());
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
+}
+
+fn settle_with(stepper: &mut Stepper<Bench, Wired>) -> Result<(), MirrorError> {
+    for ms in 0..100_000 {
+        match stepper.poll(Micros(1_000 * ms)) {
+            Ok(Motion::Still) => return Ok(()),
+            Ok(Motion::Moving) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    panic!("never settled");
+}
+
+#[test]
+fn a_scan_waits_for_the_look_at_the_driver() {
+    let motor = wired();
+    let mut stepper = Stepper::with_driver(Bench::at(100), Wired::default());
+    stepper.check(&motor);
+    assert_eq!(stepper.driver.looks, 0, "nothing to look at before homing");
+    stepper.start_home(&motor);
+    settle_with(&mut stepper).unwrap();
+    let moves = stepper.port().moves.len();
+    stepper.check(&motor);
+    stepper.start_move(1_000, &motor);
+    for _ in 0..2 {
+        assert_eq!(stepper.poll(Micros(0)), Ok(Motion::Moving));
+        assert_eq!(stepper.port().moves.len(), moves, "the move waits, too");
+    }
+    settle_with(&mut stepper).unwrap();
+    assert_eq!(stepper.position(), 1_000);
+    stepper.start_move(2_000, &motor);
+    assert_eq!(stepper.port().moves.len(), moves + 2);
+    settle_with(&mut stepper).unwrap();
+    stepper.driver.broken = true;
+    stepper.check(&motor);
+    assert_eq!(settle_with(&mut stepper), Err(MirrorError::Driver));
+    assert!(!stepper.port().enabled && !stepper.homed());
+}
+
+#[test]
+fn another_driver_needs_homing() {
+    let mut motor = MotorConfig::default();
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.start_home(&motor);
+    settle(&mut stepper).unwrap();
+    motor.speed /= 2;
+    stepper.check(&motor);
+    assert!(stepper.homed(), "a speed is no driver");
+    motor.driver.microsteps = 25_600;
+    stepper.check(&motor);
+    assert!(!stepper.homed() && !stepper.port().enabled);
 }

@@ -6,13 +6,13 @@ use crate::report::command::Calibration;
 use crate::report::crc;
 use crate::scan::board::{Board, BytePort};
 use crate::scan::chain::DataPath;
-use crate::scan::link::RadarLink;
 use crate::scan::mirror::Mirror;
+use crate::scan::module::RadarModule;
 use crate::scan::settings;
 use crate::scan::sweep::Rows;
 use crate::scan::time::Micros;
 
-impl<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
+impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
     /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.
     #[inline(never)]
     pub fn calibrate(&mut self, now: Micros, task: Calibration) {

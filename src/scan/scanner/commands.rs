@@ -7,8 +7,8 @@ use crate::report::LiveLine;
 use crate::report::command::{self, Command, Input, LineReader};
 use crate::scan::board::{Board, BytePort};
 use crate::scan::chain::DataPath;
-use crate::scan::link::RadarLink;
 use crate::scan::mirror::Mirror;
+use crate::scan::module::RadarModule;
 use crate::scan::settings::{self, Settings};
 use crate::scan::time::Micros;
 
@@ -51,7 +51,7 @@ impl Console {
     }
 
     /// Carries out what has been typed, and hands the port what there is to say.
-    pub(super) fn step<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath>(
+    pub(super) fn step<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
         &mut self,
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
@@ -100,7 +100,7 @@ impl Console {
 
     /// Reads motion sentences, which are not answered, and at most one other line, which waits until
     /// its answer has room.
-    fn read<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath>(
+    fn read<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
         &mut self,
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,
@@ -146,7 +146,7 @@ impl Console {
 
     // Out of line for the stack, as in `states`.
     #[inline(never)]
-    fn execute<M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath>(
+    fn execute<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
         &mut self,
         now: Micros,
         machine: &mut Machine<'_, M, L, P, B, D>,

@@ -38,8 +38,8 @@ pub use reports::Reports;
 use crate::drive::{Drive, Odometry};
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
-use crate::scan::link::RadarLink;
 use crate::scan::mirror::Mirror;
+use crate::scan::module::RadarModule;
 use crate::scan::settings::Settings;
 use crate::scan::time::Micros;
 use commands::Console;
@@ -55,7 +55,7 @@ pub struct Scanner<'a, M, L, P, B, D> {
     console: Console,
 }
 
-impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Scanner<'a, M, L, P, B, D> {
+impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<'a, M, L, P, B, D> {
     /// A scanner that has just booted. `settings` are those that were saved, and must be valid; without
     /// them it begins with defaults, and no answer is `ok` before it has been told how it is mounted.
     // Out of line: what it is put together in would lie beneath the estimator for good.

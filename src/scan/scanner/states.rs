@@ -13,8 +13,8 @@ use crate::report::command::Calibration;
 use crate::report::crc;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
-use crate::scan::link::RadarLink;
 use crate::scan::mirror::{Mirror, Motion};
+use crate::scan::module::RadarModule;
 use crate::scan::schedule::MICROSTEPS_PER_TURN;
 use crate::scan::settings::{Settings, Sweeping, Switch};
 use crate::scan::sweep::{Rows, Sweep, link_reason, mirror_reason};
@@ -160,7 +160,7 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
 
 // Whatever is inlined into the main loop lies on the stack beneath the estimator, whose frames are
 // the deepest of the firmware. Functions with more than a few words of their own are out of line.
-impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a, M, L, P, B, D> {
+impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'a, M, L, P, B, D> {
     /// Just booted; the first call of [`Machine::run`] says so.
     pub fn new(
         hardware: Hardware<M, L, P, B>,
@@ -309,6 +309,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
     pub(super) fn begin(&mut self, now: Micros, errand: Errand) {
         self.deadline = now.plus(POLL_US);
         let unfit = fitness::unfit(self.identity.standing, self.settings.get()).is_some();
+        self.hardware.mirror.check(&self.settings.get().motor);
         if unfit || !self.hardware.mirror.homed() || !self.connected {
             self.state = State::SelfTest(Test::Arithmetic, errand);
             return;
@@ -371,7 +372,8 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     fn ask(&mut self, now: Micros, until: Micros, errand: Errand) {
         let timeout = self.settings.get().timing.configure_timeout;
-        self.hardware.link.configure(now, timeout);
+        let wish = &self.settings.get().module;
+        self.hardware.link.program(now, wish, timeout);
         let test = Test::Link { until, again: None };
         self.state = State::SelfTest(test, errand);
         self.deadline = now.plus(timeout).plus(POLL_US);
@@ -388,7 +390,7 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
         if let Err(error) = self.hardware.mirror.poll(now) {
             return self.fail_test(now, mirror_reason(error), errand);
         }
-        let Poll::Ready(answer) = self.hardware.link.poll_settings(now) else {
+        let Poll::Ready(answer) = self.hardware.link.settings(now) else {
             return;
         };
         self.link_errors = (self.link_errors).saturating_add(answer.is_err().into());
@@ -552,13 +554,14 @@ impl<'a, M: Mirror, L: RadarLink, P: BytePort, B: Board, D: DataPath> Machine<'a
 
     /// Whether hardware is at fault, rather than what the radar sees.
     fn broken(&self) -> bool {
-        const HARDWARE: [Reason; 7] = [
+        const HARDWARE: [Reason; 8] = [
             Reason::TooManyLost,
             Reason::LinkSilent,
             Reason::ModuleError,
             Reason::ModuleConfig,
             Reason::MotorStall,
             Reason::HomeNotFound,
+            Reason::MotorDriver,
             Reason::SettingsDamaged,
         ];
         HARDWARE.iter().any(|&reason| self.reasons.has(reason))

@@ -1,7 +1,9 @@
 //! One setting while it is read or written: as text for people, as a word for records.
 
+use super::motor::{Driver, Level};
 use crate::config::{ConfigError, EstimatorKind, Plane, Spread};
 use crate::drive;
+use crate::scan::module::ModuleKind;
 
 /// Something that is on or off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,6 +85,31 @@ impl Word for SweepMode {
     const EXPECTED: &'static str = "stop or continuous";
 }
 
+impl Word for ModuleKind {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        ("pstr", ModuleKind::Pstr),
+        ("sirad", ModuleKind::SiRad),
+        ("bgt60", ModuleKind::Bgt60),
+    ];
+    const EXPECTED: &'static str = "pstr or sirad or bgt60";
+}
+
+impl Word for bool {
+    const WORDS: &'static [(&'static str, Self)] = &[("on", true), ("off", false)];
+    const EXPECTED: &'static str = "on or off";
+}
+
+impl Word for Driver {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("step-dir", Driver::StepDir), ("tmc2209", Driver::Tmc2209)];
+    const EXPECTED: &'static str = "step-dir or tmc2209";
+}
+
+impl Word for Level {
+    const WORDS: &'static [(&'static str, Self)] = &[("low", Level::Low), ("high", Level::High)];
+    const EXPECTED: &'static str = "low or high";
+}
+
 impl Word for drive::Mode {
     const WORDS: &'static [(&'static str, Self)] = &[
         ("auto", drive::Mode::Auto),
@@ -109,6 +136,11 @@ pub(super) enum Slot<'a> {
     Spread(&'a mut Spread),
     Sweeping(&'a mut Sweeping),
     SweepMode(&'a mut SweepMode),
+    Module(&'a mut ModuleKind),
+    /// Something that is on or off, as a truth value.
+    Present(&'a mut bool),
+    Driver(&'a mut Driver),
+    Level(&'a mut Level),
     Motion(&'a mut drive::Mode),
     Switch(&'a mut Switch),
     Estimator(&'a mut EstimatorKind),
@@ -178,6 +210,10 @@ impl Slot<'_> {
             Slot::Spread(v) => word(v.word()),
             Slot::Sweeping(v) => word(v.word()),
             Slot::SweepMode(v) => word(v.word()),
+            Slot::Module(v) => word(v.word()),
+            Slot::Present(v) => word(v.word()),
+            Slot::Driver(v) => word(v.word()),
+            Slot::Level(v) => word(v.word()),
             Slot::Motion(v) => word(v.word()),
             Slot::Switch(v) => word(v.word()),
             Slot::Estimator(v) => word(v.as_str()),
@@ -202,6 +238,10 @@ impl Slot<'_> {
             Slot::Spread(v) => write_word(v, field, text),
             Slot::Sweeping(v) => write_word(v, field, text),
             Slot::SweepMode(v) => write_word(v, field, text),
+            Slot::Module(v) => write_word(v, field, text),
+            Slot::Present(v) => write_word(v, field, text),
+            Slot::Driver(v) => write_word(v, field, text),
+            Slot::Level(v) => write_word(v, field, text),
             Slot::Motion(v) => write_word(v, field, text),
             Slot::Switch(v) => write_word(v, field, text),
             Slot::Estimator(v) => {
@@ -228,6 +268,10 @@ impl Slot<'_> {
             Slot::Spread(v) => place(**v),
             Slot::Sweeping(v) => place(**v),
             Slot::SweepMode(v) => place(**v),
+            Slot::Module(v) => place(**v),
+            Slot::Present(v) => place(**v),
+            Slot::Driver(v) => place(**v),
+            Slot::Level(v) => place(**v),
             Slot::Motion(v) => place(**v),
             Slot::Switch(v) => place(**v),
             Slot::Estimator(v) => {
@@ -248,6 +292,10 @@ impl Slot<'_> {
             Slot::Spread(v) => *v = at_place(word)?,
             Slot::Sweeping(v) => *v = at_place(word)?,
             Slot::SweepMode(v) => *v = at_place(word)?,
+            Slot::Module(v) => *v = at_place(word)?,
+            Slot::Present(v) => *v = at_place(word)?,
+            Slot::Driver(v) => *v = at_place(word)?,
+            Slot::Level(v) => *v = at_place(word)?,
             Slot::Motion(v) => *v = at_place(word)?,
             Slot::Switch(v) => *v = at_place(word)?,
             Slot::Estimator(v) => *v = *EstimatorKind::ALL.get(word as usize)?,

@@ -74,3 +74,83 @@ fn a_refused_value_changes_nothing() {
     settings.set("first-angle", "-15000").unwrap();
     assert_eq!(settings.config.sweep.first_angle, -15_000);
 }
+
+#[test]
+fn drivers_that_cannot_be_are_refused() {
+    let mut settings = Settings::default();
+    for (key, value, field) in [
+        ("driver", "l298", "driver"),
+        ("microsteps-per-turn", "100", "microsteps-per-turn"),
+        ("microsteps-per-turn", "51300", "microsteps-per-turn"),
+        ("microsteps-per-turn", "25650", "microsteps-per-turn"),
+        // In passing, rows are looked for within three microsteps.
+        ("microsteps-per-turn", "12700", "microsteps-per-turn"),
+        ("enable-level", "5", "enable-level"),
+        ("stall-level", "both", "stall-level"),
+        ("pulse-width", "0", "pulse-width"),
+        ("pulse-width", "51", "pulse-width"),
+        // Ten microseconds high and ten low are 50,000 steps/s, and the top speed is one turn a second.
+        ("pulse-width", "10", "pulse-width"),
+        ("enable-wake", "60001", "enable-wake"),
+        ("motor-current", "99", "motor-current"),
+        ("motor-current", "1768", "motor-current"),
+        ("stall-threshold", "256", "stall-threshold"),
+    ] {
+        let before = settings;
+        assert_eq!(
+            settings.set(key, value).unwrap_err().field,
+            field,
+            "{key} {value}"
+        );
+        assert_eq!(settings, before);
+    }
+    settings.set("pulse-width", "9").unwrap();
+    assert_eq!(
+        settings.set("speed", "102400").unwrap_err().field,
+        "pulse-width"
+    );
+    settings.set("microsteps-per-turn", "12800").unwrap();
+    settings.set("pulse-width", "10").unwrap();
+    settings.set("sweep-mode", "stop").unwrap();
+    settings.set("microsteps-per-turn", "3200").unwrap();
+    let refused = settings.set("sweep-mode", "continuous");
+    assert_eq!(refused.unwrap_err().field, "microsteps-per-turn");
+    // A microstep of 0.3 degrees, and rows each 0.25.
+    let refused = settings.set("microsteps-per-turn", "1200");
+    assert_eq!(refused.unwrap_err().field, "microsteps-per-turn");
+}
+
+#[test]
+fn a_tmc2209_has_halves_of_256_microsteps() {
+    let mut settings = Settings::default();
+    settings.set("sweep-mode", "stop").unwrap();
+    settings.set("driver", "tmc2209").unwrap();
+    for (microsteps, halvings) in [(51_200, 0), (25_600, 1), (3_200, 4), (1_600, 5)] {
+        settings
+            .set("microsteps-per-turn", &microsteps.to_string())
+            .unwrap();
+        assert_eq!(settings.motor.driver.halvings(), Some(halvings));
+    }
+    let refused = settings.set("microsteps-per-turn", "10000");
+    assert_eq!(refused.unwrap_err().field, "microsteps-per-turn");
+    settings.set("driver", "step-dir").unwrap();
+    settings.set("microsteps-per-turn", "10000").unwrap();
+    let refused = settings.set("driver", "tmc2209");
+    assert_eq!(refused.unwrap_err().field, "microsteps-per-turn");
+}
+
+/// A module that can never answer in time is refused, with what is to be set first.
+#[test]
+fn a_module_gets_the_time_that_it_needs() {
+    let mut settings = Settings::default();
+    let refused = |s: &mut Settings| s.set("module", "sirad").unwrap_err().field;
+    assert_eq!(refused(&mut settings), "configure-timeout");
+    settings.set("configure-timeout", "400000").unwrap();
+    assert_eq!(refused(&mut settings), "chirp-timeout");
+    settings.set("chirp-timeout", "100000").unwrap();
+    settings.set("module", "sirad").unwrap();
+    let shorter = settings.set("chirp-timeout", "99999").unwrap_err();
+    assert_eq!(shorter.field, "chirp-timeout");
+    settings.set("module", "bgt60").unwrap();
+    settings.set("chirp-timeout", "50000").unwrap();
+}

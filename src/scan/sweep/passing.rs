@@ -6,8 +6,8 @@ use super::Sweep;
 use super::rows::{LOST_STREAK, MARGIN_US, RowState, Rows, later, link_reason};
 use crate::answer::Reason;
 use crate::scan::chain::DataPath;
-use crate::scan::link::{LinkError, RadarLink};
 use crate::scan::mirror::{Mirror, Motion};
+use crate::scan::module::{LinkError, RadarModule};
 use crate::scan::ramp::Ramp;
 use crate::scan::schedule::shaft_angle;
 use crate::scan::settings::MotorConfig;
@@ -47,7 +47,7 @@ impl Sweep {
         now: Micros,
         motion: Motion,
         mirror: &impl Mirror,
-        link: &mut impl RadarLink,
+        link: &mut impl RadarModule,
         data: &mut impl DataPath,
     ) -> Poll<Rows> {
         if let Some(reason) = self.fire(now, mirror.position(), link, data) {
@@ -60,7 +60,7 @@ impl Sweep {
         }
         let flying = self.turning.as_ref().is_some_and(|t| !t.flying.is_empty());
         if flying {
-            return match link.poll_chirp(now, data.samples()) {
+            return match link.poll(now, data.samples()) {
                 Poll::Ready(answer) => self.take(now, answer, data),
                 Poll::Pending => Poll::Pending,
             };
@@ -88,7 +88,7 @@ impl Sweep {
         &mut self,
         now: Micros,
         position: i32,
-        link: &mut impl RadarLink,
+        link: &mut impl RadarModule,
         data: &mut impl DataPath,
     ) -> Option<Reason> {
         loop {
@@ -118,7 +118,7 @@ impl Sweep {
     }
 
     /// Triggers `row`, if the link takes another request.
-    fn fire_row(&mut self, now: Micros, row: u16, link: &mut impl RadarLink) {
+    fn fire_row(&mut self, now: Micros, row: u16, link: &mut impl RadarModule) {
         let angle = shaft_angle(self.schedule.position(row));
         let Some(turning) = &mut self.turning else {
             return;

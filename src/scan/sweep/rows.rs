@@ -1,8 +1,8 @@
 //! What both ways of sweeping share: what a row is at, how a scan's rows went, the reasons of its end.
 
 use crate::answer::Reason;
-use crate::scan::link::LinkError;
 use crate::scan::mirror::MirrorError;
+use crate::scan::module::LinkError;
 use crate::scan::time::Micros;
 
 /// So many rows in a row without a chirp are no noise on the line: the scan ends at once.
@@ -51,6 +51,7 @@ pub fn link_reason(error: LinkError) -> Reason {
 pub fn mirror_reason(error: MirrorError) -> Reason {
     match error {
         MirrorError::Stall => Reason::MotorStall,
+        MirrorError::Driver => Reason::MotorDriver,
         MirrorError::HomeNotFound | MirrorError::NotHomed => Reason::HomeNotFound,
     }
 }

@@ -199,6 +199,52 @@ fn a_mute_module_ends_either_sweep() {
     }
 }
 
+/// With TRIG a chirp waits for no byte, and the mirror for no trigger.
+#[test]
+fn a_pin_triggers_on_the_spot() {
+    for mode in [SweepMode::Stop, SweepMode::Continuous] {
+        let mut settings = settings(mode);
+        settings.module.pin = true;
+        let mut bench = Bench::new(1_000_000);
+        bench.pin = true;
+        let outcome = bench.scan(&settings, false);
+        assert_eq!((outcome.fault, outcome.lost.len()), (None, 0));
+        assert_eq!(outcome.without_edge, 0);
+        assert_whole(&outcome, 281);
+        if mode == SweepMode::Stop {
+            assert_still(&outcome);
+            // 281 triggers of 160 us less than over the wire.
+            assert!((outcome.ms - 3_680.0).abs() < 10.0, "{} ms", outcome.ms);
+        }
+        let off = |c: &bench::Capture| c.middle - f64::from(c.wanted);
+        let most = outcome
+            .captures
+            .iter()
+            .map(|c| off(c).abs())
+            .fold(0.0, f64::max);
+        assert!(most < 1.0, "{most}");
+    }
+}
+
+/// A module that was reset in the midst of a scan is at 1 Mbaud: with stops it is found again at the row's
+/// second try; in passing the scan ends, for each of its rows was planned for the other rate.
+#[test]
+fn a_module_that_forgets_its_rate_is_found_again_or_told() {
+    for rate in [2_000_000, 3_000_000] {
+        let mut bench = Bench::new(rate);
+        bench.reset_at = Some(100);
+        let outcome = bench.scan(&settings(SweepMode::Stop), false);
+        assert_eq!((outcome.fault, outcome.lost.len()), (None, 0));
+        assert_whole(&outcome, 281);
+        assert_still(&outcome);
+        let mut bench = Bench::new(rate);
+        bench.reset_at = Some(100);
+        let outcome = bench.scan(&settings(SweepMode::Continuous), false);
+        assert_eq!(outcome.fault, Some(Reason::LinkSilent));
+        assert_eq!(outcome.mixed_up, 0);
+    }
+}
+
 /// Without room for the ramps the mirror stops at every row.
 #[test]
 fn a_sector_at_the_end_of_the_shaft_is_stopped_in() {

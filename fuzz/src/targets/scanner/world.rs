@@ -11,7 +11,7 @@ use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
 use stairscan::drive::Drive;
 use stairscan::estimate::Estimate;
 use stairscan::report::command::Measure;
-use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::scan::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
 use stairscan::scan::mirror::{PulseState, StepPort};
 use stairscan::scan::ramp::Ramp;
 use stairscan::scan::settings::MotorConfig;
@@ -187,7 +187,7 @@ impl World {
             },
             _ => RADAR,
         };
-        let settings = frame::settings_payload(&radar);
+        let settings = frame::settings_payload(&radar, Ability::NONE);
         let chirp = vec![1_u8; 4 * usize::from(radar.samples)];
         let (kind, payload) = match kind {
             Kind::Configure => (Kind::Settings, &settings[..]),

@@ -14,10 +14,9 @@ use crate::calibration::Mounting;
 use crate::config::{Config, ConfigError, RadarConfig};
 use crate::drive::Drive;
 use crate::scan::board::BytePort;
-use crate::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
-use crate::scan::link::{ABILITIES, AHEAD, FrameLink, LinkError};
+use crate::scan::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
+use crate::scan::link::FrameLink;
 use crate::scan::mirror::MirrorError;
-use crate::scan::pace::Wire;
 use crate::scan::pulser::Pulser;
 use crate::scan::settings::MotorConfig;
 
@@ -29,6 +28,9 @@ pub const SPARE: u32 = 5;
 const WORK: u64 = 150;
 /// A step comes so much later than its timer, clocks.
 const LATENCY: u64 = 150;
+/// The ends of the wire.
+const SCANNER: usize = 0;
+const MODULE: usize = 1;
 /// A late chirp is so late, microseconds.
 const LATE_US: u64 = 70_000;
 
@@ -62,6 +64,7 @@ pub struct Outcome {
     pub lost: Vec<u16>,
     pub mixed_up: u32,
     pub fired: Vec<(u16, u32)>,
+    pub without_edge: u32,
 }
 
 /// A pin that nobody looks at.
@@ -88,15 +91,25 @@ struct World {
     next_step: Option<u64>,
     /// When the shaft came where.
     way: Vec<(u64, i32)>,
-    baud: u64,
+    /// Rates of the scanner's end and of the module's, Mbaud.
+    rates: [u8; 2],
+    /// The fastest that the module knows.
+    fastest: u8,
+    /// From this trigger on the module does not know its rate any more.
+    reset_at: Option<u32>,
     ahead: bool,
+    pin: bool,
+    /// When TRIG last rose.
+    edge: Option<u64>,
+    /// Chirps whose trigger came without an edge.
+    without_edge: u32,
     chirp_us: u64,
     /// Until then the scanner's transmitter is busy.
     sending: u64,
-    to_module: VecDeque<(u64, u8)>,
+    to_module: VecDeque<(u64, u8, u8)>,
     /// Until then the module's.
     answering: u64,
-    to_scanner: VecDeque<(u64, u8)>,
+    to_scanner: VecDeque<(u64, u8, u8)>,
     decoder: Decoder,
     fates: BTreeMap<u32, Fate>,
     triggers: u32,
@@ -106,8 +119,18 @@ struct World {
 }
 
 impl World {
-    fn byte(&self) -> u64 {
-        10 * MHZ * 1_000_000 / self.baud
+    /// Clocks of a byte at one end's rate.
+    fn byte(&self, end: usize) -> u64 {
+        10 * MHZ / u64::from(self.rates[end])
+    }
+
+    /// What the other end makes of a byte that was sent at `rate`.
+    fn heard(&self, byte: u8, rate: u8, end: usize) -> Option<u8> {
+        match self.rates[end] {
+            own if own == rate => Some(byte),
+            // Framing errors are dropped by the port, but for what happens to look like a byte.
+            _ => (byte & 1 == 1).then_some(byte.rotate_left(3)),
+        }
     }
 
     fn advance(&mut self, by: u64) {
@@ -117,8 +140,14 @@ impl World {
             self.way.push((at, self.pulser.position()));
             self.next_step = ticks.map(|ticks| at + u64::from(ticks) + LATENCY);
         }
-        while let Some((at, byte)) = self.to_module.pop_front_if(|(at, _)| *at <= self.now) {
-            if self.decoder.push(byte) == Ok(Progress::Complete) {
+        while let Some((at, byte, rate)) = self.to_module.pop_front_if(|b| b.0 <= self.now) {
+            if byte == 0 && rate < self.rates[MODULE] {
+                // A break.
+                self.rates[MODULE] = 1;
+                self.decoder.reset();
+            }
+            let heard = self.heard(byte, rate, MODULE);
+            if heard.map(|byte| self.decoder.push(byte)) == Some(Ok(Progress::Complete)) {
                 self.request(at);
             }
         }
@@ -130,14 +159,38 @@ impl World {
             return;
         };
         let (kind, sequence) = (frame.kind, frame.sequence);
-        if kind == Kind::Configure {
-            let mut payload = frame::settings_payload(&RadarConfig::default());
-            payload[ABILITIES] = if self.ahead { AHEAD } else { 0 };
-            return self.answer(at, encode(Kind::Settings, sequence, &payload));
+        match kind {
+            Kind::Configure | Kind::Program => {
+                let ability = Ability {
+                    fastest: self.fastest,
+                    ahead: self.ahead,
+                    pin: self.pin,
+                };
+                let payload = frame::settings_payload(&RadarConfig::default(), ability);
+                return self.answer(at, encode(Kind::Settings, sequence, &payload));
+            }
+            Kind::Rate => {
+                let rate = frame.payload[0];
+                self.answer(at, encode(Kind::RateSet, sequence, &[rate]));
+                self.rates[MODULE] = rate;
+                return;
+            }
+            _ => {}
         }
         let angle = i32::from_le_bytes(frame.payload.try_into().unwrap());
+        let at = match (self.pin, self.edge.take()) {
+            (true, Some(edge)) if at - edge < 1_000 * MHZ => edge,
+            (true, _) => {
+                self.without_edge += 1;
+                at
+            }
+            (false, _) => at,
+        };
         let end = at + self.chirp_us * MHZ;
         self.captures.push((angle, at, end));
+        if self.reset_at == Some(self.triggers) {
+            self.rates[MODULE] = 1;
+        }
         let fate = self.fates.get(&self.triggers).copied();
         self.triggers += 1;
         // The samples say for which angle they were captured.
@@ -164,8 +217,8 @@ impl World {
     fn answer(&mut self, from: u64, bytes: Vec<u8>) {
         let mut at = self.answering.max(from);
         for byte in bytes {
-            at += self.byte();
-            self.to_scanner.push_back((at, byte));
+            at += self.byte(MODULE);
+            self.to_scanner.push_back((at, byte, self.rates[MODULE]));
         }
         self.answering = at;
     }
@@ -197,8 +250,12 @@ impl BytePort for Shared {
     fn read(&mut self) -> Option<u8> {
         let mut w = self.0.borrow_mut();
         let now = w.now;
-        let byte = w.to_scanner.pop_front_if(|(at, _)| *at <= now);
-        byte.map(|(_, byte)| byte)
+        while let Some((_, byte, rate)) = w.to_scanner.pop_front_if(|b| b.0 <= now) {
+            if let Some(byte) = w.heard(byte, rate, SCANNER) {
+                return Some(byte);
+            }
+        }
+        None
     }
 
     /// One byte on the wire, one behind it.
@@ -206,15 +263,29 @@ impl BytePort for Shared {
         let mut w = self.0.borrow_mut();
         let mut taken = 0;
         for &byte in bytes {
-            if w.sending > w.now + w.byte() {
+            if w.sending > w.now + w.byte(SCANNER) {
                 break;
             }
-            w.sending = w.sending.max(w.now) + w.byte();
-            let at = w.sending;
-            w.to_module.push_back((at, byte));
+            w.sending = w.sending.max(w.now) + w.byte(SCANNER);
+            let (at, rate) = (w.sending, w.rates[SCANNER]);
+            w.to_module.push_back((at, byte, rate));
             taken += 1;
         }
         taken
+    }
+
+    fn has_rate(&self, baud: u32) -> bool {
+        matches!(baud, 1_000_000 | 2_000_000 | 3_000_000)
+    }
+
+    fn set_rate(&mut self, baud: u32) {
+        let mut w = self.0.borrow_mut();
+        w.rates[SCANNER] = (baud / 1_000_000) as u8;
+    }
+
+    fn pulse(&mut self) {
+        let mut w = self.0.borrow_mut();
+        w.edge = Some(w.now);
     }
 }
 
@@ -250,41 +321,6 @@ impl Mirror for Shared {
     }
 
     fn disable(&mut self) {}
-}
-
-/// The link at another rate than it has of itself.
-struct Rated {
-    link: FrameLink<Shared>,
-    baud: u32,
-}
-
-impl RadarLink for Rated {
-    fn configure(&mut self, now: Micros, timeout_us: u32) {
-        self.link.configure(now, timeout_us);
-    }
-
-    fn poll_settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
-        self.link.poll_settings(now)
-    }
-
-    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
-        self.link.trigger(now, shaft_angle, timeout_us);
-    }
-
-    fn poll_chirp(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
-        self.link.poll_chirp(now, samples)
-    }
-
-    fn wire(&self) -> Wire {
-        Wire {
-            baud: self.baud,
-            ..self.link.wire()
-        }
-    }
-
-    fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
-        self.link.trigger_ahead(now, shaft_angle, timeout_us)
-    }
 }
 
 /// Rows as they come.
@@ -337,6 +373,10 @@ impl DataPath for Data {
 pub struct Bench {
     world: Shared,
     pub ahead: bool,
+    /// Chirps begin at the edge of TRIG.
+    pub pin: bool,
+    /// The module forgets its rate at this trigger.
+    pub reset_at: Option<u32>,
     /// What becomes of which trigger; the others are answered.
     pub fates: BTreeMap<u32, Fate>,
     /// At times the scanner has something else to do for so long, microseconds.
@@ -351,8 +391,13 @@ impl Bench {
             pulser,
             next_step: None,
             way: Vec::new(),
-            baud: baud.into(),
+            rates: [1, 1],
+            fastest: (baud / 1_000_000) as u8,
+            reset_at: None,
             ahead: true,
+            pin: false,
+            edge: None,
+            without_edge: 0,
             chirp_us: 1_000,
             sending: 0,
             to_module: VecDeque::new(),
@@ -367,6 +412,8 @@ impl Bench {
         Self {
             world: Shared(Rc::new(RefCell::new(world))),
             ahead: true,
+            pin: false,
+            reset_at: None,
             fates: BTreeMap::new(),
             busy_us: Vec::new(),
         }
@@ -379,16 +426,14 @@ impl Bench {
     /// One scan, from the first move to the end.
     pub fn scan(self, settings: &Settings, backward: bool) -> Outcome {
         let mut mirror = self.world.clone();
-        let baud = {
+        {
             let mut w = self.world.0.borrow_mut();
             w.fates = self.fates;
             w.ahead = self.ahead;
-            w.baud as u32
-        };
-        let mut link = Rated {
-            link: FrameLink::new(self.world.clone()),
-            baud,
-        };
+            w.pin = self.pin;
+            w.reset_at = self.reset_at;
+        }
+        let mut link = FrameLink::new(self.world.clone());
         let schedule = Schedule::new(&settings.config).unwrap();
         // Near where the sweep begins, as after the scan before.
         let nearly = match backward {
@@ -408,8 +453,15 @@ impl Bench {
             lost: Vec::new(),
             mixed_up: 0,
         };
-        let start = Micros(u32::MAX - 100_000);
-        let time = || start.plus((self.world.0.borrow().now / MHZ) as u32);
+        let boot = Micros(u32::MAX - 100_000);
+        let time = || boot.plus((self.world.0.borrow().now / MHZ) as u32);
+        // As the self-test leaves it.
+        let timeout = settings.timing.configure_timeout;
+        link.program(time(), &settings.module, timeout);
+        while link.settings(time()).is_pending() {
+            self.world.0.borrow_mut().advance(u64::from(SPARE) * MHZ);
+        }
+        let (start, asked) = (time(), self.world.0.borrow().now);
         let began = Sweep::start(start, settings, 1, backward, &mut mirror, &mut link);
         let mut sweep = began.unwrap();
         let (mut fired, mut polls) = (Vec::new(), 0_usize);
@@ -439,12 +491,13 @@ impl Bench {
         });
         Outcome {
             fault,
-            ms: w.now as f64 / (1000.0 * MHZ as f64),
+            ms: (w.now - asked) as f64 / (1000.0 * MHZ as f64),
             captures: captured.collect(),
             rows: data.rows,
             lost: data.lost,
             mixed_up: data.mixed_up,
             fired,
+            without_edge: w.without_edge,
         }
     }
 }

@@ -1,0 +1,73 @@
+//! The SPI port of a radar module that hangs on one: mode 0, its select line low for each transaction.
+
+use embedded_hal::spi::{ErrorType, Operation, SpiBus, SpiDevice};
+use stm32f4xx_hal::gpio::{Output, PA4, PA5, PA6, PA7, Speed};
+use stm32f4xx_hal::pac;
+use stm32f4xx_hal::prelude::*;
+use stm32f4xx_hal::rcc::Rcc;
+use stm32f4xx_hal::spi::{self, Mode, Phase, Polarity, Spi};
+
+/// What the HAL is to be told so that it divides APB2 by four: it reckons with the clocks after reset. 21 MHz
+/// on the crystal, below the 25 up to which BGT60TR13C sends with the edge that is right for mode 0 (data sheet,
+/// V2.4.9, table 27).
+const HAL_HZ: u32 = super::clock::HSI.apb2_hz / 4;
+/// Core clocks in 10 ns and more at 168 MHz, and less at 16: for waits within a transaction.
+const CLOCKS_PER_10_NS: u32 = 2;
+
+/// SPI1 with the line that selects the module.
+pub struct ModuleSpi {
+    bus: Spi<pac::SPI1>,
+    select: PA4<Output>,
+}
+
+impl ModuleSpi {
+    /// At rest: nobody selected.
+    pub fn new(
+        port: pac::SPI1,
+        (mut select, clock, from, to): (PA4<Output>, PA5, PA6, PA7),
+        rcc: &mut Rcc,
+    ) -> Self {
+        select.set_high();
+        let pins = (
+            Some(clock.into_alternate::<5>().speed(Speed::High)),
+            Some(from.into_alternate::<5>().internal_pull_up(true)),
+            Some(to.into_alternate::<5>().speed(Speed::High)),
+        );
+        let mode = Mode {
+            polarity: Polarity::IdleLow,
+            phase: Phase::CaptureOnFirstTransition,
+        };
+        Self {
+            bus: Spi::new(port, pins, mode, HAL_HZ.Hz(), rcc),
+            select,
+        }
+    }
+
+    /// One piece of a transaction. The port makes its own clock: a word always ends.
+    fn operate(&mut self, operation: &mut Operation<'_, u8>) -> Result<(), spi::Error> {
+        match operation {
+            Operation::Read(words) => SpiBus::read(&mut self.bus, words),
+            Operation::Write(words) => SpiBus::write(&mut self.bus, words),
+            Operation::Transfer(read, write) => SpiBus::transfer(&mut self.bus, read, write),
+            Operation::TransferInPlace(words) => SpiBus::transfer_in_place(&mut self.bus, words),
+            Operation::DelayNs(ns) => {
+                cortex_m::asm::delay((*ns / 10 + 1).saturating_mul(CLOCKS_PER_10_NS));
+                Ok(())
+            }
+        }
+    }
+}
+
+impl ErrorType for ModuleSpi {
+    type Error = spi::Error;
+}
+
+impl SpiDevice<u8> for ModuleSpi {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), spi::Error> {
+        self.select.set_low();
+        let done = operations.iter_mut().try_for_each(|o| self.operate(o));
+        let flushed = SpiBus::flush(&mut self.bus);
+        self.select.set_high();
+        done.and(flushed)
+    }
+}

@@ -1,0 +1,127 @@
+//! Whichever radar module hangs on the scanner: one image holds them all.
+
+use core::task::Poll;
+
+use embedded_hal::spi::SpiDevice;
+
+use super::bgt60::Bgt60;
+use super::board::BytePort;
+use super::link::Frames;
+use super::module::{LinkError, ModuleKind, RadarModule, Wish};
+use super::sirad::SiRad;
+use super::time::Micros;
+use super::wire::Wire;
+use crate::Iq;
+use crate::config::RadarConfig;
+
+/// The protocol in use. They share their memory: only one module is there.
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "there is no heap, and the room is that of the largest either way"
+)]
+enum Protocol {
+    Pstr(Frames),
+    SiRad(SiRad),
+    Bgt60(Bgt60),
+}
+
+/// The module that the setting `module` names, on a serial port or an SPI bus.
+#[derive(Debug)]
+pub struct AnyModule<P, S> {
+    port: P,
+    spi: S,
+    protocol: Protocol,
+}
+
+impl<P: BytePort, S: SpiDevice<u8>> AnyModule<P, S> {
+    /// The module that nothing has been said of yet.
+    pub const fn new(port: P, spi: S) -> Self {
+        Self {
+            port,
+            spi,
+            protocol: Protocol::Pstr(Frames::new()),
+        }
+    }
+
+    /// Takes up the protocol of `kind`, from its beginning where it was another.
+    #[inline(never)]
+    fn become_(&mut self, kind: ModuleKind) {
+        match (&self.protocol, kind) {
+            (Protocol::Pstr(_), ModuleKind::Pstr)
+            | (Protocol::SiRad(_), ModuleKind::SiRad)
+            | (Protocol::Bgt60(_), ModuleKind::Bgt60) => {}
+            (_, ModuleKind::Pstr) => self.protocol = Protocol::Pstr(Frames::new()),
+            (_, ModuleKind::SiRad) => self.protocol = Protocol::SiRad(SiRad::new()),
+            (_, ModuleKind::Bgt60) => self.protocol = Protocol::Bgt60(Bgt60::new()),
+        }
+    }
+}
+
+impl<P: BytePort, S: SpiDevice<u8>> RadarModule for AnyModule<P, S> {
+    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
+        self.become_(wish.kind);
+        let (port, spi) = (&mut self.port, &mut self.spi);
+        match &mut self.protocol {
+            Protocol::Pstr(frames) => frames.program(port, now, wish, timeout_us),
+            Protocol::SiRad(sirad) => sirad.program(port, now, wish, timeout_us),
+            Protocol::Bgt60(chip) => chip.program(spi, now, wish, timeout_us),
+        }
+    }
+
+    fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        match &mut self.protocol {
+            Protocol::Pstr(frames) => frames.settings(&mut self.port, now),
+            Protocol::SiRad(sirad) => sirad.settings(&mut self.port, now),
+            Protocol::Bgt60(chip) => chip.settings(&mut self.spi, now),
+        }
+    }
+
+    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
+        let (port, spi) = (&mut self.port, &mut self.spi);
+        match &mut self.protocol {
+            Protocol::Pstr(frames) => frames.trigger(port, now, shaft_angle, timeout_us),
+            Protocol::SiRad(sirad) => sirad.trigger(port, now, shaft_angle, timeout_us),
+            Protocol::Bgt60(chip) => chip.trigger(spi, now, shaft_angle, timeout_us),
+        }
+    }
+
+    fn poll(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        match &mut self.protocol {
+            Protocol::Pstr(frames) => frames.poll(&mut self.port, now, samples),
+            Protocol::SiRad(sirad) => sirad.poll(&mut self.port, now, samples),
+            Protocol::Bgt60(chip) => chip.poll(&mut self.spi, now, samples),
+        }
+    }
+
+    fn retry(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
+        match &mut self.protocol {
+            Protocol::Pstr(frames) => frames.retry(&mut self.port, now, shaft_angle, timeout_us),
+            _ => self.trigger(now, shaft_angle, timeout_us),
+        }
+    }
+
+    fn sent(&self) -> bool {
+        match &self.protocol {
+            Protocol::Pstr(frames) => frames.sent(),
+            Protocol::SiRad(sirad) => sirad.sent(),
+            Protocol::Bgt60(chip) => chip.sent(),
+        }
+    }
+
+    fn wire(&self) -> Option<Wire> {
+        match &self.protocol {
+            Protocol::Pstr(frames) => frames.wire(),
+            _ => None,
+        }
+    }
+
+    fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
+        match &mut self.protocol {
+            Protocol::Pstr(frames) => {
+                frames.trigger_ahead(&mut self.port, now, shaft_angle, timeout_us)
+            }
+            _ => false,
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! The protocol of frames over a port of its own.
+
+use core::task::Poll;
+
+use super::Frames;
+use crate::Iq;
+use crate::config::RadarConfig;
+use crate::scan::board::BytePort;
+use crate::scan::module::{LinkError, RadarModule, Wish};
+use crate::scan::time::Micros;
+use crate::scan::wire::Wire;
+
+/// [`Frames`] over a port of their own.
+#[derive(Debug)]
+pub struct FrameLink<P> {
+    pub(super) port: P,
+    pub(super) frames: Frames,
+}
+
+impl<P> FrameLink<P> {
+    /// A link over `port`.
+    pub const fn new(port: P) -> Self {
+        Self {
+            port,
+            frames: Frames::new(),
+        }
+    }
+}
+
+impl<P: BytePort> RadarModule for FrameLink<P> {
+    fn program(&mut self, now: Micros, wish: &Wish, timeout_us: u32) {
+        self.frames.program(&mut self.port, now, wish, timeout_us);
+    }
+
+    fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        self.frames.settings(&mut self.port, now)
+    }
+
+    fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
+        let port = &mut self.port;
+        self.frames.trigger(port, now, shaft_angle, timeout_us);
+    }
+
+    fn poll(&mut self, now: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        self.frames.poll(&mut self.port, now, samples)
+    }
+
+    fn retry(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
+        let port = &mut self.port;
+        self.frames.retry(port, now, shaft_angle, timeout_us);
+    }
+
+    fn sent(&self) -> bool {
+        self.frames.sent()
+    }
+
+    fn wire(&self) -> Option<Wire> {
+        self.frames.wire()
+    }
+
+    fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {
+        let port = &mut self.port;
+        self.frames
+            .trigger_ahead(port, now, shaft_angle, timeout_us)
+    }
+}

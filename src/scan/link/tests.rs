@@ -1,0 +1,217 @@
+//! The link against a wire that takes bytes in pieces, and against modules that misbehave.
+
+use super::*;
+use crate::scan::module::{FrameError, RadarModule};
+use std::collections::VecDeque;
+use std::vec::Vec;
+
+#[derive(Default)]
+struct Wire {
+    incoming: VecDeque<u8>,
+    outgoing: Vec<u8>,
+    room: usize,
+}
+
+impl BytePort for Wire {
+    fn read(&mut self) -> Option<u8> {
+        self.incoming.pop_front()
+    }
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let n = bytes.len().min(self.room);
+        self.outgoing.extend(&bytes[..n]);
+        n
+    }
+}
+
+fn link() -> FrameLink<Wire> {
+    FrameLink::new(Wire {
+        room: 100,
+        ..Wire::default()
+    })
+}
+
+fn answer(link: &mut FrameLink<Wire>, kind: Kind, sequence: u16, payload: &[u8]) {
+    let mut out = heapless::Vec::<u8, { frame::MAX_FRAME }>::new();
+    frame::encode(kind, sequence, payload, &mut out);
+    link.port.incoming.extend(out);
+}
+
+const NOW: Micros = Micros(u32::MAX - 5);
+
+#[test]
+fn request_goes_out_in_pieces_and_settings_come_back() {
+    let mut link = link();
+    link.port.room = 5;
+    link.program(NOW, &Wish::DEFAULT, 100_000);
+    // First the break, in case the module is at another rate, and time for it to change it.
+    assert!(link.settings(NOW).is_pending());
+    assert_eq!(link.port.outgoing, [0, 0]);
+    assert!(link.settings(NOW.plus(SWITCH_US - 1)).is_pending());
+    assert_eq!(link.port.outgoing, [0, 0]);
+    let now = NOW.plus(SWITCH_US);
+    for _ in 0..4 {
+        assert!(link.settings(now).is_pending());
+    }
+    let mut decoder = Decoder::new();
+    let last = link.port.outgoing.iter().map(|&b| decoder.push(b)).last();
+    assert_eq!(last, Some(Ok(Progress::Complete)));
+    assert_eq!(decoder.frame().unwrap().kind, Kind::Configure);
+    let radar = RadarConfig::default();
+    let payload = frame::settings_payload(&radar, Ability::NONE);
+    answer(&mut link, Kind::Settings, 1, &payload);
+    assert_eq!(link.settings(NOW), Poll::Ready(Ok(radar)));
+}
+
+#[test]
+fn late_and_repeated_chirps_are_not_taken() {
+    let mut link = link();
+    let mut samples = [Iq::default(); 2];
+    link.trigger(NOW, 0, 1000);
+    link.trigger(NOW, 250, 1000);
+    answer(&mut link, Kind::Chirp, 1, &[9; 8]);
+    assert!(link.poll(NOW, &mut samples).is_pending());
+    assert_eq!(
+        link.poll(NOW.plus(1000), &mut samples),
+        Poll::Ready(Err(LinkError::Sequence))
+    );
+    link.trigger(NOW, 500, 1000);
+    answer(&mut link, Kind::Chirp, 2, &[9; 8]);
+    answer(&mut link, Kind::Chirp, 3, &[1, 0, 2, 0, 3, 0, 4, 0]);
+    assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
+    assert_eq!(samples, [Iq::new(1, 2), Iq::new(3, 4)]);
+}
+
+fn two_under_way() -> FrameLink<Wire> {
+    let mut link = link();
+    link.port.room = 100;
+    link.frames.unsure = false;
+    link.trigger(NOW, 0, 1000);
+    assert!(!link.trigger_ahead(NOW, 0, 1000), "it never said it could");
+    link.program(NOW, &Wish::DEFAULT, 1000);
+    let ability = Ability {
+        ahead: true,
+        ..Ability::NONE
+    };
+    let payload = frame::settings_payload(&RadarConfig::default(), ability);
+    answer(&mut link, Kind::Settings, 2, &payload);
+    assert!(link.settings(NOW).is_ready() && link.wire().unwrap().ahead);
+    link.frames.sequence = 0;
+    assert!(
+        !link.trigger_ahead(NOW, 0, 1000),
+        "there is nothing to be ahead of"
+    );
+    link.trigger(NOW, 0, 1000);
+    assert!(link.trigger_ahead(NOW, 250, 2000));
+    assert!(!link.trigger_ahead(NOW, 500, 2000), "two are enough");
+    link
+}
+
+const ONE: [u8; 4] = [1, 0, 2, 0];
+const TWO: [u8; 4] = [3, 0, 4, 0];
+
+#[test]
+fn two_chirps_under_way_come_one_after_the_other() {
+    let mut link = two_under_way();
+    let mut samples = [Iq::default()];
+    answer(&mut link, Kind::Chirp, 1, &ONE);
+    answer(&mut link, Kind::Chirp, 2, &TWO);
+    assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
+    assert_eq!(samples, [Iq::new(1, 2)]);
+    assert!(link.trigger_ahead(NOW, 500, 3000));
+    assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
+    assert_eq!(samples, [Iq::new(3, 4)]);
+    let late = link.poll(NOW.plus(3000), &mut samples);
+    assert_eq!(late, Poll::Ready(Err(LinkError::Timeout)));
+}
+
+/// A chirp that is lost costs its own row and no time: the next one shows that it will not come.
+#[test]
+fn a_lost_chirp_costs_its_own_row_alone() {
+    let mut samples = [Iq::default()];
+    let mut link = two_under_way();
+    answer(&mut link, Kind::Chirp, 2, &TWO);
+    let lost = Poll::Ready(Err(LinkError::Sequence));
+    assert_eq!(link.poll(NOW, &mut samples), lost);
+    assert_eq!(samples, [Iq::default()], "not the other row's samples");
+    assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
+    assert_eq!(samples, [Iq::new(3, 4)]);
+
+    let mut link = two_under_way();
+    answer(&mut link, Kind::Chirp, 1, &ONE);
+    link.port.incoming[9] ^= 1;
+    answer(&mut link, Kind::Chirp, 2, &TWO);
+    let damaged = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
+    assert_eq!(link.poll(NOW, &mut samples), damaged);
+    assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
+    assert_eq!(samples, [Iq::new(3, 4)]);
+
+    // Each has its own deadline, and late answers are nobody's.
+    let mut link = two_under_way();
+    let timeout = Poll::Ready(Err(LinkError::Timeout));
+    assert_eq!(link.poll(NOW.plus(1000), &mut samples), timeout);
+    answer(&mut link, Kind::Chirp, 1, &ONE);
+    assert!(link.poll(NOW.plus(1001), &mut samples).is_pending());
+    answer(&mut link, Kind::Chirp, 2, &TWO);
+    let two = link.poll(NOW.plus(1002), &mut samples);
+    assert_eq!((two, samples), (Poll::Ready(Ok(())), [Iq::new(3, 4)]));
+
+    // A new scan asks for settings: what is under way is forgotten.
+    let mut link = two_under_way();
+    answer(&mut link, Kind::Chirp, 2, &TWO);
+    assert_eq!(link.poll(NOW, &mut samples), lost);
+    link.program(NOW, &Wish::DEFAULT, 1000);
+    assert!(link.settings(NOW).is_pending());
+}
+
+/// A port that always has another byte.
+struct Babble(u64);
+
+impl BytePort for Babble {
+    fn read(&mut self) -> Option<u8> {
+        self.0 += 1;
+        Some(0)
+    }
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        bytes.len()
+    }
+}
+
+#[test]
+fn a_module_that_never_falls_silent_is_a_timeout() {
+    let mut link = FrameLink::new(Babble(0));
+    let mut samples = [Iq::default(); 2];
+    link.trigger(NOW, 0, 1000);
+    assert!(link.port.0 <= u64::from(MOST_READ));
+    while link.poll(NOW.plus(999), &mut samples).is_pending() && link.port.0 < 1 << 20 {}
+    let late = link.poll(NOW.plus(1000), &mut samples);
+    assert!(matches!(late, Poll::Ready(Err(_))), "{late:?}");
+    assert!(link.port.0 <= (1 << 20) + u64::from(2 * MOST_READ));
+}
+
+#[test]
+fn every_error_has_its_type() {
+    let mut samples = [Iq::default(); 2];
+    let mut link = link();
+    let mut poll = |link: &mut FrameLink<Wire>, now| link.poll(now, &mut samples);
+    link.trigger(NOW, 0, 1000);
+    assert!(poll(&mut link, NOW.plus(999)).is_pending());
+    let timeout = Poll::Ready(Err(LinkError::Timeout));
+    assert_eq!(poll(&mut link, NOW.plus(1000)), timeout);
+    link.trigger(NOW, 0, 1000);
+    answer(&mut link, Kind::Chirp, 2, &[0; 8]);
+    link.port.incoming[12] ^= 1;
+    let crc = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
+    assert_eq!(poll(&mut link, NOW), crc);
+    link.trigger(NOW, 0, 1000);
+    answer(&mut link, Kind::Error, 3, &[2]);
+    let module = Poll::Ready(Err(LinkError::Module(2)));
+    assert_eq!(poll(&mut link, NOW), module);
+    for (sequence, kind, length) in [(4, Kind::Settings, 8), (5, Kind::Chirp, 7)] {
+        link.trigger(NOW, 0, 1000);
+        answer(&mut link, kind, sequence, &[0; 8][..length]);
+        let wrong = Poll::Ready(Err(LinkError::Answer));
+        assert_eq!(poll(&mut link, NOW), wrong);
+    }
+}
+
+mod rates;

@@ -1,0 +1,390 @@
+//! Rates of the wire: agreed on, left again, and 10^5 chirps at each over a wire that damages what it can.
+
+use rand_core::{Rng, SeedableRng};
+use rand_xoshiro::Xoshiro128PlusPlus;
+
+use super::*;
+
+const SAMPLES: usize = 16;
+/// Between two polls, microseconds.
+const POLL: u32 = 50;
+
+/// Both ends of the wire, and the module at the far one.
+struct Far {
+    incoming: VecDeque<(u8, u8)>,
+    decoder: Decoder,
+    /// Rates of the scanner's end and of the module's, Mbaud.
+    rates: [u8; 2],
+    fastest: u8,
+    ability: Ability,
+    rng: Xoshiro128PlusPlus,
+    /// One in so many frames goes wrong; 0: none.
+    trouble: u32,
+    /// It says nothing at all, or never stops.
+    mute: bool,
+    babbles: bool,
+    before: Vec<u8>,
+    edges: u32,
+    asked: Vec<Kind>,
+}
+
+fn encode(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+    let mut out = heapless::Vec::<u8, { frame::MAX_FRAME }>::new();
+    frame::encode(kind, sequence, payload, &mut out);
+    out.to_vec()
+}
+
+impl Far {
+    fn new(fastest: u8, seed: u64) -> Self {
+        Self {
+            incoming: VecDeque::new(),
+            decoder: Decoder::new(),
+            rates: [1, 1],
+            fastest,
+            ability: Ability::NONE,
+            rng: Xoshiro128PlusPlus::seed_from_u64(seed),
+            trouble: 0,
+            mute: false,
+            babbles: false,
+            before: Vec::new(),
+            edges: 0,
+            asked: Vec::new(),
+        }
+    }
+
+    fn below(&mut self, end: usize) -> usize {
+        self.rng.next_u32() as usize % end
+    }
+
+    fn unlucky(&mut self) -> bool {
+        self.trouble > 0 && self.rng.next_u32().is_multiple_of(self.trouble)
+    }
+
+    /// Bytes on their way to the scanner, some of them damaged, lost, late or twice.
+    fn say(&mut self, mut bytes: Vec<u8>, rate: u8) {
+        let clean = bytes.clone();
+        if self.mute {
+            return;
+        }
+        if self.unlucky() {
+            match self.below(5) {
+                0 => {
+                    let (at, bit) = (self.below(bytes.len()), self.below(8));
+                    bytes[at] ^= 1 << bit;
+                }
+                1 => bytes.truncate(self.below(clean.len())),
+                2 => bytes.clear(),
+                3 => bytes.splice(0..0, self.before.clone()).for_each(drop),
+                _ => {
+                    let noise: Vec<u8> = (0..20).map(|_| self.rng.next_u32() as u8).collect();
+                    bytes.splice(0..0, noise).for_each(drop);
+                }
+            }
+        }
+        self.before = clean;
+        self.incoming
+            .extend(bytes.into_iter().map(|byte| (byte, rate)));
+    }
+
+    fn hear(&mut self, byte: u8) {
+        let [scanner, own] = self.rates;
+        if scanner != own {
+            if byte == 0 && scanner < own {
+                self.rates[1] = 1;
+            }
+            self.decoder.reset();
+            return;
+        }
+        if self.decoder.push(byte) != Ok(Progress::Complete) {
+            return;
+        }
+        let Some(frame) = self.decoder.frame() else {
+            return;
+        };
+        let (kind, sequence, payload) = (frame.kind, frame.sequence, frame.payload.to_vec());
+        self.asked.push(kind);
+        match kind {
+            Kind::Configure | Kind::Program => {
+                let ability = Ability {
+                    fastest: self.fastest,
+                    ..self.ability
+                };
+                let radar = RadarConfig {
+                    samples: SAMPLES as u16,
+                    ..RadarConfig::DEFAULT
+                };
+                let payload = frame::settings_payload(&radar, ability);
+                self.say(encode(Kind::Settings, sequence, &payload), own);
+            }
+            Kind::Rate => {
+                self.say(encode(Kind::RateSet, sequence, &payload), own);
+                self.rates[1] = payload[0];
+            }
+            _ => self.say(encode(Kind::Chirp, sequence, &payload.repeat(SAMPLES)), own),
+        }
+    }
+}
+
+impl BytePort for Far {
+    fn read(&mut self) -> Option<u8> {
+        if self.babbles {
+            return Some(self.rng.next_u32() as u8);
+        }
+        let (byte, rate) = self.incoming.pop_front()?;
+        // What was sent at another rate is no byte of what was sent.
+        Some(if rate == self.rates[0] {
+            byte
+        } else {
+            byte.rotate_left(3) ^ 0x15
+        })
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let taken = bytes.len().min(2);
+        bytes[..taken].iter().for_each(|&byte| self.hear(byte));
+        taken
+    }
+
+    fn has_rate(&self, baud: u32) -> bool {
+        matches!(baud, 1_000_000 | 2_000_000 | 3_000_000)
+    }
+
+    fn set_rate(&mut self, baud: u32) {
+        self.rates[0] = (baud / 1_000_000) as u8;
+    }
+
+    fn pulse(&mut self) {
+        self.edges += 1;
+    }
+}
+
+struct Bench {
+    link: FrameLink<Far>,
+    now: Micros,
+    wish: Wish,
+}
+
+impl Bench {
+    fn new(far: Far) -> Self {
+        Self {
+            link: FrameLink::new(far),
+            now: Micros(u32::MAX - 70_000),
+            wish: Wish::DEFAULT,
+        }
+    }
+
+    fn rate(&self) -> u32 {
+        self.link.wire().unwrap().baud
+    }
+
+    fn settings(&mut self) -> Result<RadarConfig, LinkError> {
+        self.link.program(self.now, &self.wish, 100_000);
+        loop {
+            if let Poll::Ready(result) = self.link.settings(self.now) {
+                return result;
+            }
+            self.now = self.now.plus(POLL);
+        }
+    }
+
+    /// A chirp that says which angle it was asked for.
+    fn chirp(&mut self, angle: i32, again: bool) -> Result<i32, LinkError> {
+        match again {
+            false => self.link.trigger(self.now, angle, 5_000),
+            true => self.link.retry(self.now, angle, 5_000),
+        }
+        let mut samples = [Iq::default(); SAMPLES];
+        loop {
+            if let Poll::Ready(result) = self.link.poll(self.now, &mut samples) {
+                let [one, ..] = samples;
+                assert!(result.is_err() || samples == [one; SAMPLES]);
+                let angle = i32::from(one.i as u16) | i32::from(one.q) << 16;
+                return result.map(|()| angle);
+            }
+            self.now = self.now.plus(POLL);
+        }
+    }
+}
+
+#[test]
+fn the_fastest_rate_of_both_is_agreed_on() {
+    for (fastest, wished, rate) in [
+        (1, 3, 1),
+        (2, 3, 2),
+        (3, 3, 3),
+        (3, 2, 2),
+        (3, 1, 1),
+        (9, 3, 3),
+    ] {
+        let mut bench = Bench::new(Far::new(fastest, 1));
+        bench.wish.baud = wished * 1_000_000;
+        assert!(bench.settings().is_ok());
+        assert_eq!(bench.rate(), rate * 1_000_000);
+        assert_eq!(bench.chirp(-20_000, false), Ok(-20_000));
+        // The next scan finds the rate as it is.
+        assert!(bench.settings().is_ok());
+        assert_eq!(bench.rate(), rate * 1_000_000);
+        // A slower one may be wished for.
+        bench.wish.baud = 1_000_000;
+        assert!(bench.settings().is_ok());
+        assert_eq!((bench.rate(), bench.link.port.rates), (1_000_000, [1, 1]));
+        assert_eq!(bench.chirp(50_000, false), Ok(50_000));
+    }
+}
+
+#[test]
+fn a_chirp_that_is_triggered_again_is_at_one_megabaud() {
+    let mut bench = Bench::new(Far::new(3, 2));
+    bench.settings().unwrap();
+    bench.link.port.mute = true;
+    assert_eq!(bench.chirp(1_000, false), Err(LinkError::Timeout));
+    bench.link.port.mute = false;
+    assert_eq!(bench.chirp(1_000, true), Ok(1_000));
+    assert_eq!((bench.rate(), bench.link.port.rates), (1_000_000, [1, 1]));
+    // One accident is not held against the rate.
+    bench.settings().unwrap();
+    assert_eq!(bench.rate(), 3_000_000);
+}
+
+/// A trigger that waits for the module to change its rate has not been sent: the mirror must stand until it is.
+#[test]
+fn a_trigger_behind_a_change_of_rate_is_not_sent_yet() {
+    let mut bench = Bench::new(Far::new(3, 2));
+    bench.settings().unwrap();
+    bench.link.trigger(bench.now, 7, 5_000);
+    let mut samples = [Iq::default(); SAMPLES];
+    for _ in 0..20 {
+        let _ = bench.link.poll(bench.now, &mut samples);
+    }
+    assert!(bench.link.sent());
+    bench.link.retry(bench.now, 7, 5_000);
+    for _ in 0..20 {
+        assert!(bench.link.poll(bench.now, &mut samples).is_pending());
+        assert!(!bench.link.sent());
+    }
+}
+
+#[test]
+fn a_rate_that_fails_is_left_alone_for_a_while() {
+    let mut bench = Bench::new(Far::new(3, 3));
+    bench.settings().unwrap();
+    for angle in 0..=i32::from(MOST_FAILURES) {
+        bench.link.port.mute = true;
+        assert!(bench.chirp(angle, false).is_err());
+        bench.link.port.mute = false;
+        assert_eq!(bench.chirp(angle, false), Ok(angle));
+    }
+    assert_eq!(bench.rate(), 3_000_000, "a sweep in passing keeps its rate");
+    for _ in 0..u16::from(PENANCE) {
+        bench.settings().unwrap();
+        assert_eq!(bench.rate(), 2_000_000);
+    }
+    bench.settings().unwrap();
+    assert_eq!(bench.rate(), 3_000_000);
+}
+
+#[test]
+fn whichever_end_is_reset_they_find_each_other() {
+    // The module: it starts at 1 Mbaud.
+    let mut bench = Bench::new(Far::new(3, 4));
+    bench.settings().unwrap();
+    bench.link.port.rates[1] = 1;
+    assert!(bench.settings().is_err());
+    assert!(bench.settings().is_ok());
+    assert_eq!((bench.rate(), bench.link.port.rates), (3_000_000, [3, 3]));
+    // The scanner: its port starts at 1 Mbaud, the module's does not.
+    let mut far = Far::new(3, 5);
+    far.rates = [1, 3];
+    let mut bench = Bench::new(far);
+    assert!(bench.settings().is_ok());
+    assert_eq!((bench.rate(), bench.link.port.rates), (3_000_000, [3, 3]));
+}
+
+#[test]
+fn a_rate_that_only_the_module_can_hear_is_not_kept() {
+    // It consents, and stays where it was.
+    let mut bench = Bench::new(Far::new(2, 6));
+    bench.link.program(bench.now, &bench.wish, 100_000);
+    let settings = loop {
+        if bench.link.port.asked.contains(&Kind::Rate) {
+            bench.link.port.rates[1] = 1;
+        }
+        if let Poll::Ready(result) = bench.link.settings(bench.now) {
+            break result;
+        }
+        bench.now = bench.now.plus(POLL);
+    };
+    assert!(settings.is_ok());
+    assert_eq!(bench.rate(), 1_000_000);
+    assert_eq!(bench.chirp(5, false), Ok(5));
+}
+
+#[test]
+fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
+    let mut bench = Bench::new(Far::new(1, 7));
+    bench.settings().unwrap();
+    assert_eq!(bench.chirp(3, false), Ok(3));
+    assert_eq!(bench.link.port.asked[..1], [Kind::Configure]);
+    assert_eq!(bench.link.port.edges, 0);
+    let mut far = Far::new(1, 7);
+    far.ability.pin = true;
+    let mut bench = Bench::new(far);
+    bench.wish.pin = true;
+    bench.settings().unwrap();
+    assert_eq!(bench.chirp(3, false), Ok(3));
+    assert_eq!(bench.link.port.asked[..1], [Kind::Program]);
+    assert_eq!(bench.link.port.edges, 1);
+    assert!(bench.link.wire().unwrap().pin);
+}
+
+/// 10^5 chirps at each rate with one frame in 300 gone wrong and in some scans one in ten, rates that change in the midst of scans, a module
+/// that falls silent and one that babbles: no row gets another row's chirp, and the link comes back.
+#[test]
+fn a_hundred_thousand_chirps_at_each_rate() {
+    for rate in [1, 2, 3] {
+        let far = Far::new(rate, 100 + u64::from(rate));
+        let mut bench = Bench::new(far);
+        let (mut chirps, mut came, mut at_rate) = (0_u32, 0_u32, 0_u32);
+        let mut scans = 0_u32;
+        while at_rate < 100_000 {
+            scans += 1;
+            bench.link.port.trouble = if scans % 13 == 4 { 10 } else { 300 };
+            bench.link.port.mute = scans % 97 == 50;
+            bench.link.port.babbles = scans % 97 == 70;
+            if scans % 31 == 7 {
+                // The module forgets its rate, between scans or in the midst of one.
+                bench.link.port.rates[1] = 1;
+            }
+            // Every fourth scan is one in passing: nothing is triggered again.
+            let passing = scans.is_multiple_of(4);
+            let asked: Vec<_> = (0..5).map(|_| bench.settings()).collect();
+            let ill = bench.link.port.mute || bench.link.port.babbles;
+            let known = asked.iter().any(Result::is_ok);
+            assert!(known || ill, "scan {scans}: {asked:?}");
+            for row in 0..281 {
+                chirps += 1;
+                if scans % 53 == 9 && row == 100 {
+                    bench.link.port.rates[1] = 1;
+                }
+                let angle = (scans as i32 % 100) * 1_000 + row;
+                let mut chirp = bench.chirp(angle, false);
+                for _ in 0..2 {
+                    if chirp.is_err() && !passing {
+                        chirp = bench.chirp(angle, true);
+                    }
+                }
+                if let Ok(found) = chirp {
+                    assert_eq!(found, angle, "another row's chirp");
+                    came += 1;
+                }
+                at_rate += u32::from(bench.rate() == u32::from(rate) * 1_000_000);
+                if ill && row == 8 {
+                    break;
+                }
+            }
+        }
+        // Nearly all come; of those in passing one in ten is lost.
+        assert!(came > chirps / 100 * 95, "{came} of {chirps} at {rate}");
+        assert!(at_rate > chirps / 5, "{at_rate} of {chirps} at {rate}");
+    }
+}

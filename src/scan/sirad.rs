@@ -1,0 +1,334 @@
+//! SiRad Easy and Simple, 120 GHz, as a radar module: raw I/Q over a serial port of 1 Mbaud.
+//!
+//! Sources: Silicon Radar, "SiRad Easy/Simple System & Protocol Description" 2.4 (firmware 1.4), and the
+//! maker's wiki, "Output Modes 1.4"; `docs/modules.md` says what of them could be had, and what was taken
+//! from captures instead.
+//!
+//! Nothing in this protocol says which trigger an answer belongs to, nor how long after its trigger the module
+//! sweeps, nor whether it came through undamaged. So the mirror stops until an answer begins, and after
+//! anything but a whole answer no trigger leaves before the module has answered a question that was put after
+//! all earlier triggers: what they brought has then come and is gone.
+//!
+//! The module does not acknowledge commands either. A first measurement shows whether they were taken:
+//! the length of its answer, the status frame beside it, and that none follows without a trigger.
+
+mod command;
+mod reader;
+#[cfg(test)]
+mod tests;
+
+use core::task::Poll;
+
+use super::board::BytePort;
+use super::module::{FrameError, LinkError, Wish};
+use super::time::Micros;
+use crate::Iq;
+use crate::config::{MAX_SAMPLES, RadarConfig, SAMPLES};
+pub use reader::{Event, Reader};
+
+/// Most bytes that are read in one go, so that a module that never falls silent cannot hold the scanner up.
+const MOST_READ: u32 = 4096;
+/// A module that triggers itself pauses at most 128 ms, and measures for some 16.
+const ALONE_US: u32 = 160_000;
+/// Middle of the band that the chip covers, kHz.
+const CARRIER_KHZ: u32 = 122_500_000;
+/// The ramp goes on for so many half samples beside those that are taken. Measured (`docs/modules.md`).
+const UNSAMPLED_HALVES: u32 = 75;
+/// A converter of 12 bits to full scale.
+const SCALE: i16 = 16;
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum Stage {
+    /// Nothing is waited for.
+    #[default]
+    Idle,
+    /// For the answer to [`command::INFO`]; what comes before it is of the past.
+    Barrier,
+    /// For the raw frame.
+    Raw,
+    /// The raw frame has come; for a second one that must not.
+    Alone,
+}
+
+/// A SiRad, without its port.
+#[derive(Debug)]
+pub struct SiRad {
+    reader: Reader,
+    out: heapless::Vec<u8, 48>,
+    sent: usize,
+    stage: Stage,
+    deadline: Micros,
+    /// The last request has not ended well: answers to it may still come.
+    doubtful: bool,
+    /// What the port had counted of damaged bytes when the trigger left.
+    errors: u16,
+    /// Counter of the last raw frame that was taken.
+    counter: Option<u16>,
+    /// Bandwidth that was asked for, or that the module told, kHz.
+    bandwidth_khz: u32,
+    /// Numbers of the first measurement's raw frame.
+    count: u16,
+    /// When it was whole.
+    whole: Micros,
+}
+
+impl SiRad {
+    /// A module of which nothing is known.
+    pub const fn new() -> Self {
+        Self {
+            reader: Reader::new(),
+            out: heapless::Vec::new(),
+            sent: 0,
+            stage: Stage::Idle,
+            deadline: Micros(0),
+            doubtful: false,
+            errors: 0,
+            counter: None,
+            bandwidth_khz: 0,
+            count: 0,
+            whole: Micros(0),
+        }
+    }
+
+    /// Sets the module up as wished and has it measure once. Bandwidth is at most 7 GHz, the maker's band;
+    /// samples are 32, 64, 128 or 256: no more than wished but at least 32.
+    pub fn program(&mut self, port: &mut impl BytePort, now: Micros, wish: &Wish, timeout_us: u32) {
+        self.bandwidth_khz = match wish.bandwidth_khz {
+            0 => command::USUAL_KHZ,
+            khz => khz.clamp(command::STEP_KHZ, command::MOST_KHZ),
+        };
+        self.counter = None;
+        self.begin(port, now, timeout_us);
+        self.stage = Stage::Barrier;
+        for line in [
+            command::system(),
+            command::baseband(command::code(wish.samples)),
+            command::ramp(self.bandwidth_khz),
+        ] {
+            // There is room for all of them.
+            let _ = self.out.extend_from_slice(&line);
+        }
+        self.send(port, command::INFO);
+    }
+
+    /// The answer to [`SiRad::program`]. The bandwidth is that between the first sample and the last.
+    pub fn settings(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+    ) -> Poll<Result<RadarConfig, LinkError>> {
+        let Poll::Ready(answer) = self.advance(port, now, None) else {
+            return Poll::Pending;
+        };
+        Poll::Ready(answer.and_then(|()| self.found()))
+    }
+
+    /// Fires one chirp. The module is not told the angle.
+    pub fn trigger(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        _shaft_angle: i32,
+        timeout_us: u32,
+    ) {
+        let doubtful = self.doubtful;
+        self.begin(port, now, timeout_us);
+        if doubtful {
+            self.stage = Stage::Barrier;
+            self.send(port, command::INFO);
+        } else {
+            self.fire(port);
+        }
+    }
+
+    /// The answer to [`SiRad::trigger`]: as many samples as `samples` holds. They are written as they come, so
+    /// that after an error some of them are not of this chirp.
+    pub fn poll(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        samples: &mut [Iq],
+    ) -> Poll<Result<(), LinkError>> {
+        self.advance(port, now, Some(samples))
+    }
+
+    /// Whether the mirror may be held for no longer than a chirp takes: the answer has begun.
+    pub fn sent(&self) -> bool {
+        match self.stage {
+            Stage::Idle | Stage::Alone => true,
+            Stage::Raw => self.reader.in_raw(),
+            Stage::Barrier => false,
+        }
+    }
+
+    /// Forgets what came so far.
+    fn begin(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
+        for _ in 0..MOST_READ {
+            if port.read().is_none() {
+                break;
+            }
+        }
+        self.reader = Reader::new();
+        self.out.clear();
+        self.sent = 0;
+        self.deadline = now.plus(timeout_us);
+        self.doubtful = true;
+    }
+
+    /// Triggers a measurement; from now on its answer counts.
+    fn fire(&mut self, port: &mut impl BytePort) {
+        self.stage = Stage::Raw;
+        self.errors = port.errors();
+        self.out.clear();
+        self.sent = 0;
+        self.send(port, command::TRIGGER);
+    }
+
+    fn send(&mut self, port: &mut impl BytePort, bytes: &[u8]) {
+        let _ = self.out.extend_from_slice(bytes);
+        self.pump(port);
+    }
+
+    /// Hands over what the port takes.
+    fn pump(&mut self, port: &mut impl BytePort) {
+        let rest = self.out.get(self.sent..).unwrap_or(&[]);
+        if !rest.is_empty() {
+            self.sent += port.write(rest);
+        }
+    }
+
+    /// Reads on until there is a result, nothing more to read, or [`MOST_READ`] bytes. Without `samples` it is
+    /// the first measurement.
+    fn advance(
+        &mut self,
+        port: &mut impl BytePort,
+        now: Micros,
+        mut samples: Option<&mut [Iq]>,
+    ) -> Poll<Result<(), LinkError>> {
+        self.pump(port);
+        if self.stage == Stage::Idle {
+            return Poll::Ready(Err(LinkError::Timeout));
+        }
+        for _ in 0..MOST_READ {
+            let Some(byte) = port.read() else { break };
+            let Some(event) = self.reader.push(byte) else {
+                continue;
+            };
+            if self.stage == Stage::Barrier {
+                if event == Event::Info {
+                    self.fire(port);
+                }
+                continue;
+            }
+            let result = self.take(port, now, event, samples.as_deref_mut());
+            if let Some(result) = result {
+                return self.finish(result);
+            }
+        }
+        if self.stage == Stage::Alone && now.reached(self.whole.plus(ALONE_US)) {
+            return self.finish(Ok(()));
+        }
+        if now.reached(self.deadline) {
+            return self.finish(Err(LinkError::Timeout));
+        }
+        Poll::Pending
+    }
+
+    fn finish(&mut self, result: Result<(), LinkError>) -> Poll<Result<(), LinkError>> {
+        self.stage = Stage::Idle;
+        self.doubtful = result.is_err();
+        Poll::Ready(result)
+    }
+
+    /// What came after the trigger.
+    fn take(
+        &mut self,
+        port: &impl BytePort,
+        now: Micros,
+        event: Event,
+        samples: Option<&mut [Iq]>,
+    ) -> Option<Result<(), LinkError>> {
+        match event {
+            Event::Value(at, value) => {
+                if let Some(sample) = samples.and_then(|s| s.get_mut(usize::from(at / 2))) {
+                    put(sample, at, value);
+                }
+                None
+            }
+            Event::Raw(counter, count) => self.raw(port, now, (counter, count), samples),
+            Event::Broken => Some(Err(LinkError::Frame(FrameError::Crc))),
+            Event::Bandwidth(steps) => {
+                let told = u32::try_from(steps).unwrap_or(0) * command::STEP_KHZ;
+                if samples.is_none() {
+                    // Never more than was asked for: that would be another frame than this one is taken for.
+                    self.bandwidth_khz = if told <= self.bandwidth_khz { told } else { 0 };
+                }
+                None
+            }
+            Event::Error(0) | Event::Info => None,
+            Event::Error(flags) => Some(Err(LinkError::Module(match flags as u8 {
+                0 => u8::MAX,
+                flags => flags,
+            }))),
+        }
+    }
+
+    /// A whole raw frame.
+    fn raw(
+        &mut self,
+        port: &impl BytePort,
+        now: Micros,
+        (counter, count): (u16, u16),
+        samples: Option<&mut [Iq]>,
+    ) -> Option<Result<(), LinkError>> {
+        if port.errors() != self.errors {
+            return Some(Err(LinkError::Frame(FrameError::Crc)));
+        }
+        if self.stage == Stage::Alone || self.counter == Some(counter) {
+            return Some(Err(LinkError::Sequence));
+        }
+        self.counter = Some(counter);
+        match samples {
+            Some(samples) if usize::from(count) == 2 * samples.len() => Some(Ok(())),
+            Some(_) => Some(Err(LinkError::Answer)),
+            None => {
+                (self.stage, self.count, self.whole) = (Stage::Alone, count, now);
+                None
+            }
+        }
+    }
+
+    /// What the first measurement showed.
+    fn found(&self) -> Result<RadarConfig, LinkError> {
+        let samples = self.count / 2;
+        if !self.count.is_multiple_of(2) || !SAMPLES.contains(&samples) || self.bandwidth_khz == 0 {
+            return Err(LinkError::Answer);
+        }
+        let halves = 2 * u32::from(samples);
+        Ok(RadarConfig {
+            carrier_khz: CARRIER_KHZ,
+            // At most 7 × 10^6 times 512: below 2^32.
+            bandwidth_khz: self.bandwidth_khz * halves / (halves + UNSAMPLED_HALVES),
+            samples,
+            real: false,
+        })
+    }
+}
+
+const _: () = assert!(2 * MAX_SAMPLES as u64 * command::MOST_KHZ as u64 <= u32::MAX as u64);
+
+impl Default for SiRad {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+/// Puts number `at` of a raw frame into its sample. The module's echoes turn backwards: I and Q change places so
+/// that farther is a higher frequency.
+fn put(sample: &mut Iq, at: u16, value: i16) {
+    let value = value.saturating_mul(SCALE);
+    match at % 2 {
+        0 => sample.q = value,
+        _ => sample.i = value,
+    }
+}

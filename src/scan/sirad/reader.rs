@@ -1,0 +1,236 @@
+//! What a SiRad sends, byte after byte: nothing is kept of a frame but the number under way.
+//!
+//! | frame | binary | text |
+//! |---|---|---|
+//! | raw | `AA AA BB CC`, `M`, u16 counter, u16 n, n × i16, CR LF; little-endian | `!M`, TAB counter, TAB n, n × TAB value, CR LF; decimal |
+//! | status | | `!U`, format, gain, then in hexadecimal digits 4 accuracy, 4 greatest range, 4 ramp time, 4 bandwidth, 4 time, CR LF |
+//! | error | | `!E`, flags in hexadecimal digits, CR LF |
+//! | system info | | `!I`, text, CR LF |
+//!
+//! n counts I and Q each: a sample is I, then Q. Everything else is skipped.
+
+use crate::config::MAX_SAMPLES;
+
+const SYNC: u32 = 0xAAAA_BBCC;
+/// Most numbers of a raw frame.
+const MOST: u16 = 2 * MAX_SAMPLES as u16;
+/// Longer than any text that is read, but for raw ones.
+const MOST_TEXT: u16 = 100;
+/// Where the bandwidth begins and ends in a status frame, characters after its letter.
+const BANDWIDTH: core::ops::Range<u16> = 14..18;
+
+/// What a byte brought.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Event {
+    /// The raw frame's number so-and-so from 0: I, Q, I, Q …
+    Value(u16, i16),
+    /// The raw frame is whole: its counter, and how many numbers it has.
+    Raw(u16, u16),
+    /// Something that began like a raw frame is none.
+    Broken,
+    /// A status frame: the swept bandwidth in steps, negative for a ramp downwards.
+    Bandwidth(i16),
+    /// An error frame: its flags.
+    Error(u32),
+    /// The answer to who the module is.
+    Info,
+}
+
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+enum State {
+    #[default]
+    Hunt,
+    Head,
+    Data,
+    End,
+    Table,
+    Status,
+    Error,
+    Info,
+}
+
+/// Takes bytes apart into [`Event`]s.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Reader {
+    state: State,
+    /// The last four bytes.
+    recent: u32,
+    /// Bytes, numbers or characters of this part of the frame so far.
+    at: u16,
+    /// The number under way …
+    number: u32,
+    /// … whether it has any digit …
+    digits: bool,
+    /// … and a minus sign.
+    minus: bool,
+    /// The raw frame's own words on itself.
+    counter: u16,
+    count: u16,
+}
+
+impl Reader {
+    /// Before any frame.
+    pub const fn new() -> Self {
+        Self {
+            state: State::Hunt,
+            recent: 0,
+            at: 0,
+            number: 0,
+            digits: false,
+            minus: false,
+            counter: 0,
+            count: 0,
+        }
+    }
+
+    /// Whether a raw frame has begun.
+    pub fn in_raw(&self) -> bool {
+        matches!(self.state, State::Data | State::End | State::Table)
+    }
+
+    /// The next byte.
+    pub fn push(&mut self, byte: u8) -> Option<Event> {
+        let before = self.recent;
+        self.recent = before << 8 | u32::from(byte);
+        match self.state {
+            State::Hunt => {
+                self.hunt(before, byte);
+                None
+            }
+            State::Head => self.head(byte),
+            State::Data => self.data(),
+            State::End => self.end(byte),
+            State::Table => self.table(byte),
+            State::Status | State::Error | State::Info => self.text(byte),
+        }
+    }
+
+    fn hunt(&mut self, before: u32, byte: u8) {
+        let state = match (before, byte) {
+            (SYNC, b'M') => State::Head,
+            (_, letter) if before as u8 == b'!' => match letter {
+                b'M' => State::Table,
+                b'U' => State::Status,
+                b'E' => State::Error,
+                b'I' => State::Info,
+                _ => return,
+            },
+            _ => return,
+        };
+        self.enter(state);
+    }
+
+    fn enter(&mut self, state: State) {
+        (self.state, self.at) = (state, 0);
+        (self.number, self.digits, self.minus) = (0, false, false);
+    }
+
+    /// The frame ends with `event`.
+    fn leave(&mut self, event: Event) -> Option<Event> {
+        self.state = State::Hunt;
+        Some(event)
+    }
+
+    fn head(&mut self, byte: u8) -> Option<Event> {
+        self.number = self.number >> 8 | u32::from(byte) << 24;
+        self.at += 1;
+        if self.at < 4 {
+            return None;
+        }
+        (self.counter, self.count) = (self.number as u16, (self.number >> 16) as u16);
+        if self.count > MOST {
+            return self.leave(Event::Raw(self.counter, self.count));
+        }
+        self.enter(if self.count == 0 {
+            State::End
+        } else {
+            State::Data
+        });
+        None
+    }
+
+    fn data(&mut self) -> Option<Event> {
+        let (at, odd) = (self.at / 2, self.at % 2 == 1);
+        self.at += 1;
+        if !odd {
+            return None;
+        }
+        // The low byte came before it.
+        let value = (self.recent as u16).swap_bytes() as i16;
+        if at + 1 == self.count {
+            self.enter(State::End);
+        }
+        Some(Event::Value(at, value))
+    }
+
+    fn end(&mut self, byte: u8) -> Option<Event> {
+        self.at += 1;
+        match (self.at, byte) {
+            (1, b'\r') => None,
+            (2, b'\n') => self.leave(Event::Raw(self.counter, self.count)),
+            _ => self.leave(Event::Broken),
+        }
+    }
+
+    fn table(&mut self, byte: u8) -> Option<Event> {
+        match byte {
+            b'-' if !self.digits => self.minus = true,
+            b'0'..=b'9' => {
+                let digit = u32::from(byte - b'0');
+                self.number = (self.number * 10 + digit).min(0xFFFF);
+                self.digits = true;
+            }
+            b'\t' | b'\r' if self.digits => return self.cell(),
+            b'\t' | b'\r' => {}
+            b'\n' if self.at == self.count.saturating_add(2) => {
+                return self.leave(Event::Raw(self.counter, self.count));
+            }
+            _ => return self.leave(Event::Broken),
+        }
+        None
+    }
+
+    /// A number of a table is whole.
+    fn cell(&mut self) -> Option<Event> {
+        let number = self.number;
+        let limited = number.min(0x7FFF) as i16;
+        let value = if self.minus { -limited } else { limited };
+        let at = self.at;
+        self.enter(State::Table);
+        self.at = at.saturating_add(1);
+        match at {
+            0 => self.counter = number as u16,
+            1 => self.count = number as u16,
+            2.. if self.count <= MOST && at - 2 < self.count => {
+                return Some(Event::Value(at - 2, value));
+            }
+            _ => return self.leave(Event::Raw(self.counter, self.count.max(at - 1))),
+        }
+        None
+    }
+
+    fn text(&mut self, byte: u8) -> Option<Event> {
+        if byte == b'\n' {
+            let event = match self.state {
+                State::Error if self.digits => Event::Error(self.number),
+                State::Status if self.at > BANDWIDTH.end => Event::Bandwidth(self.number as i16),
+                State::Info => Event::Info,
+                _ => {
+                    self.state = State::Hunt;
+                    return None;
+                }
+            };
+            return self.leave(event);
+        }
+        let wanted = self.state == State::Error || BANDWIDTH.contains(&self.at);
+        if wanted && let Some(digit) = char::from(byte).to_digit(16) {
+            self.number = self.number << 4 | digit;
+            self.digits = true;
+        }
+        self.at += 1;
+        if self.at > MOST_TEXT {
+            self.state = State::Hunt;
+        }
+        None
+    }
+}

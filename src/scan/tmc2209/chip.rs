@@ -1,0 +1,188 @@
+//! The other end of the wire: a TMC2209 with its registers, on request a broken one.
+
+use std::collections::{BTreeMap, VecDeque};
+
+/// What is wrong with it, or with the wire.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Mood {
+    /// Nothing.
+    #[default]
+    Well,
+    /// It says nothing; what is sent still comes back.
+    Silent,
+    /// The wire is cut: not even that.
+    Cut,
+    /// Its answers have a wrong checksum.
+    WrongChecksum,
+    /// It answers for another register.
+    Other,
+    /// It takes nothing, but answers.
+    Deaf,
+}
+
+/// A chip on a single wire.
+#[derive(Debug)]
+pub struct Chip {
+    /// By address.
+    pub registers: BTreeMap<u8, u32>,
+    pub mood: Mood,
+    /// Writes that were taken.
+    pub count: u8,
+    /// What the bytes that come next lack: the bytes so far away are lost on the wire.
+    pub loses: Vec<usize>,
+    /// After so many writes it resets itself.
+    pub resets_after: Option<u32>,
+    /// Bytes on their way to whoever asks.
+    wire: VecDeque<u8>,
+    /// Looks at the wire, a byte's time apart, that found it idle, one after the other.
+    idle: u8,
+    pub writes: u32,
+    /// Datagrams that were answered.
+    pub reads: u32,
+    frame: Vec<u8>,
+}
+
+/// CRC-8 as the data sheet's own program computes it (section 4.2), bit by bit.
+pub fn checksum(bytes: &[u8]) -> u8 {
+    let mut crc = 0_u8;
+    for &byte in bytes {
+        let mut current = byte;
+        for _ in 0..8 {
+            if (crc >> 7) ^ (current & 1) == 1 {
+                crc = (crc << 1) ^ 7;
+            } else {
+                crc <<= 1;
+            }
+            current >>= 1;
+        }
+    }
+    crc
+}
+
+impl Default for Chip {
+    fn default() -> Self {
+        let mut chip = Self {
+            registers: BTreeMap::new(),
+            mood: Mood::Well,
+            count: 0xfd,
+            loses: Vec::new(),
+            resets_after: None,
+            wire: VecDeque::new(),
+            idle: 0,
+            writes: 0,
+            reads: 0,
+            frame: Vec::new(),
+        };
+        chip.reset();
+        chip
+    }
+}
+
+impl Chip {
+    /// Power-up: registers as they are then, GSTAT says so.
+    pub fn reset(&mut self) {
+        self.registers = [
+            (0x00, 0x0000_0101),
+            (0x01, 0x0000_0001),
+            (0x6c, 0x1000_0053),
+            (0x6f, 0xc000_0000),
+        ]
+        .into();
+        self.count = 0;
+    }
+
+    /// Register at `address`, 0 if it was never written.
+    pub fn register(&self, address: u8) -> u32 {
+        self.registers.get(&address).copied().unwrap_or(0)
+    }
+
+    /// Puts a value where only the chip itself can.
+    pub fn put(&mut self, address: u8, value: u32) {
+        self.registers.insert(address, value);
+    }
+
+    /// What comes back over the wire. A pause of 63 bits makes the chip forget what had begun (section
+    /// 4.1.1).
+    pub fn say(&mut self) -> Option<u8> {
+        let byte = self.wire.pop_front();
+        self.idle = match byte {
+            Some(_) => 0,
+            None => self.idle.saturating_add(1),
+        };
+        if self.idle > 7 {
+            self.frame.clear();
+        }
+        byte
+    }
+
+    /// A byte from the scanner.
+    pub fn hear(&mut self, byte: u8) {
+        self.idle = 0;
+        if self.mood != Mood::Cut {
+            // One wire: it comes back.
+            self.wire.push_back(byte);
+        }
+        let lost = self.loses.contains(&0);
+        self.loses.retain(|&away| away > 0);
+        self.loses.iter_mut().for_each(|away| *away -= 1);
+        if lost || matches!(self.mood, Mood::Silent | Mood::Cut) {
+            return;
+        }
+        if self.frame.is_empty() && byte & 0x0f != 5 {
+            return;
+        }
+        self.frame.push(byte);
+        let writes = self.frame.get(2).is_some_and(|address| address & 0x80 != 0);
+        let length = if writes { 8 } else { 4 };
+        if self.frame.len() == length {
+            let frame = std::mem::take(&mut self.frame);
+            self.take(&frame);
+        }
+    }
+
+    fn take(&mut self, frame: &[u8]) {
+        let (body, check) = frame.split_at(frame.len() - 1);
+        if checksum(body) != check[0] || body[1] != 0 {
+            return;
+        }
+        let address = body[2] & 0x7f;
+        if body.len() == 3 {
+            return self.answer(address);
+        }
+        if self.mood == Mood::Deaf {
+            return;
+        }
+        let value = u32::from_be_bytes(body[3..7].try_into().unwrap());
+        match address {
+            // Flags are cleared by writing them.
+            0x01 => *self.registers.entry(0x01).or_default() &= !value,
+            _ => {
+                self.registers.insert(address, value);
+            }
+        }
+        (self.count, self.writes) = (self.count.wrapping_add(1), self.writes + 1);
+        if self.resets_after == Some(self.writes) {
+            self.reset();
+        }
+    }
+
+    fn answer(&mut self, address: u8) {
+        self.reads += 1;
+        let value = match address {
+            0x02 => self.count.into(),
+            _ => self.register(address),
+        };
+        let about = match self.mood {
+            Mood::Other => address ^ 4,
+            _ => address,
+        };
+        let mut frame = vec![0x05, 0xff, about];
+        frame.extend(value.to_be_bytes());
+        let check = checksum(&frame);
+        frame.push(match self.mood {
+            Mood::WrongChecksum => check ^ 0x10,
+            _ => check,
+        });
+        self.wire.extend(frame);
+    }
+}

@@ -1,0 +1,176 @@
+//! The scanner with a TMC2209 at the other end of its wire.
+
+#[path = "../../src/scan/tmc2209/chip.rs"]
+#[allow(dead_code, reason = "the driver's own tests need more of it")]
+mod chip;
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use crate::bench::{Bench, IDENTITY};
+use chip::{Chip, Mood};
+use stairscan::answer::{Reason, Status};
+use stairscan::report::Sentence;
+use stairscan::scan::mirror::{PulseState, StepPort, Stepper};
+use stairscan::scan::ramp::Ramp;
+use stairscan::scan::settings::SweepMode;
+use stairscan::scan::tmc2209::Tmc2209;
+use stairscan::scan::{BytePort, Settings};
+
+/// The chip, its wire, and the motor that it turns.
+#[derive(Clone)]
+struct Motor(Rc<RefCell<(Chip, Shaft)>>);
+
+/// A shaft that is at once where it is sent; the switch is pressed at and below 0.
+#[derive(Default)]
+struct Shaft {
+    place: i32,
+    pulses: PulseState,
+    enabled: bool,
+    homings: u32,
+}
+
+impl BytePort for Motor {
+    fn read(&mut self) -> Option<u8> {
+        self.0.borrow_mut().0.say()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let chip = &mut self.0.borrow_mut().0;
+        bytes.iter().for_each(|&byte| chip.hear(byte));
+        bytes.len()
+    }
+}
+
+impl StepPort for Motor {
+    fn begin(&mut self, target: i32, _: Ramp, until_home: bool) {
+        let (chip, shaft) = &mut *self.0.borrow_mut();
+        assert!(shaft.enabled, "a move with the driver off");
+        assert_eq!(chip.register(0x00), 0x1c0, "a move before the set-up");
+        let mut way = target - shaft.pulses.position;
+        shaft.pulses.home_edge = until_home && shaft.place > 0 && shaft.place + way <= 0;
+        if shaft.pulses.home_edge {
+            way = -shaft.place;
+        }
+        shaft.pulses.position += way;
+        shaft.place += way;
+    }
+
+    fn state(&mut self) -> PulseState {
+        self.0.borrow().1.pulses
+    }
+
+    fn home_pressed(&mut self) -> bool {
+        self.0.borrow().1.place <= 0
+    }
+
+    fn set_position(&mut self, position: i32) {
+        self.0.borrow_mut().1.pulses.position = position;
+    }
+
+    fn set_enabled(&mut self, on: bool) {
+        let shaft = &mut self.0.borrow_mut().1;
+        shaft.homings += u32::from(on);
+        shaft.enabled = on;
+    }
+}
+
+fn settings() -> Settings {
+    let mut settings = Settings {
+        sweep_mode: SweepMode::Stop,
+        ..Settings::default()
+    };
+    settings.set("driver", "tmc2209").unwrap();
+    settings
+}
+
+type Over = Bench<Stepper<Motor, Tmc2209<Motor>>>;
+
+fn boot(settings: Settings, prepare: impl FnOnce(&mut Chip)) -> (Over, Motor) {
+    let shaft = Shaft {
+        place: 5_000,
+        ..Shaft::default()
+    };
+    let motor = Motor(Rc::new(RefCell::new((Chip::default(), shaft))));
+    prepare(&mut motor.0.borrow_mut().0);
+    let mirror = Stepper::with_driver(motor.clone(), Tmc2209::new(motor.clone()));
+    let bench = Bench::over(|_| mirror, Some(settings), IDENTITY, |_| ());
+    (bench, motor)
+}
+
+#[test]
+fn a_sound_driver_is_set_up_and_read_before_each_scan() {
+    let (mut bench, motor) = boot(settings(), |_| ());
+    for scan in 1..4 {
+        let told = bench.scan();
+        assert_eq!((told.scan, told.status), (scan, Status::Ok));
+        // Four in the set-up, then flags and status of each scan; the next may have begun.
+        let reads = motor.0.borrow().0.reads;
+        assert!((4 + 2 * scan..=6 + 2 * scan).contains(&reads), "{reads}");
+    }
+    assert_eq!(motor.0.borrow().1.homings, 1);
+}
+
+#[test]
+fn a_silent_driver_is_a_fault_and_nothing_moves() {
+    for mood in [Mood::Silent, Mood::Cut, Mood::WrongChecksum, Mood::Deaf] {
+        let (mut bench, motor) = boot(settings(), |chip| chip.mood = mood);
+        let told = bench.scan();
+        assert_eq!((told.scan, told.status), (0, Status::Fault), "{mood:?}");
+        assert!(told.reasons.has(Reason::MotorDriver), "{told:?}");
+        assert_eq!(motor.0.borrow().1.homings, 0, "EN stayed off");
+        // It tries again by itself.
+        motor.0.borrow_mut().0.mood = Mood::Well;
+        assert_eq!(bench.scan().status, Status::Ok);
+    }
+}
+
+#[test]
+fn the_self_test_names_the_driver() {
+    let (mut bench, motor) = boot(settings(), |_| ());
+    bench.scan();
+    assert_eq!(bench.ask("stop"), "DONE,stop");
+    motor.0.borrow_mut().0.mood = Mood::Silent;
+    bench.type_line("selftest");
+    let refused = |s: &Sentence<'_>| matches!(s, Sentence::Fail { field, .. } if *field == Reason::MotorDriver.as_str());
+    bench.until(refused);
+}
+
+/// With the registers of power-up a driver makes other steps of the same pulses: no answer is `ok` before
+/// it has been set up and homed again.
+#[test]
+fn a_driver_that_was_reset_is_noticed_before_the_next_answer() {
+    let (mut bench, motor) = boot(settings(), |_| ());
+    assert_eq!(bench.scan().status, Status::Ok);
+    // Between two scans: the rows of one are done, the next has not begun.
+    while bench.scanner.state() != "reporting" {
+        bench.step();
+    }
+    let scan = bench.scanner.scans();
+    motor.0.borrow_mut().0.reset();
+    let before = bench.scan();
+    assert_eq!((before.scan, before.status), (scan, Status::Ok));
+    let fault = bench.scan();
+    assert_eq!((fault.scan, fault.status), (scan + 1, Status::Fault));
+    assert!(fault.reasons.has(Reason::MotorDriver), "{fault:?}");
+    assert_eq!(bench.scan().status, Status::Ok);
+    assert_eq!(motor.0.borrow().1.homings, 2, "set up and homed again");
+    assert_eq!(motor.0.borrow().0.register(0x00), 0x1c0);
+}
+
+#[test]
+fn another_driver_by_command_is_set_up_before_it_moves() {
+    let mut settings = settings();
+    settings.set("driver", "step-dir").unwrap();
+    let (mut bench, motor) = boot(settings, |chip| {
+        // As if it had been set up: the bench looks at each move.
+        chip.registers.insert(0x00, 0x1c0);
+    });
+    assert_eq!(bench.scan().status, Status::Ok);
+    assert_eq!(motor.0.borrow().0.reads, 0, "the wire is not used");
+    bench.send("set,driver,tmc2209");
+    bench.scan();
+    assert_eq!(bench.scan().status, Status::Ok);
+    assert_eq!(motor.0.borrow().1.homings, 2);
+    assert!(motor.0.borrow().0.writes >= 7);
+}
