@@ -2,6 +2,7 @@
 
 pub mod answer;
 pub mod budgets;
+pub mod captures;
 pub mod commands;
 pub mod convert;
 pub mod emulate;
@@ -12,6 +13,7 @@ pub mod html;
 pub mod images;
 pub mod inspect;
 pub mod live;
+pub mod modules;
 pub mod motion;
 pub mod playback;
 pub mod plots;

@@ -48,6 +48,8 @@ enum Command {
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
+    /// Show the strongest echo of a SiRad's captures, through the code that the chip runs
+    Sirad(commands::sirad::Args),
     /// Tell how the scanner is mounted, from a scan of a floor and a wall at a measured distance
     Calibrate(commands::calibrate::Args),
     /// Put every fault of the instrument on recordings and count what the answers make of it
@@ -102,6 +104,7 @@ fn main() -> ExitCode {
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Faults(args) => commands::faults::run(&args),
+        Command::Sirad(args) => commands::sirad::run(&args),
         Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
         Command::Fit(args) => commands::fit::run(&args),

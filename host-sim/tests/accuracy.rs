@@ -2,6 +2,7 @@
 //! is as committed, so that every change of accuracy shows in a diff.
 
 use host_sim::commands::accuracy;
+use host_sim::commands::instrument::Instrument;
 use host_sim::scene::random::Kind;
 use host_sim::seeds::{Draw, REPORTING, TUNING};
 
@@ -16,8 +17,9 @@ const PUBLISHED: &str = include_str!("../../docs/accuracy.md");
 
 #[test]
 fn accuracy_is_as_committed() {
-    let rows = accuracy::measure(Draw::Snapshot, None).unwrap();
-    let measured = accuracy::report(Draw::Snapshot, None, &rows);
+    let scenes_own = &Instrument::default();
+    let rows = accuracy::measure(Draw::Snapshot, None, scenes_own).unwrap();
+    let measured = accuracy::report(Draw::Snapshot, None, scenes_own, &rows);
     assert!(
         measured == SNAPSHOT,
         "accuracy has changed; if that is meant: cargo sim accuracy > docs/accuracy-snapshot.md, and \
@@ -30,7 +32,7 @@ fn accuracy_is_as_committed() {
 /// of the reporting seeds, and of all of them.
 #[test]
 fn the_published_tables_are_those_of_the_reporting_seeds() {
-    let heading = accuracy::heading(Draw::Reporting, None);
+    let heading = accuracy::heading(Draw::Reporting, None, &Instrument::default());
     assert!(
         PUBLISHED.starts_with(&heading),
         "docs/accuracy.md was not made by `cargo sim accuracy --draw reporting`, whose output \
@@ -95,7 +97,11 @@ fn scenes_for_reporting_are_not_shown() {
     let text = String::from_utf8(out.stdout).unwrap();
     assert_eq!(out.status.code(), Some(0));
     assert!(
-        text.starts_with(&accuracy::heading(Draw::Tuning, Some(1))),
+        text.starts_with(&accuracy::heading(
+            Draw::Tuning,
+            Some(1),
+            &Instrument::default()
+        )),
         "{text}"
     );
 }

@@ -11,10 +11,11 @@ use rayon::prelude::*;
 use serde_json::{Value, json};
 use stairscan::config::{Config, EstimatorKind};
 
+use super::instrument::Instrument;
 use super::{Format, emit, progress};
 use crate::replay::{self, Options};
-use crate::scene::command::random_scan;
-use crate::scene::random::Kind;
+use crate::scene::Scene;
+use crate::scene::random::{Kind, random_with};
 use crate::score::{self, SceneScore, SetScore, Share};
 use crate::seeds::Draw;
 
@@ -34,6 +35,8 @@ pub struct Args {
     /// look at
     #[arg(long)]
     list: bool,
+    #[command(flatten)]
+    instrument: Instrument,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -60,7 +63,7 @@ fn count(draw: Draw, scenes: Option<u64>, kind: Kind) -> u64 {
 ///
 /// # Errors
 /// Names a scene that cannot be scanned.
-pub fn measure(draw: Draw, scenes: Option<u64>) -> Result<Vec<Row>> {
+pub fn measure(draw: Draw, scenes: Option<u64>, instrument: &Instrument) -> Result<Vec<Row>> {
     let seeds = |kind| draw.seeds().take(count(draw, scenes, kind) as usize);
     let jobs: Vec<(Kind, u64)> = Kind::ALL
         .iter()
@@ -70,7 +73,7 @@ pub fn measure(draw: Draw, scenes: Option<u64>) -> Result<Vec<Row>> {
     let scored: Result<Vec<Vec<SceneScore>>> = jobs
         .par_iter()
         .progress_with(bar.clone())
-        .map(|&(kind, seed)| one(kind, seed))
+        .map(|&(kind, seed)| one(kind, seed, instrument))
         .collect();
     bar.finish_and_clear();
     let scored = scored?;
@@ -91,8 +94,10 @@ pub fn measure(draw: Draw, scenes: Option<u64>) -> Result<Vec<Row>> {
 }
 
 /// One scene with every estimator.
-fn one(kind: Kind, seed: u64) -> Result<Vec<SceneScore>> {
-    let recording = random_scan(kind, kind.variety(), seed)?;
+fn one(kind: Kind, seed: u64, instrument: &Instrument) -> Result<Vec<SceneScore>> {
+    let mut spec = random_with(kind, kind.variety(), seed);
+    instrument.apply(&mut spec);
+    let recording = Scene::new(spec)?.simulate(&format!("{kind}_{seed:03}"), seed);
     let truth = recording.meta.truth.clone().unwrap_or_default();
     let score = |&estimator: &EstimatorKind| {
         let config = Config {
@@ -110,9 +115,10 @@ fn one(kind: Kind, seed: u64) -> Result<Vec<SceneScore>> {
 }
 
 /// What was measured, and how to do it again: the beginning of a table.
-pub fn heading(draw: Draw, scenes: Option<u64>) -> String {
+pub fn heading(draw: Draw, scenes: Option<u64>, instrument: &Instrument) -> String {
     let kinds = Kind::ALL.map(|kind| format!("{} {kind}", count(draw, scenes, kind)));
-    let numbers = scenes.map_or(String::new(), |n| format!(" --scenes {n}"));
+    let numbers =
+        scenes.map_or(String::new(), |n| format!(" --scenes {n}")) + &instrument.options();
     format!(
         "# Accuracy, {draw} scenes\n\n\
          Made by `cargo sim accuracy --draw {draw}{numbers}`: random scenes of the project's own \
@@ -155,8 +161,8 @@ fn sums(rows: &[Row]) -> impl Iterator<Item = Sums> {
 }
 
 /// Heading and tables.
-pub fn report(draw: Draw, scenes: Option<u64>, rows: &[Row]) -> String {
-    let mut out = heading(draw, scenes);
+pub fn report(draw: Draw, scenes: Option<u64>, instrument: &Instrument, rows: &[Row]) -> String {
+    let mut out = heading(draw, scenes, instrument);
     for Sums {
         estimator,
         kinds,
@@ -277,7 +283,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Draw::Reporting,
         Draw::Tuning
     );
-    let rows = measure(args.draw, args.scenes)?;
+    let rows = measure(args.draw, args.scenes, &args.instrument)?;
     let out = match args.format {
         Format::Text => text(args, &rows),
         Format::Json => {
@@ -301,7 +307,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// The tables, and what is not exact or wrong if that is to be listed.
 fn text(args: &Args, rows: &[Row]) -> String {
-    let mut out = report(args.draw, args.scenes, rows);
+    let mut out = report(args.draw, args.scenes, &args.instrument, rows);
     for row in rows.iter().filter(|_| args.list) {
         let _ = write!(
             out,

@@ -22,7 +22,10 @@ const PROGRAM: &str = "host-sim";
 pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
     ("Watch a scanner", &["live", "record"]),
-    ("Look", &["report", "inspect", "profile", "convert"]),
+    (
+        "Look",
+        &["report", "inspect", "profile", "convert", "sirad"],
+    ),
     (
         "Measure",
         &[
@@ -134,10 +137,14 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("fit", &["fit"]),
     (
         "budget",
-        &["budget recordings/stair_c recordings/descending"],
+        &["budget recordings/stair_a recordings/descending"],
     ),
     ("timing", &["timing", "timing settle=3000 --baud 2000000"]),
     ("bench", &["bench"]),
+    (
+        "sirad",
+        &["sirad capture.mat", "sirad port.log --bandwidth 6000"],
+    ),
     ("snr", &["snr"]),
     ("twins", &["twins"]),
     (

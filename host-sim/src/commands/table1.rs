@@ -8,11 +8,13 @@ use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::Config;
 
+use super::instrument::Instrument;
 use super::{Format, Settings, emit, progress};
 use crate::answer::{Answer, metres};
 use crate::recording::{TrueStep, Truth};
 use crate::replay;
 use crate::scene::Scene;
+use crate::scene::spec::SceneSpec;
 use crate::score;
 
 /// Arguments of `table1`.
@@ -23,6 +25,8 @@ pub struct Args {
     /// Scans of each staircase, with the seeds 0, 1, … for surfaces, noise and particles
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=10_000))]
     scans: u32,
+    #[command(flatten)]
+    instrument: Instrument,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -109,7 +113,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let bar = progress(u64::from(args.scans) * STAIRS.len() as u64);
     let mut rows = Vec::new();
     for stair in &STAIRS {
-        let scene = Scene::parse(stair.scene).context(stair.name)?;
+        let mut spec: SceneSpec = toml::from_str(stair.scene).context(stair.name)?;
+        args.instrument.apply(&mut spec);
+        let scene = Scene::new(spec).context(stair.name)?;
         let answers: Vec<Result<(Answer, Truth)>> = (0..args.scans)
             .into_par_iter()
             .map(|k| {
@@ -141,10 +147,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 /// The table for people.
 fn text(args: &Args, rows: &[Row]) -> String {
     let mut out = format!(
-        "Mean absolute errors over {} scans each, estimator {}; in brackets the paper's table I.\n\n\
+        "Mean absolute errors over {} scans each, estimator {}{}; in brackets the paper's table I.\n\n\
          {:<8}|{:^36}|{:^36}| exact\n{:<8}|",
         args.scans,
         args.settings.estimator_name(),
+        match args.instrument.options() {
+            options if options.is_empty() => options,
+            options => format!(", with{options}"),
+        },
         "",
         "depth [cm]",
         "height [cm]",

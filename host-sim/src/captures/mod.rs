@@ -1,0 +1,4 @@
+//! Chirps that other programs recorded from radar modules.
+
+pub mod mat;
+pub mod sirad;

@@ -1,0 +1,201 @@
+//! One scanner, three radar modules: whichever the setting names is spoken to, in its own protocol.
+
+use std::cell::Cell;
+use std::collections::VecDeque;
+use std::rc::Rc;
+use std::task::Poll;
+
+use embedded_hal::spi::{ErrorType, Operation, SpiDevice};
+use host_sim::modules::bgt60::Chip;
+use host_sim::modules::sirad::SiRadPort;
+use stairscan::Iq;
+use stairscan::config::RadarConfig;
+use stairscan::scan::any::AnyModule;
+use stairscan::scan::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::scan::module::{ModuleKind, RadarModule, Wish};
+use stairscan::scan::{BytePort, LinkError, Micros};
+
+const TIMEOUT_US: u32 = 500_000;
+const STEP_US: u32 = 20;
+/// What the frames' module says of its chirps.
+const TOLD: Iq = Iq { i: 17, q: -4 };
+
+/// What hangs on the serial port, and the time.
+#[derive(Clone)]
+struct Bench {
+    plugged: Rc<Cell<ModuleKind>>,
+    now: Rc<Cell<Micros>>,
+}
+
+/// The serial port: a module that speaks frames, or a SiRad.
+struct Line<'a> {
+    bench: Bench,
+    sirad: SiRadPort<'a>,
+    decoder: Decoder,
+    out: VecDeque<u8>,
+}
+
+impl Line<'_> {
+    fn hear(&mut self, byte: u8) {
+        if self.decoder.push(byte) != Ok(Progress::Complete) {
+            return;
+        }
+        let frame = self.decoder.frame().unwrap();
+        let (kind, payload) = match frame.kind {
+            Kind::Trigger => {
+                let [i, q] = [TOLD.i, TOLD.q].map(i16::to_le_bytes);
+                (Kind::Chirp, [i, q].concat().repeat(200))
+            }
+            _ => {
+                let payload = frame::settings_payload(&RadarConfig::DEFAULT, Ability::NONE);
+                (Kind::Settings, payload.to_vec())
+            }
+        };
+        let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
+        frame::encode(kind, frame.sequence, &payload, &mut out);
+        self.out.extend(out);
+    }
+}
+
+impl BytePort for Line<'_> {
+    fn read(&mut self) -> Option<u8> {
+        match self.bench.plugged.get() {
+            ModuleKind::Pstr => self.out.pop_front(),
+            ModuleKind::SiRad => self.sirad.read(),
+            ModuleKind::Bgt60 => None,
+        }
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        match self.bench.plugged.get() {
+            ModuleKind::Pstr => bytes.iter().for_each(|&byte| self.hear(byte)),
+            ModuleKind::SiRad => return self.sirad.write(bytes),
+            ModuleKind::Bgt60 => {}
+        }
+        bytes.len()
+    }
+}
+
+/// The SPI port: the chip, or nothing.
+struct Spi {
+    bench: Bench,
+    chip: Chip,
+}
+
+impl ErrorType for Spi {
+    type Error = <Chip as ErrorType>::Error;
+}
+
+impl SpiDevice<u8> for Spi {
+    fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), Self::Error> {
+        if self.bench.plugged.get() == ModuleKind::Bgt60 {
+            self.chip.at(self.bench.now.get());
+            return self.chip.transaction(operations);
+        }
+        for operation in operations {
+            if let Operation::Read(words) | Operation::Transfer(words, _) = operation {
+                words.fill(0xff);
+            }
+        }
+        Ok(())
+    }
+}
+
+impl Bench {
+    fn wait<T>(
+        &self,
+        mut poll: impl FnMut(Micros) -> Poll<Result<T, LinkError>>,
+    ) -> Result<T, LinkError> {
+        for _ in 0..3 * TIMEOUT_US / STEP_US {
+            self.now.set(self.now.get().plus(STEP_US));
+            if let Poll::Ready(answer) = poll(self.now.get()) {
+                return answer;
+            }
+        }
+        panic!("neither an answer nor a time-out")
+    }
+
+    /// What `module` is set to when it is told that it is a `kind`.
+    fn program(
+        &self,
+        module: &mut dyn RadarModule,
+        kind: ModuleKind,
+    ) -> Result<RadarConfig, LinkError> {
+        let wish = Wish {
+            kind,
+            ..Wish::DEFAULT
+        };
+        module.program(self.now.get(), &wish, TIMEOUT_US);
+        self.wait(|now| module.settings(now))
+    }
+
+    fn chirp(&self, module: &mut dyn RadarModule, samples: u16) -> Result<Vec<Iq>, LinkError> {
+        let mut chirp = vec![Iq::default(); samples.into()];
+        module.trigger(self.now.get(), 1_000, TIMEOUT_US);
+        self.wait(|now| module.poll(now, &mut chirp))?;
+        Ok(chirp)
+    }
+}
+
+fn any(bench: &Bench) -> AnyModule<Line<'static>, Spi> {
+    let line = Line {
+        bench: bench.clone(),
+        sirad: SiRadPort::new(Box::new(|samples| Some(vec![[100, -50]; samples]))),
+        decoder: Decoder::new(),
+        out: VecDeque::new(),
+    };
+    let mut chip = Chip::new();
+    chip.echo = (0..1024).map(|k| 2048 + k % 100).collect();
+    let spi = Spi {
+        bench: bench.clone(),
+        chip,
+    };
+    AnyModule::new(line, spi)
+}
+
+fn bench() -> Bench {
+    Bench {
+        plugged: Rc::new(Cell::new(ModuleKind::Pstr)),
+        now: Rc::new(Cell::new(Micros(u32::MAX - 300_000))),
+    }
+}
+
+const KINDS: [ModuleKind; 3] = [ModuleKind::Pstr, ModuleKind::SiRad, ModuleKind::Bgt60];
+
+#[test]
+fn the_module_that_is_named_is_spoken_to() {
+    let bench = bench();
+    let mut module = any(&bench);
+    // From each to each.
+    for kind in KINDS.into_iter().chain(KINDS.into_iter().rev()) {
+        bench.plugged.set(kind);
+        let radar = bench.program(&mut module, kind).unwrap();
+        assert_eq!(radar.validate(), Ok(()));
+        let band = radar.carrier_khz / 1_000_000;
+        let expected = match kind {
+            ModuleKind::Pstr => 94,
+            ModuleKind::SiRad => 122,
+            ModuleKind::Bgt60 => 60,
+        };
+        assert_eq!((band, radar.real), (expected, kind == ModuleKind::Bgt60));
+        let chirp = bench.chirp(&mut module, radar.samples).unwrap();
+        if kind == ModuleKind::Pstr {
+            assert!(chirp.iter().all(|&sample| sample == TOLD));
+        }
+        // Only frames can be triggered from a mirror that turns.
+        assert_eq!(module.wire().is_some(), kind == ModuleKind::Pstr);
+    }
+}
+
+#[test]
+fn another_module_than_the_named_one_is_an_error() {
+    for named in KINDS {
+        for plugged in KINDS.into_iter().filter(|&kind| kind != named) {
+            let bench = bench();
+            let mut module = any(&bench);
+            bench.plugged.set(plugged);
+            let radar = bench.program(&mut module, named);
+            assert!(radar.is_err(), "{named:?} with a {plugged:?}: {radar:?}");
+        }
+    }
+}
