@@ -14,9 +14,6 @@ use stm32f4xx_hal::pac::EXTI;
 
 /// SysTick counts 24 bits: 0.1 s at 168 MHz. A longer interval takes several shots.
 const LONGEST: u32 = 0x00ff_ffff;
-/// STEP is high for so many clocks by itself: what computes the next interval has a division of 14
-/// clocks (PM0214, 3.10) and some ten other instructions at least.
-const COMPUTING: u32 = 24;
 /// Clocks of one turn of the loop that waits, at least: a subtraction and a branch that is taken.
 const WAITING: u32 = 3;
 /// EN: GPIOC pin 8.
@@ -199,10 +196,7 @@ impl StepPort for Motor {
 
     /// A wire of STALL that is broken reads as a stall at either level.
     fn configure(&mut self, driver: &DriverConfig) {
-        /// Hertz of a megahertz: clocks of a microsecond.
-        const MEGAHERTZ: u32 = 1_000_000;
-        let width = u32::from(driver.pulse_width) * (self.core_hz / MEGAHERTZ);
-        self.hold = width.saturating_sub(COMPUTING);
+        self.hold = driver.held_clocks(self.core_hz);
         self.disarm();
         self.pulser.configure(driver.ratio(), driver.enable_level);
         ENABLE_HIGH.store(driver.enable_level == Level::High, Ordering::Relaxed);

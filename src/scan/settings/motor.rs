@@ -61,6 +61,16 @@ impl DriverConfig {
         (own, MICROSTEPS_PER_TURN / i32::from(Self::GRAIN))
     }
 
+    /// Clocks for which the interrupt that began a pulse waits before it ends it; the interval to the next
+    /// pulse is programmed so much shorter. STEP is high for some clocks by itself: what computes that
+    /// interval has a division of 14 clocks (PM0214, 3.10) and some ten other instructions at least.
+    pub fn held_clocks(&self, core_hz: u32) -> u32 {
+        const COMPUTING: u32 = 24;
+        /// Hertz of a megahertz: clocks of a microsecond.
+        const MEGAHERTZ: u32 = 1_000_000;
+        (u32::from(self.pulse_width) * (core_hz / MEGAHERTZ)).saturating_sub(COMPUTING)
+    }
+
     fn validate(&self) -> Result<(), ConfigError> {
         /// An interrupt waits for the pulse to end, and the report port's next byte for the interrupt:
         /// 87 µs at most.
