@@ -9,7 +9,8 @@
 //! | module | from → to |
 //! |---|---|
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
-//! | [`scan`] | schedule of angles, mirror motor, radar link, the scanner's loop |
+//! | [`radar`] | radar modules and their protocols, behind one trait |
+//! | [`scan`] | schedule of angles, mirror motor, the scanner's loop |
 //! | [`range`] | chirp → DC removal → window → FFT → power → CA-CFAR → one row of the map |
 //! | [`drive`] | what the chair's controller says of its motion → where each row was seen |
 //! | [`grid`] | rows → the polar map and where its cells lie |
@@ -58,6 +59,7 @@ pub mod paper;
 pub mod params;
 pub mod pipeline;
 pub mod posterior;
+pub mod radar;
 pub mod range;
 pub mod report;
 pub mod scan;

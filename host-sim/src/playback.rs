@@ -9,9 +9,10 @@ use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
 use stairscan::drive::Mode;
-use stairscan::scan::module::Wish;
+use stairscan::radar::module::Wish;
+use stairscan::radar::{LinkError, RadarModule};
 use stairscan::scan::settings::{MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing};
-use stairscan::scan::{LinkError, Micros, Mirror, MirrorError, Motion, RadarModule, Settings};
+use stairscan::scan::{Micros, Mirror, MirrorError, Motion, Settings};
 
 use crate::motion::Timetable;
 use crate::motion::by_trigger::ByTrigger;

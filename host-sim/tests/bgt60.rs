@@ -9,10 +9,11 @@ use stairscan::Iq;
 use stairscan::answer::Outcome;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::pipeline::Pipeline;
+use stairscan::radar::LinkError;
+use stairscan::radar::bgt60::{Bgt60, FIFO_FAILED, NOT_HELD, PORT_FAILED, SPI_FAILED, STRANGER};
+use stairscan::radar::module::{ModuleKind, Wish};
 use stairscan::scan::DataPath;
-use stairscan::scan::bgt60::{Bgt60, FIFO_FAILED, NOT_HELD, PORT_FAILED, SPI_FAILED, STRANGER};
-use stairscan::scan::module::{ModuleKind, Wish};
-use stairscan::scan::{LinkError, Micros};
+use stairscan::scan::Micros;
 
 /// As the scanner's settings have them by default.
 const CONFIGURE_US: u32 = 100_000;

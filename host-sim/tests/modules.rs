@@ -10,10 +10,11 @@ use host_sim::modules::bgt60::Chip;
 use host_sim::modules::sirad::SiRadPort;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::scan::any::AnyModule;
-use stairscan::scan::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
-use stairscan::scan::module::{ModuleKind, RadarModule, Wish};
-use stairscan::scan::{BytePort, LinkError, Micros};
+use stairscan::radar::LinkError;
+use stairscan::radar::any::AnyModule;
+use stairscan::radar::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::radar::module::{ModuleKind, RadarModule, Wish};
+use stairscan::scan::{BytePort, Micros};
 
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 20;

@@ -12,9 +12,9 @@ use host_sim::score;
 use stairscan::Iq;
 use stairscan::answer::Status;
 use stairscan::config::RadarConfig;
+use stairscan::radar::module::{ModuleKind, Wish};
+use stairscan::radar::sirad::SiRad;
 use stairscan::scan::Micros;
-use stairscan::scan::module::{ModuleKind, Wish};
-use stairscan::scan::sirad::SiRad;
 
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 1_000;

@@ -4,13 +4,13 @@ use core::sync::atomic::AtomicU16;
 
 use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::answer::{Reason, Reasons};
+use stairscan::radar::any::AnyModule;
+use stairscan::radar::wire::LINK_BAUD;
 use stairscan::report::command::Measure;
-use stairscan::scan::any::AnyModule;
 use stairscan::scan::seal::Verdict;
 use stairscan::scan::settings::Level;
 use stairscan::scan::store::{Store, StoreError};
 use stairscan::scan::tmc2209::{self, Tmc2209};
-use stairscan::scan::wire::LINK_BAUD;
 use stairscan::scan::{Board, Identity, Micros, Settings};
 use stm32f4xx_hal::gpio::{
     Edge, ExtiPin, Input, Output, PB0, PB1, PC9, PinState, PushPull, Speed, gpioc,

@@ -5,14 +5,14 @@ use core::task::Poll;
 use embedded_hal::spi::SpiDevice;
 
 use super::bgt60::Bgt60;
-use super::board::BytePort;
 use super::link::Frames;
 use super::module::{LinkError, ModuleKind, RadarModule, Wish};
 use super::sirad::SiRad;
-use super::time::Micros;
 use super::wire::Wire;
 use crate::Iq;
 use crate::config::RadarConfig;
+use crate::scan::board::BytePort;
+use crate::scan::time::Micros;
 
 /// The protocol in use. They share their memory: only one module is there.
 #[derive(Debug)]

@@ -17,9 +17,9 @@ use core::task::Poll;
 use embedded_hal::spi::SpiDevice;
 
 use super::module::{LinkError, Wish};
-use super::time::Micros;
 use crate::Iq;
 use crate::config::RadarConfig;
+use crate::scan::time::Micros;
 use chip::{
     BURST_ERROR, CHIP_ID, CLOCK_ERROR, FIFO_RESET, FILLED, FRAME_START, FSTAT, GSR0_ERRORS,
     GSR0_FIFO, IDENTITY, MAIN, MAIN_AT_REST, OVERFLOW, PACR1, PLL_ON, SFCTL, SW_RESET, Shape,

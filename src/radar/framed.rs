@@ -2,19 +2,19 @@
 
 use core::task::Poll;
 
-use super::Frames;
+use super::link::Frames;
 use crate::Iq;
 use crate::config::RadarConfig;
+use crate::radar::module::{LinkError, RadarModule, Wish};
+use crate::radar::wire::Wire;
 use crate::scan::board::BytePort;
-use crate::scan::module::{LinkError, RadarModule, Wish};
 use crate::scan::time::Micros;
-use crate::scan::wire::Wire;
 
 /// [`Frames`] over a port of their own.
 #[derive(Debug)]
 pub struct FrameLink<P> {
-    pub(super) port: P,
-    pub(super) frames: Frames,
+    pub(in crate::radar) port: P,
+    pub(in crate::radar) frames: Frames,
 }
 
 impl<P> FrameLink<P> {

@@ -12,19 +12,15 @@
 //! planned for its wire, not in the midst of one but behind it. A rate at which more than 3
 //! answers of one scan failed is not asked for again for 200 scans.
 
-mod framed;
-
-pub use framed::FrameLink;
-
 use core::task::Poll;
 
-use super::board::BytePort;
 use super::frame::{self, Ability, Decoder, Frame, Kind, Progress};
 use super::module::{LinkError, Wish};
-use super::time::Micros;
 use super::wire::{LINK_BAUD, Wire};
 use crate::Iq;
 use crate::config::RadarConfig;
+use crate::scan::board::BytePort;
+use crate::scan::time::Micros;
 
 /// The request that waits for its answer.
 #[derive(Clone, Copy, Debug)]

@@ -2,10 +2,10 @@
 
 use core::task::Poll;
 
-use super::time::Micros;
 use super::wire::Wire;
 use crate::Iq;
 use crate::config::RadarConfig;
+use crate::scan::time::Micros;
 
 /// What is wrong with bytes that began like a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

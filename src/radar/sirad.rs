@@ -19,11 +19,11 @@ mod tests;
 
 use core::task::Poll;
 
-use super::board::BytePort;
 use super::module::{FrameError, LinkError, Wish};
-use super::time::Micros;
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig, SAMPLES};
+use crate::scan::board::BytePort;
+use crate::scan::time::Micros;
 pub use reader::{Event, Reader};
 
 /// Most bytes that are read in one go, so that a module that never falls silent cannot hold the scanner up.

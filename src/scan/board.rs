@@ -132,7 +132,7 @@ pub struct Identity {
 pub struct Hardware<M, L, P, B> {
     /// The mirror ([`super::Mirror`]).
     pub mirror: M,
-    /// The radar module ([`super::RadarModule`]).
+    /// The radar module ([`crate::radar::RadarModule`]).
     pub link: L,
     /// The report port ([`BytePort`]).
     pub port: P,

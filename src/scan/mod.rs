@@ -1,9 +1,9 @@
-//! Schedule of angles, mirror motor, radar link, and the loop that ties them to the stages.
+//! Schedule of angles, mirror motor, and the loop that ties them to the stages.
 //!
 //! The scanner is a polled state machine: [`Scanner::step`] never waits, so that a command is
 //! answered during a scan, the watchdog sees every state's own deadline, and a chirp is on the wire and worked
 //! off while the mirror moves to the next angle. Hardware comes in behind four narrow traits
-//! ([`Mirror`], [`RadarModule`], [`BytePort`], [`Board`]) and time as an argument, so the code
+//! ([`Mirror`], [`RadarModule`](crate::radar::RadarModule), [`BytePort`], [`Board`]) and time as an argument, so the code
 //! that scans on the chip is the code that runs in the emulator and behind `replay`.
 //!
 //! | module | what it does |
@@ -19,13 +19,6 @@
 //! | [`tmc2209`] | that driver's wire and registers |
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
-//! | [`frame`] | the radar link's binary frames |
-//! | [`module`] | the radar module as the sweep sees it, whatever its protocol |
-//! | [`link`] | a module that speaks frames, and the rate of its wire |
-//! | [`sirad`] | a SiRad's protocol |
-//! | [`any`] | whichever of these the setting names |
-//! | [`wire`] | how long what takes on the wire |
-//! | [`bgt60`] | a module with Infineon's BGT60TR13C, over SPI |
 //! | [`board`] | the report port, what survives a reset, who the firmware is |
 //! | [`chain`] | the data's way: samples, map, estimator |
 //! | [`pace`] | how fast a mirror that does not stop may turn |
@@ -33,15 +26,10 @@
 //! | [`outbox`] | sentences on their way out |
 //! | [`scanner`] | boot, self-test, idle, scanning, reporting, fault; commands |
 
-pub mod any;
-pub mod bgt60;
 pub mod board;
 pub mod chain;
 pub mod driver;
-pub mod frame;
-pub mod link;
 pub mod mirror;
-pub mod module;
 pub mod outbox;
 pub mod pace;
 pub mod pulser;
@@ -51,17 +39,14 @@ pub mod scanner;
 pub mod schedule;
 pub mod seal;
 pub mod settings;
-pub mod sirad;
 pub mod store;
 pub mod sweep;
 pub mod time;
 pub mod tmc2209;
-pub mod wire;
 
 pub use board::{Board, BytePort, Hardware, Identity};
 pub use chain::DataPath;
 pub use mirror::{Mirror, MirrorError, Motion};
-pub use module::{LinkError, RadarModule};
 pub use scanner::{Reports, Scanner};
 pub use schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use settings::Settings;

@@ -57,12 +57,12 @@ mod found;
 mod motor;
 mod slot;
 
-use super::module::Wish;
 use super::schedule::Schedule;
 use crate::config::{Config, ConfigError, SAMPLES, check};
 use crate::drive;
 use crate::grid::BinWindow;
 use crate::grid::MAX_CELLS;
+use crate::radar::module::Wish;
 pub use motor::{Driver, DriverConfig, FINEST, Level, MotorConfig};
 use slot::Slot;
 pub(crate) use slot::number;

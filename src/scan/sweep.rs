@@ -21,13 +21,13 @@ use core::task::Poll;
 
 use super::chain::DataPath;
 use super::mirror::{Mirror, Motion};
-use super::module::RadarModule;
 use super::pace::Cruise;
 use super::ramp::Ramp;
 use super::schedule::{Schedule, shaft_angle};
 use super::settings::{Settings, SweepMode};
 use super::time::Micros;
 use crate::answer::Reason;
+use crate::radar::module::RadarModule;
 use holding::Hold;
 use rows::{LOST_STREAK, MARGIN_US, RowState, later};
 use turning::Turning;

@@ -10,15 +10,16 @@ use stairscan::answer::{Outcome, Reasons};
 use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError, RadarConfig};
 use stairscan::drive::{Drive, Odometry};
+use stairscan::radar::module::Wish;
+use stairscan::radar::wire::Wire;
+use stairscan::radar::{LinkError, RadarModule};
 use stairscan::report::command::{Measure, framed};
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::module::Wish;
 use stairscan::scan::settings::{MotorConfig, SweepMode};
 use stairscan::scan::store::StoreError;
-use stairscan::scan::wire::Wire;
 use stairscan::scan::{
-    Board, BytePort, DataPath, Hardware, Identity, LinkError, Micros, Mirror, MirrorError, Motion,
-    RadarModule, Scanner, Settings,
+    Board, BytePort, DataPath, Hardware, Identity, Micros, Mirror, MirrorError, Motion, Scanner,
+    Settings,
 };
 
 /// Everything outside the scanner, shared between its traits and the test.

@@ -16,11 +16,12 @@ use std::rc::Rc;
 use std::task::Poll;
 
 use stairscan::Iq;
-use stairscan::scan::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
-use stairscan::scan::link::FrameLink;
-use stairscan::scan::module::Wish;
-use stairscan::scan::wire::TRAILER;
-use stairscan::scan::{BytePort, Micros, RadarModule};
+use stairscan::radar::FrameLink;
+use stairscan::radar::RadarModule;
+use stairscan::radar::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::radar::module::Wish;
+use stairscan::radar::wire::TRAILER;
+use stairscan::scan::{BytePort, Micros};
 
 use crate::input::Input;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
-use stairscan::scan::sirad::{Event, Reader};
+use stairscan::radar::sirad::{Event, Reader};
 
 use super::mat;
 use crate::modules::sirad::Sample;

@@ -7,8 +7,8 @@ use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 use serde_json::{Value, json};
 use stairscan::config::Config;
+use stairscan::radar::wire::Wire;
 use stairscan::scan::pace::Cruise;
-use stairscan::scan::wire::Wire;
 use stairscan::scan::{MICROSTEPS_PER_TURN, Schedule, Settings};
 
 use super::{Format, emit, progress};

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use serialport::SerialPort;
 use stairscan::config::{Config, Plane, SweepConfig, to_fixed};
+use stairscan::radar::wire::LINK_BAUD;
 use stairscan::scan::schedule::shaft_angle;
-use stairscan::scan::wire::LINK_BAUD;
 use stairscan::scan::{Micros, Schedule};
 
 use super::{Settings, emit};

@@ -4,9 +4,9 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value, json};
+use stairscan::radar::wire::{SLACK_US, Wire};
 use stairscan::scan::pace::Cruise;
 use stairscan::scan::ramp::Ramp;
-use stairscan::scan::wire::{SLACK_US, Wire};
 use stairscan::scan::{Schedule, Settings};
 
 use super::{Format, emit};

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use indicatif::ProgressBar;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::scan::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::radar::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
 
 use crate::playback::{Playback, Player};
 

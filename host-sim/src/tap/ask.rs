@@ -10,9 +10,10 @@ use std::task::Poll;
 use anyhow::{Result, bail};
 use serialport::SerialPort;
 use stairscan::Iq;
-use stairscan::scan::link::FrameLink;
-use stairscan::scan::module::Wish;
-use stairscan::scan::{BytePort, LinkError, Micros, RadarModule};
+use stairscan::radar::FrameLink;
+use stairscan::radar::module::Wish;
+use stairscan::radar::{LinkError, RadarModule};
+use stairscan::scan::{BytePort, Micros};
 
 use super::scans::Wire;
 

@@ -294,7 +294,7 @@ fn count<T>(counter: &mut u32) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::scan::frame::{self, Ability, Kind, MAX_FRAME};
+    use stairscan::radar::frame::{self, Ability, Kind, MAX_FRAME};
 
     const RADAR: RadarConfig = RadarConfig {
         carrier_khz: 94_000_000,

@@ -16,8 +16,8 @@ use host_sim::volatile::{Volatile, identity};
 use stairscan::config::Config;
 use stairscan::drive::{Mode, Odometry};
 use stairscan::pipeline::Pipeline;
+use stairscan::radar::FrameLink;
 use stairscan::report::Sentence;
-use stairscan::scan::link::FrameLink;
 use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
 
 use crate::common::Scratch;

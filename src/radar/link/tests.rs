@@ -1,7 +1,8 @@
 //! The link against a wire that takes bytes in pieces, and against modules that misbehave.
 
 use super::*;
-use crate::scan::module::{FrameError, RadarModule};
+use crate::radar::FrameLink;
+use crate::radar::module::{FrameError, RadarModule};
 use std::collections::VecDeque;
 use std::vec::Vec;
 

@@ -2,12 +2,12 @@
 
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
+use crate::radar::module::RadarModule;
 use crate::report::command::Calibration;
 use crate::report::crc;
 use crate::scan::board::{Board, BytePort};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::Mirror;
-use crate::scan::module::RadarModule;
 use crate::scan::settings;
 use crate::scan::sweep::Rows;
 use crate::scan::time::Micros;

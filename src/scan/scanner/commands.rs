@@ -3,12 +3,12 @@
 use super::pulse::Pulse;
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
+use crate::radar::module::RadarModule;
 use crate::report::LiveLine;
 use crate::report::command::{self, Command, Input, LineReader};
 use crate::scan::board::{Board, BytePort};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::Mirror;
-use crate::scan::module::RadarModule;
 use crate::scan::settings::{self, Settings};
 use crate::scan::time::Micros;
 

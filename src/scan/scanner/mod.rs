@@ -36,10 +36,10 @@ mod states;
 pub use reports::Reports;
 
 use crate::drive::{Drive, Odometry};
+use crate::radar::module::RadarModule;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::Mirror;
-use crate::scan::module::RadarModule;
 use crate::scan::settings::Settings;
 use crate::scan::time::Micros;
 use commands::Console;

@@ -3,7 +3,7 @@
 use super::motor::{Driver, Level};
 use crate::config::{ConfigError, EstimatorKind, Plane, Spread};
 use crate::drive;
-use crate::scan::module::ModuleKind;
+use crate::radar::module::ModuleKind;
 
 /// Something that is on or off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
