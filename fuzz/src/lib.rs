@@ -27,8 +27,10 @@ pub struct Target {
 }
 
 /// All of them.
-pub const TARGETS: [Target; 8] = [
+pub const TARGETS: [Target; 10] = [
     target("radar_link", targets::radar_link::run, 2000),
+    target("sirad", targets::sirad::run, 1000),
+    target("bgt60", targets::bgt60::run, 1000),
     target("commands", targets::commands::run, 4000),
     target("sentences", targets::sentences::run, 4000),
     target("motion", targets::motion::run, 4000),

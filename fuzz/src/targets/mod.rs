@@ -1,5 +1,6 @@
 //! The targets. Each says what it reads and what must hold.
 
+pub mod bgt60;
 pub mod commands;
 pub mod motion;
 pub mod pipeline;
@@ -8,3 +9,4 @@ pub mod recordings;
 pub mod scanner;
 pub mod scenes;
 pub mod sentences;
+pub mod sirad;

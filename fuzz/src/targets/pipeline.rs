@@ -31,6 +31,9 @@ use crate::input::Input;
 /// Speed of light, m/s.
 const LIGHT: f32 = 299_792_458.0;
 
+/// In the number of rows: samples are real.
+const REAL: u16 = 1 << 15;
+
 /// A scatterer.
 struct Point {
     angle: f32,
@@ -39,13 +42,16 @@ struct Point {
     turn: f32,
 }
 
-/// The configuration that eight bytes stand for: samples, bandwidth (50 MHz), rows (u16), step (0.01°), plane,
+/// The configuration that eight bytes stand for: samples, bandwidth (50 MHz), rows (u16; with the top
+/// bit samples are real), step (0.01°), plane,
 /// estimator and CFAR (bits), mirror offset (cm), mount height (cm).
 pub fn setup(input: &mut Input<'_>) -> Config {
     let mut config = Config::default();
     config.radar.samples = u16::from(input.byte()) + 1;
     config.radar.bandwidth_khz = 50_000 * (u32::from(input.byte()) + 1);
-    config.sweep.angle_count = input.short() % 400;
+    let rows = input.short();
+    config.radar.real = rows & REAL != 0;
+    config.sweep.angle_count = (rows & !REAL) % 400;
     config.sweep.angle_step = 10 * i32::from(input.byte());
     let bits = input.byte();
     if bits & 1 != 0 {

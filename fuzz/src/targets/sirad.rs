@@ -1,0 +1,179 @@
+//! What a SiRad sends: any bytes, whole frames, answers to questions, silence.
+//!
+//! An operation is a byte, and what it needs after it:
+//!
+//! | byte | then | what |
+//! |---|---|---|
+//! | 0 | u32, u16, u16 | the module is set up with that bandwidth, kHz, samples, and time-out, ms |
+//! | 1 | u16 | the scanner triggers a chirp of 32 samples, likewise |
+//! | 2 | count, bytes | these come in as they are |
+//! | 3 | u16, count, numbers | a binary raw frame with this counter and so many numbers |
+//! | 4 | u16, count, numbers | the same as a table |
+//! | 5 | | the module says who it is |
+//! | 6 | u16 | so many ms pass |
+
+use std::collections::VecDeque;
+use std::task::Poll;
+
+use host_sim::modules::sirad::{binary, table};
+use stairscan::Iq;
+use stairscan::radar::module::{ModuleKind, Wish};
+use stairscan::radar::sirad::SiRad;
+use stairscan::scan::{BytePort, Micros};
+
+use crate::input::Input;
+
+/// Samples of the chirps that are asked for.
+const SAMPLES: usize = 32;
+/// What triggers a measurement.
+const TRIGGER: &[u8] = b"!N\r\n";
+
+#[derive(Default)]
+struct Port {
+    from: VecDeque<u8>,
+    /// What has been sent since the last request.
+    to: Vec<u8>,
+}
+
+impl BytePort for Port {
+    fn read(&mut self) -> Option<u8> {
+        self.from.pop_front()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        // A narrow port: commands go out in pieces.
+        let taken = bytes.len().min(5);
+        self.to.extend(&bytes[..taken]);
+        taken
+    }
+}
+
+/// What the scanner waits for.
+#[derive(Clone, Copy, PartialEq)]
+enum Waiting {
+    Nothing,
+    Settings,
+    Chirp,
+}
+
+struct Bench {
+    module: SiRad,
+    port: Port,
+    now: Micros,
+    until: Micros,
+    waiting: Waiting,
+    /// Bytes that may mean anything have come in since the module was made.
+    noise: bool,
+    /// A whole raw frame of [`SAMPLES`] has come in since this request's trigger had left.
+    answered: bool,
+}
+
+impl Bench {
+    fn begin(&mut self, waiting: Waiting, timeout_ms: u16) -> u32 {
+        let timeout = 1000 * u32::from(timeout_ms).max(1);
+        self.until = self.now.plus(timeout);
+        self.waiting = waiting;
+        self.port.to.clear();
+        self.answered = false;
+        timeout
+    }
+
+    fn frame(&mut self, bytes: &[u8], numbers: usize) {
+        let fired = self.port.to.ends_with(TRIGGER);
+        self.answered |= fired && numbers == 2 * SAMPLES && self.waiting == Waiting::Chirp;
+        self.port.from.extend(bytes);
+    }
+
+    fn poll(&mut self) {
+        let ready = match self.waiting {
+            Waiting::Nothing => return,
+            Waiting::Settings => {
+                let answer = self.module.settings(&mut self.port, self.now);
+                answer.map(|settings| {
+                    if let Ok(radar) = settings {
+                        assert!(radar.bandwidth_khz > 0 && !radar.real, "{radar:?}");
+                    }
+                })
+            }
+            Waiting::Chirp => {
+                let mut samples = [Iq::default(); SAMPLES];
+                let answer = self.module.poll(&mut self.port, self.now, &mut samples);
+                answer.map(|chirp| {
+                    let told = self.noise || self.answered;
+                    assert!(chirp.is_err() || told, "a chirp from before the trigger");
+                })
+            }
+        };
+        match ready {
+            Poll::Ready(()) => self.waiting = Waiting::Nothing,
+            Poll::Pending if self.port.from.is_empty() => {
+                assert!(!self.now.reached(self.until), "waits for ever");
+            }
+            Poll::Pending => {}
+        }
+    }
+}
+
+/// Numbers of a raw frame: as many as `count` says, from the bytes that are left.
+fn numbers(input: &mut Input<'_>, count: u8) -> Vec<[i16; 2]> {
+    let bytes = input.bytes(4);
+    let value = |k: usize| i16::from(bytes.get(k % bytes.len().max(1)).copied().unwrap_or(0));
+    // At most the 64 of the chirp and some more.
+    let pairs = usize::from(count % 80) / 2;
+    (0..pairs)
+        .map(|k| [value(2 * k) - 128, value(2 * k + 1) - 128])
+        .collect()
+}
+
+/// Runs the operations.
+pub fn run(data: &[u8]) {
+    let mut bench = Bench {
+        module: SiRad::new(),
+        port: Port::default(),
+        now: Micros(u32::MAX - 500_000),
+        until: Micros(0),
+        waiting: Waiting::Nothing,
+        noise: false,
+        answered: false,
+    };
+    let mut input = Input(data);
+    while !input.is_empty() {
+        match input.byte() % 7 {
+            0 => {
+                let wish = Wish {
+                    kind: ModuleKind::SiRad,
+                    bandwidth_khz: input.word(),
+                    samples: input.short(),
+                    ..Wish::DEFAULT
+                };
+                let timeout = bench.begin(Waiting::Settings, input.short());
+                let (module, port) = (&mut bench.module, &mut bench.port);
+                module.program(port, bench.now, &wish, timeout);
+            }
+            1 => {
+                let timeout = bench.begin(Waiting::Chirp, input.short());
+                let (module, port) = (&mut bench.module, &mut bench.port);
+                module.trigger(port, bench.now, -20_000, timeout);
+            }
+            2 => {
+                bench.noise = true;
+                bench.port.from.extend(input.counted());
+            }
+            op @ (3 | 4) => {
+                let (counter, count) = (input.short(), input.byte());
+                let samples = numbers(&mut input, count);
+                let bytes = match op {
+                    3 => binary(counter, &samples),
+                    _ => table(counter, &samples),
+                };
+                bench.frame(&bytes, 2 * samples.len());
+            }
+            5 => bench.port.from.extend(b"!IDocile\r\n"),
+            _ => bench.now = bench.now.plus(1000 * u32::from(input.short())),
+        }
+        // What goes out in pieces needs some calls.
+        for _ in 0..12 {
+            bench.poll();
+        }
+    }
+}
