@@ -101,7 +101,8 @@ extern "C" {
     X(MEMORY_DAMAGED, "memory-damaged", "The memory does not keep what is written to it.") \
     X(SUPPLY, "supply", "The supply is too low, or was before the reset.") \
     X(INTERNAL_CLOCK, "internal-clock", "The crystal does not run, and nobody has said that the internal oscillator will do.") \
-    X(MOTOR_DRIVER, "motor-driver", "The motor's driver does not answer, was reset, or reports an error.")
+    X(MOTOR_DRIVER, "motor-driver", "The motor's driver does not answer, was reset, or reports an error.") \
+    X(MIRROR_SLIPPED, "mirror-slipped", "The home switch is not where it was: the mirror's angle was not what its steps said.")
 
 /* Keys of settings: for `get` and `set`. */
 #define STAIRSCAN_KEYS(X) \
@@ -162,7 +163,8 @@ extern "C" {
     X("pulse-width") \
     X("enable-wake") \
     X("motor-current") \
-    X("stall-threshold")
+    X("stall-threshold") \
+    X("home-check")
 
 /* Keys of what is measured: for `get`. */
 #define STAIRSCAN_MEASURES(X) \

@@ -174,6 +174,8 @@ reasons! {
     InternalClock = "internal-clock",
     /// The motor's driver does not answer, was reset, or reports an error.
     MotorDriver = "motor-driver",
+    /// The home switch is not where it was: the mirror's angle was not what its steps said.
+    MirrorSlipped = "mirror-slipped",
 }
 
 /// A set of [`Reason`]s.

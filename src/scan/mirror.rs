@@ -26,6 +26,8 @@ pub enum MirrorError {
     HomeNotFound,
     /// The driver does not answer, was reset, or reports an error.
     Driver,
+    /// The home switch is not where homing has found it.
+    Slipped,
     /// A move was asked for before homing had given the position a meaning.
     NotHomed,
 }
@@ -39,6 +41,9 @@ pub trait Mirror {
     /// Begins to look at the driver: until it is known to be well [`Mirror::poll`] says [`Motion::Moving`],
     /// and moves that are started wait. Homing was made for one driver; where `motor` has another, home is unknown again.
     fn check(&mut self, _motor: &MotorConfig) {}
+    /// Begins to look whether the home switch still stands where homing has found it: until then
+    /// [`Mirror::poll`] says [`Motion::Moving`], and an error where it does not.
+    fn cross_home(&mut self, _motor: &MotorConfig) {}
     /// Whether the shaft stands by now. An error also leaves the driver off.
     fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError>;
     /// Where the shaft was at the last [`Mirror::poll`], microsteps from the horizontal.
@@ -113,7 +118,18 @@ enum State {
     Waking(Option<Micros>),
     Homing(Homing),
     Homed,
+    /// On the way to the home switch once more.
+    Crossing(Crossing),
     Failed(MirrorError),
+}
+
+/// The moves of a look at the home switch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Crossing {
+    /// Slowly towards it, and not yet fast to a place before it.
+    slow: bool,
+    /// Looks that found it elsewhere.
+    tries: u8,
 }
 
 /// What the search for home has found so far.
@@ -170,6 +186,12 @@ const LEVEL_US: u32 = 5_000;
 const BOUNCE_US: u32 = 20_000;
 /// The first slow approach ends so near where the fast search did: 2.5°, for a search does not stop dead.
 const NEAR_SEARCH: i32 = BACK_OFF / 2;
+/// A look at the switch begins so far before it, and ends as far behind it at last: 1°.
+const CROSSING: i32 = BACK_OFF / 5;
+/// Slow approaches to one switch end so near each other, microsteps: what motors and switches repeat to.
+const REPEATS: u32 = 2;
+/// Looks that may find the switch elsewhere: one spike on its wire is no slip.
+const CROSSING_TRIES: u8 = 2;
 /// Two slow approaches end so near each other: 1°.
 const NEAR_APPROACH: i32 = BACK_OFF / 5;
 /// Slow approaches to one place that prove a switch whose level was never seen.
@@ -306,6 +328,38 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         Ok(Motion::Moving)
     }
 
+    fn crossing(&mut self, slow: bool, tries: u8) {
+        self.state = State::Crossing(Crossing { slow, tries });
+        let home = microsteps(self.motor.home_angle);
+        if slow {
+            let slow = Ramp {
+                speed: self.motor.search_speed / 8,
+                acceleration: 0,
+            };
+            self.port.begin(home - CROSSING, slow, true);
+        } else {
+            self.port.begin(home + CROSSING, self.motor.ramp(), false);
+        }
+    }
+
+    /// The next move of a look at the switch once the present one has ended.
+    #[inline(never)]
+    fn cross_on(&mut self, at: Crossing, edge: bool) -> Result<Motion, MirrorError> {
+        let off = self.position.abs_diff(microsteps(self.motor.home_angle));
+        if at.slow && edge && off <= REPEATS {
+            self.state = State::Homed;
+            return Ok(Motion::Still);
+        }
+        // A switch that is pressed before it is reached is not where it was either.
+        let elsewhere = at.slow || self.pressed();
+        let tries = at.tries + u8::from(elsewhere);
+        if tries >= CROSSING_TRIES {
+            return self.fail(MirrorError::Slipped);
+        }
+        self.crossing(!elsewhere, tries);
+        Ok(Motion::Moving)
+    }
+
     /// The edge was none of the switch's: the search goes on where it was.
     #[inline(never)]
     fn refute(&mut self) -> Result<Motion, MirrorError> {
@@ -426,12 +480,16 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
         }
     }
 
+    fn cross_home(&mut self, motor: &MotorConfig) {
+        if self.state == State::Homed {
+            (self.motor.speed, self.motor.acceleration) = (motor.speed, motor.acceleration);
+            self.crossing(false, 0);
+        }
+    }
+
     fn start_move(&mut self, position: i32, motor: &MotorConfig) {
         if self.state == State::Homed {
-            let ramp = Ramp {
-                speed: motor.speed,
-                acceleration: motor.acceleration,
-            };
+            let ramp = motor.ramp();
             if self.looking {
                 self.next = Some((position, ramp));
             } else {
@@ -458,6 +516,7 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
             }
             _ if pulses.moving => Ok(Motion::Moving),
             _ if self.looking => self.look_on(now),
+            State::Crossing(at) => self.cross_on(at, pulses.home_edge),
             State::Homing(homing) => self.advance(now, homing, pulses.home_edge),
             _ => Ok(Motion::Still),
         }

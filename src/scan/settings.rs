@@ -49,6 +49,7 @@
 //! | `enable-wake` | µs | from EN to the first pulse |
 //! | `motor-current` | mA rms | of a phase, with `tmc2209` |
 //! | `stall-threshold` | | SGTHRS of the `tmc2209`; 0: it reports no stalls |
+//! | `home-check` | `on`, `off` | whether the mirror looks for the home switch again behind every sweep that ends on its side |
 //! | `calibrated`, `calibrated-chip` | YYYYMMDD; | when the mounting was calibrated, and the CRC-32 of the number of the chip that did |
 //!
 //! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
@@ -225,6 +226,7 @@ impl Settings {
         "enable-wake",
         "motor-current",
         "stall-threshold",
+        "home-check",
     ];
 
     fn slot(&mut self, key: &str) -> Option<Slot<'_>> {
@@ -288,6 +290,7 @@ impl Settings {
             "enable-wake" => Slot::U16(&mut motor.driver.enable_wake),
             "motor-current" => Slot::U16(&mut motor.driver.current),
             "stall-threshold" => Slot::U8(&mut motor.driver.stall_threshold),
+            "home-check" => Slot::Present(&mut motor.home_check),
             _ => return None,
         })
     }
@@ -346,6 +349,11 @@ impl Settings {
         self.check_timing()?;
         self.check_module()?;
         self.motor.validate()?;
+        check(
+            !self.motor.home_check || self.sweeping != Sweeping::Forward,
+            "home-check",
+            "off with sweep down, which never ends on the switch's side",
+        )?;
         self.check_microsteps()
     }
 

@@ -203,6 +203,21 @@ impl Sweep {
         })
     }
 
+    /// All rows are done. Where the sweep has ended on the side of the home switch, and that is to be
+    /// checked, the answer waits for it: a mirror that has slipped saw another scene than it says.
+    #[inline(never)]
+    fn finish(&mut self, now: Micros, mirror: &mut impl Mirror) -> Poll<Rows> {
+        let motor = &self.settings.motor;
+        if !motor.home_check || !self.backward {
+            return self.end(None);
+        }
+        let bound = motor.cross_bound_us();
+        mirror.cross_home(motor);
+        self.deadline = now.plus(bound).plus(MARGIN_US);
+        self.at = RowState::CrossHome;
+        Poll::Pending
+    }
+
     /// Gets as far as it can without waiting.
     // Out of line, like what it calls: what a sweep takes of the stack would lie beneath the estimator.
     #[inline(never)]
@@ -219,7 +234,9 @@ impl Sweep {
         };
         match self.at {
             RowState::Configure => return self.poll_configure(now, link, data),
-            RowState::Work => return self.work(data),
+            RowState::Work => return self.work(now, mirror, data),
+            RowState::CrossHome if motion == Motion::Still => return self.end(None),
+            RowState::CrossHome => {}
             RowState::Move if motion == Motion::Still => self.arrived(now, mirror),
             RowState::Move => {}
             RowState::Settle(until) => {
@@ -375,12 +392,17 @@ impl Sweep {
 
     /// Works off the last chirp while the mirror is on its way to the next.
     #[inline(never)]
-    fn work(&mut self, data: &mut impl DataPath) -> Poll<Rows> {
+    fn work(
+        &mut self,
+        now: Micros,
+        mirror: &mut impl Mirror,
+        data: &mut impl DataPath,
+    ) -> Poll<Rows> {
         if let Some(row) = self.pending.take() {
             data.row(row);
         }
         if self.done >= self.schedule.rows() {
-            return self.end(None);
+            return self.finish(now, mirror);
         }
         self.at = RowState::Move;
         Poll::Pending

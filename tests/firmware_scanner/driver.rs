@@ -174,3 +174,39 @@ fn another_driver_by_command_is_set_up_before_it_moves() {
     assert_eq!(motor.0.borrow().1.homings, 2);
     assert!(motor.0.borrow().0.writes >= 7);
 }
+
+/// With `home-check` a sweep that ends on the switch's side looks for it, and a shaft that has slipped
+/// since homing has no answer but a fault.
+#[test]
+fn a_shaft_that_slipped_is_noticed_where_the_sweep_ends_at_home() {
+    let mut settings = settings();
+    settings.set("home-check", "on").unwrap();
+    let (mut bench, motor) = boot(settings, |_| ());
+    for scan in 1..5 {
+        let told = bench.scan();
+        assert_eq!((told.scan, told.status), (scan, Status::Ok), "{told:?}");
+    }
+    // The fifth scan ends at the far side, the sixth at home.
+    while bench.scanner.scans() < 5 {
+        bench.step();
+    }
+    motor.0.borrow_mut().1.place += 40;
+    assert_eq!(bench.scan().status, Status::Ok);
+    let fault = bench.scan();
+    assert_eq!((fault.scan, fault.status), (6, Status::Fault));
+    assert!(fault.reasons.has(Reason::MirrorSlipped), "{fault:?}");
+    assert_eq!(bench.scan().status, Status::Ok);
+    assert_eq!(motor.0.borrow().1.homings, 2, "homed again");
+}
+
+#[test]
+fn a_sweep_that_never_ends_at_home_cannot_check_it() {
+    let (mut bench, _) = boot(settings(), |_| ());
+    assert_eq!(bench.ask("stop"), "DONE,stop");
+    bench.send("set,sweep,down");
+    let answer = bench.send("set,home-check,on");
+    assert!(
+        answer.starts_with("FAIL,set,home-check,off with sweep down"),
+        "{answer}"
+    );
+}

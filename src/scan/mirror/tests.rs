@@ -418,3 +418,61 @@ fn another_driver_needs_homing() {
     stepper.check(&motor);
     assert!(!stepper.homed() && !stepper.port().enabled);
 }
+
+/// A homed shaft that then slips by so many microsteps that nobody counted.
+fn slipped(by: i32, motor: &MotorConfig) -> Stepper<Bench> {
+    let mut stepper = Stepper::new(Bench::at(3_000));
+    stepper.start_home(motor);
+    settle(&mut stepper).unwrap();
+    stepper.start_move(0, motor);
+    settle(&mut stepper).unwrap();
+    stepper.port.place += by;
+    stepper
+}
+
+#[test]
+fn a_switch_that_is_where_it_was_is_found_there_again() {
+    let motor = MotorConfig::default();
+    for by in [-2, 0, 1, 2] {
+        let mut stepper = slipped(by, &motor);
+        stepper.cross_home(&motor);
+        assert_eq!(settle(&mut stepper), Ok(()), "{by}");
+        let off = stepper.position() - microsteps(motor.home_angle);
+        assert!(stepper.homed() && off == -by, "{off} after {by}");
+        stepper.start_move(77, &motor);
+        settle(&mut stepper).unwrap();
+        assert_eq!(stepper.position(), 77);
+    }
+}
+
+#[test]
+fn a_shaft_that_has_slipped_is_found_out() {
+    let motor = MotorConfig::default();
+    for by in [-20_000, -400, -150, -64, -3, 3, 64, 150, 400, 20_000] {
+        let mut stepper = slipped(by, &motor);
+        stepper.cross_home(&motor);
+        assert_eq!(settle(&mut stepper), Err(MirrorError::Slipped), "{by}");
+        assert!(!stepper.homed() && !stepper.port.enabled, "{by}");
+    }
+}
+
+#[test]
+fn one_spike_on_the_way_to_the_switch_is_no_slip() {
+    let motor = MotorConfig::default();
+    let mut stepper = slipped(0, &motor);
+    stepper.port.spikes.push(60);
+    stepper.cross_home(&motor);
+    assert_eq!(settle(&mut stepper), Ok(()));
+    assert_eq!(stepper.position(), microsteps(motor.home_angle));
+    // A switch that has come loose is no spike.
+    stepper.port.switch_works = false;
+    stepper.cross_home(&motor);
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Slipped));
+}
+
+#[test]
+fn without_a_home_there_is_nothing_to_look_for() {
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.cross_home(&MotorConfig::default());
+    assert_eq!(stepper.poll(Micros(0)), Err(MirrorError::NotHomed));
+}

@@ -1,6 +1,7 @@
 //! The mirror's motor and its driver, and which of their values fit together.
 
 use crate::config::{ConfigError, check};
+use crate::scan::ramp::Ramp;
 use crate::scan::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT};
 
 /// What the motor's driver is told, and how.
@@ -144,6 +145,8 @@ pub struct MotorConfig {
     pub acceleration: u32,
     /// Speed of the search for home, microsteps/s: the motor must be able to stop dead from it.
     pub search_speed: u32,
+    /// Whether the home switch is looked for again at the end of every sweep that ends on its side.
+    pub home_check: bool,
     /// What drives it.
     pub driver: DriverConfig,
 }
@@ -157,6 +160,8 @@ impl Default for MotorConfig {
             acceleration: 2_560_000,
             // 100 full steps a second: below the pull-in rate of any motor of this size.
             search_speed: 25_600,
+            // Not every mounting has the switch near the sector.
+            home_check: false,
             driver: DriverConfig::default(),
         }
     }
@@ -192,6 +197,25 @@ impl MotorConfig {
             "pulse-width",
             "half of a step at top speed, or less",
         )
+    }
+
+    /// How moves between rows are made.
+    pub fn ramp(&self) -> Ramp {
+        Ramp {
+            speed: self.speed,
+            acceleration: self.acceleration,
+        }
+    }
+
+    /// By when a look at the home switch has ended, microseconds from its beginning: a turn, which is more
+    /// than any way there, and two slow approaches over 2° each, with the way back between them.
+    pub fn cross_bound_us(&self) -> u32 {
+        /// Microsteps of two degrees.
+        const TWO_DEGREES: u32 = MICROSTEPS_PER_TURN as u32 / 180;
+        let fast = self.ramp().bound_us(MICROSTEPS_PER_TURN as u32);
+        let slow = TWO_DEGREES.saturating_mul(MILLION) / (self.search_speed / 8).max(1);
+        let back = self.ramp().bound_us(TWO_DEGREES);
+        fast.saturating_add(2 * slow).saturating_add(back)
     }
 
     /// How long STEP is high and low in a second at top speed where both are as short as may be,

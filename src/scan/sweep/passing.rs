@@ -46,7 +46,7 @@ impl Sweep {
         &mut self,
         now: Micros,
         motion: Motion,
-        mirror: &impl Mirror,
+        mirror: &mut impl Mirror,
         link: &mut impl RadarModule,
         data: &mut impl DataPath,
     ) -> Poll<Rows> {
@@ -74,7 +74,7 @@ impl Sweep {
                 return self.end(Some(reason));
             }
         }
-        self.end(None)
+        self.finish(now, mirror)
     }
 
     /// The next row to be triggered.

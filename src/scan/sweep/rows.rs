@@ -28,6 +28,8 @@ pub(super) enum RowState {
     Approach,
     /// It turns, and rows are triggered in passing.
     Turn,
+    /// All rows are done, and the mirror looks for the home switch.
+    CrossHome,
 }
 
 /// How a scan's rows went.
@@ -52,6 +54,7 @@ pub fn mirror_reason(error: MirrorError) -> Reason {
     match error {
         MirrorError::Stall => Reason::MotorStall,
         MirrorError::Driver => Reason::MotorDriver,
+        MirrorError::Slipped => Reason::MirrorSlipped,
         MirrorError::HomeNotFound | MirrorError::NotHomed => Reason::HomeNotFound,
     }
 }
