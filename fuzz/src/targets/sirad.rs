@@ -28,11 +28,26 @@ const SAMPLES: usize = 32;
 /// What triggers a measurement.
 const TRIGGER: &[u8] = b"!N\r\n";
 
+/// What the scanner's own port holds: what comes beyond it is lost, and counted.
+const ROOM: usize = 2047;
+
 #[derive(Default)]
 struct Port {
     from: VecDeque<u8>,
+    lost: u16,
     /// What has been sent since the last request.
     to: Vec<u8>,
+}
+
+impl Port {
+    fn hear(&mut self, bytes: &[u8]) {
+        for &byte in bytes {
+            match self.from.len() < ROOM {
+                true => self.from.push_back(byte),
+                false => self.lost = self.lost.wrapping_add(1),
+            }
+        }
+    }
 }
 
 impl BytePort for Port {
@@ -45,6 +60,10 @@ impl BytePort for Port {
         let taken = bytes.len().min(5);
         self.to.extend(&bytes[..taken]);
         taken
+    }
+
+    fn errors(&self) -> u16 {
+        self.lost
     }
 }
 
@@ -81,7 +100,7 @@ impl Bench {
     fn frame(&mut self, bytes: &[u8], numbers: usize) {
         let fired = self.port.to.ends_with(TRIGGER);
         self.answered |= fired && numbers == 2 * SAMPLES && self.waiting == Waiting::Chirp;
-        self.port.from.extend(bytes);
+        self.port.hear(bytes);
     }
 
     fn poll(&mut self) {
@@ -157,7 +176,7 @@ pub fn run(data: &[u8]) {
             }
             2 => {
                 bench.noise = true;
-                bench.port.from.extend(input.counted());
+                bench.port.hear(input.counted());
             }
             op @ (3 | 4) => {
                 let (counter, count) = (input.short(), input.byte());
@@ -168,7 +187,7 @@ pub fn run(data: &[u8]) {
                 };
                 bench.frame(&bytes, 2 * samples.len());
             }
-            5 => bench.port.from.extend(b"!IDocile\r\n"),
+            5 => bench.port.hear(b"!IDocile\r\n"),
             _ => bench.now = bench.now.plus(1000 * u32::from(input.short())),
         }
         // What goes out in pieces needs some calls.
