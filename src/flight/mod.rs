@@ -54,7 +54,7 @@ use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
-use crate::posterior::View;
+use crate::posterior::{RIGHT_M, View};
 use ascending::Ascending;
 use belief::{Chosen, Posterior};
 use descending::Descending;
@@ -517,11 +517,22 @@ impl<S: Stairs> Ended<'_, S> {
     }
 }
 
-/// Says what an answer vouches for: it is `ok` if that is the first metre at least.
+/// How far the horizon of an `ok` must reach besides, metres: up to the first step, where something that is
+/// no stairs explains the echoes nearly as well. Else the answer would say that there are stairs and vouch for
+/// none of them.
+pub fn doubted_from_m(outcome: &Outcome) -> Option<f32> {
+    let doubted = outcome.reasons.has(Reason::CloseRival);
+    let first = outcome.steps.first().filter(|_| doubted)?;
+    Some(first.distance_m - RIGHT_M)
+}
+
+/// Says what an answer vouches for: it is `ok` if that is the first metre at least, and its first step where
+/// that is doubted.
 fn promise(outcome: &mut Outcome, vouch: Vouch) {
     outcome.horizon_m = Some(vouch.horizon_m);
     outcome.confidence = Some(vouch.confidence);
-    if vouch.horizon_m < LEAST_HORIZON_M {
+    let first_m = doubted_from_m(outcome).unwrap_or(0.0);
+    if vouch.horizon_m < math::max(LEAST_HORIZON_M, first_m) {
         outcome.status = Status::Degraded;
         outcome.reasons.add(Reason::ShortHorizon);
     }

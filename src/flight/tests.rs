@@ -364,3 +364,34 @@ fn an_answer_does_not_vouch_for_a_kerb_that_shows_only_its_corner() {
         assert!(kerb.maybes.iter().all(told), "{kerb:?}");
     }
 }
+
+/// Clutter on level ground that looked like stairs was told as `ok`, its steps all beyond the horizon.
+#[test]
+fn stairs_that_are_doubted_are_vouched_for_up_to_their_first_step() {
+    let vouch = |horizon_m| Vouch {
+        horizon_m,
+        confidence: 0.99,
+    };
+    let told = |doubted: bool, horizon_m: f32| {
+        let mut outcome = Outcome::clear();
+        let step = crate::answer::Step {
+            distance_m: 1.3,
+            ..Default::default()
+        };
+        outcome.steps.push(step).unwrap();
+        if doubted {
+            outcome.reasons.add(Reason::CloseRival);
+        }
+        promise(&mut outcome, vouch(horizon_m));
+        outcome.status
+    };
+    assert_eq!(told(true, 1.2), Status::Degraded);
+    assert_eq!(told(true, 1.3), Status::Ok);
+    assert_eq!(told(false, 1.2), Status::Ok);
+    assert_eq!(told(false, 0.9), Status::Degraded);
+    // Without stairs there is nothing to vouch for but the way.
+    let mut clear = Outcome::clear();
+    clear.reasons.add(Reason::CloseRival);
+    promise(&mut clear, vouch(1.0));
+    assert_eq!(clear.status, Status::Ok);
+}

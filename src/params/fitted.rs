@@ -95,7 +95,7 @@ pub static UP: Weights = Weights {
             offset: 0.008190869,
         },
     ],
-    ok_from: 0.983,
+    ok_from: 0.979,
 };
 
 /// In the height plane.

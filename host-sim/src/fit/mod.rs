@@ -13,8 +13,8 @@ use anyhow::Result;
 use stairscan::answer::Outcome;
 use stairscan::config::Plane;
 use stairscan::echoes::Echo;
-use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
+use stairscan::flight::{Likelihood, doubted_from_m};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::generative::Generative;
 use stairscan::params::hazard::{FEATURES, Weights};
@@ -47,8 +47,10 @@ pub struct Lesson {
     pub cells: Vec<Cell>,
     /// … whether the answer holds steps, …
     pub stairs: bool,
-    /// … and which of the cells is the first with an error.
+    /// … which of the cells is the first with an error, …
     pub wrong: Option<usize>,
+    /// … and how far the horizon of an `ok` must reach, metres.
+    pub reach_m: f32,
 }
 
 /// Listens for cells and echoes.
@@ -138,8 +140,14 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
             cells: listener.cells,
             stairs: !answer.steps.is_empty(),
             wrong,
+            reach_m: reach_m(&outcome),
         })
     })
+}
+
+/// How far the horizon of an `ok` must reach, metres.
+fn reach_m(outcome: &Outcome) -> f32 {
+    doubted_from_m(outcome).map_or(OK_REACH_M, |m| m.max(OK_REACH_M))
 }
 
 /// An outcome as it is reported.
@@ -212,8 +220,12 @@ pub fn threshold(lessons: &[(&Lesson, &Weights)]) -> Threshold {
     let judge = |from: f32| {
         let ends = courses
             .iter()
-            .filter_map(|c| c.iter().rfind(|cell| cell.1 >= from));
-        let ok: Vec<_> = ends.filter(|(end, ..)| *end >= OK_REACH_M).collect();
+            .zip(lessons)
+            .filter_map(|(course, (lesson, _))| {
+                let end = course.iter().rfind(|cell| cell.1 >= from)?;
+                (end.0 >= lesson.reach_m).then_some(end)
+            });
+        let ok: Vec<_> = ends.collect();
         Threshold {
             from,
             ok: ok.len(),

@@ -15,7 +15,7 @@ use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
 use stairscan::params::hazard::{Map, log_survival, probability};
 
-use super::{OK_IN, OK_REACH_M, PRIOR_SIGMA, answer_of, first_wrong};
+use super::{OK_IN, PRIOR_SIGMA, answer_of, first_wrong, reach_m};
 use crate::fit::logistic;
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options};
@@ -35,6 +35,7 @@ pub struct Lesson {
     cells: Vec<PastCell>,
     stairs: bool,
     wrong: Option<usize>,
+    reach_m: f32,
 }
 
 /// Errors of one step in two scans by themselves, as multiples of their standard deviations.
@@ -169,6 +170,7 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
                 name: format!("{} scan {}", recording.name, scan + 1),
                 wrong: first_wrong(&answer, truth, &listener.cells),
                 stairs: !answer.steps.is_empty(),
+                reach_m: reach_m(&outcome),
                 cells,
             }),
             Err(error) => trouble = Some(error),
@@ -335,10 +337,11 @@ fn threshold(lessons: &[Lesson], table: &mut Carried) -> (usize, usize) {
     let courses: Vec<_> = lessons.iter().map(course).collect();
     for thousandths in 900..1000_u16 {
         let from = f32::from(thousandths) / 1000.0;
-        let ends = courses
-            .iter()
-            .filter_map(|c| c.iter().rfind(|cell| cell.1 >= from));
-        let ok: Vec<_> = ends.filter(|(end, ..)| *end >= OK_REACH_M).collect();
+        let ends = courses.iter().zip(lessons).filter_map(|(course, lesson)| {
+            let end = course.iter().rfind(|cell| cell.1 >= from)?;
+            (end.0 >= lesson.reach_m).then_some(end)
+        });
+        let ok: Vec<_> = ends.collect();
         let wrong = ok.iter().filter(|(.., right)| !right).count();
         if (wrong as f64 + 0.5) * OK_IN <= ok.len() as f64 + 1.0 {
             table.ok_from = from;
