@@ -118,7 +118,7 @@ impl StepPort for Bench {
     }
 }
 
-fn settle(stepper: &mut Stepper<Bench>) -> Result<(), MirrorError> {
+fn settle<D: MotorDriver>(stepper: &mut Stepper<Bench, D>) -> Result<(), MirrorError> {
     for ms in 0..100_000 {
         match stepper.poll(Micros(1_000 * ms)) {
             Ok(Motion::Still) => return Ok(()),
@@ -360,23 +360,12 @@ fn a_driver_that_does_not_answer_gets_no_current() {
     stepper.start_home(&wired());
     // An old stall is forgotten only with EN, and must not hide it.
     stepper.port.stalled = true;
-    assert_eq!(settle_with(&mut stepper), Err(MirrorError::Driver));
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
     assert!(!stepper.port().enabled && !stepper.homed());
     // Where no wire leads to it, likewise.
     let mut stepper = Stepper::new(Bench::at(100));
     stepper.start_home(&wired());
     assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
-}
-
-fn settle_with(stepper: &mut Stepper<Bench, Wired>) -> Result<(), MirrorError> {
-    for ms in 0..100_000 {
-        match stepper.poll(Micros(1_000 * ms)) {
-            Ok(Motion::Still) => return Ok(()),
-            Ok(Motion::Moving) => {}
-            Err(error) => return Err(error),
-        }
-    }
-    panic!("never settled");
 }
 
 #[test]
@@ -386,7 +375,7 @@ fn a_scan_waits_for_the_look_at_the_driver() {
     stepper.check(&motor);
     assert_eq!(stepper.driver.looks, 0, "nothing to look at before homing");
     stepper.start_home(&motor);
-    settle_with(&mut stepper).unwrap();
+    settle(&mut stepper).unwrap();
     let moves = stepper.port().moves.len();
     stepper.check(&motor);
     stepper.start_move(1_000, &motor);
@@ -394,14 +383,14 @@ fn a_scan_waits_for_the_look_at_the_driver() {
         assert_eq!(stepper.poll(Micros(0)), Ok(Motion::Moving));
         assert_eq!(stepper.port().moves.len(), moves, "the move waits, too");
     }
-    settle_with(&mut stepper).unwrap();
+    settle(&mut stepper).unwrap();
     assert_eq!(stepper.position(), 1_000);
     stepper.start_move(2_000, &motor);
     assert_eq!(stepper.port().moves.len(), moves + 2);
-    settle_with(&mut stepper).unwrap();
+    settle(&mut stepper).unwrap();
     stepper.driver.broken = true;
     stepper.check(&motor);
-    assert_eq!(settle_with(&mut stepper), Err(MirrorError::Driver));
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
     assert!(!stepper.port().enabled && !stepper.homed());
 }
 
