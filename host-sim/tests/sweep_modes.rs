@@ -21,7 +21,6 @@ use host_sim::scene::Scene;
 use stairscan::config::Config;
 use stairscan::radar::wire::Wire;
 use stairscan::scan::pace::Cruise;
-use stairscan::scan::ramp::Ramp;
 use stairscan::scan::settings::SweepMode;
 use stairscan::scan::{Schedule, Settings};
 
@@ -113,10 +112,7 @@ fn in_stop_mode_the_mirror_overtakes_the_chirp() {
 
     // Moves of one row begin and end with the ramp's longest waits; the places between two of them are those
     // where the mirror stood.
-    let ramp = Ramp {
-        speed: settings.motor.speed,
-        acceleration: settings.motor.acceleration,
-    };
+    let ramp = settings.motor.ramp();
     let place = |row: u16| i64::from(schedule.position(row));
     let within: Vec<(i64, u64)> = (session.shaft.steps().iter())
         .copied()

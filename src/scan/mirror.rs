@@ -246,6 +246,14 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         self.port.begin(target, ramp, until_home);
     }
 
+    /// How the switch's edge is approached where its place counts.
+    fn slow(&self) -> Ramp {
+        Ramp {
+            speed: self.motor.search_speed / 8,
+            acceleration: 0,
+        }
+    }
+
     #[inline(never)]
     fn enter(&mut self, homing: Homing) {
         self.state = State::Homing(homing);
@@ -254,10 +262,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
             speed: self.motor.search_speed,
             acceleration: 0,
         };
-        let slow = Ramp {
-            speed: self.motor.search_speed / 8,
-            acceleration: 0,
-        };
+        let slow = self.slow();
         match homing {
             Homing::Leave { .. } | Homing::BackOff { .. } => self.begin_by(BACK_OFF, fast, false),
             Homing::Search => self.port.begin(self.found.end, fast, true),
@@ -332,10 +337,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         self.state = State::Crossing(Crossing { slow, tries });
         let home = microsteps(self.motor.home_angle);
         if slow {
-            let slow = Ramp {
-                speed: self.motor.search_speed / 8,
-                acceleration: 0,
-            };
+            let slow = self.slow();
             self.port.begin(home - CROSSING, slow, true);
         } else {
             self.port.begin(home + CROSSING, self.motor.ramp(), false);

@@ -22,7 +22,6 @@ use core::task::Poll;
 use super::chain::DataPath;
 use super::mirror::{Mirror, Motion};
 use super::pace::Cruise;
-use super::ramp::Ramp;
 use super::schedule::{Schedule, shaft_angle};
 use super::settings::{Settings, SweepMode};
 use super::time::Micros;
@@ -172,10 +171,7 @@ impl Sweep {
     }
 
     fn start_move(&mut self, now: Micros, mirror: &mut impl Mirror, target: i32) {
-        let ramp = Ramp {
-            speed: self.settings.motor.speed,
-            acceleration: self.settings.motor.acceleration,
-        };
+        let ramp = self.settings.motor.ramp();
         let bound = ramp.bound_us(mirror.position().abs_diff(target));
         mirror.start_move(target, &self.settings.motor);
         self.rest = None;

@@ -70,10 +70,7 @@ impl ScanTime {
 
     /// The mirror stops at every row; a chirp is on the wire while it moves on.
     pub fn stop(settings: &Settings, schedule: &Schedule, wire: Wire) -> Self {
-        let ramp = Ramp {
-            speed: settings.motor.speed,
-            acceleration: settings.motor.acceleration,
-        };
+        let ramp = settings.motor.ramp();
         let rows = u64::from(schedule.rows());
         let settle = u64::from(settings.timing.settle);
         let chirp = u64::from(settings.timing.chirp_duration);

@@ -8,7 +8,6 @@ use crate::answer::Reason;
 use crate::radar::module::{LinkError, RadarModule};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::{Mirror, Motion};
-use crate::scan::ramp::Ramp;
 use crate::scan::schedule::shaft_angle;
 use crate::scan::settings::MotorConfig;
 use crate::scan::time::Micros;
@@ -30,12 +29,8 @@ impl Sweep {
             ..self.settings.motor
         };
         let (start, end) = turning.cruise.ends(&self.schedule, self.backward);
-        let ramp = Ramp {
-            speed: motor.speed,
-            acceleration: motor.acceleration,
-        };
         mirror.start_move(end, &motor);
-        let bound = ramp.bound_us(start.abs_diff(end));
+        let bound = motor.ramp().bound_us(start.abs_diff(end));
         self.deadline = now.plus(bound).plus(MARGIN_US);
         self.at = RowState::Turn;
     }

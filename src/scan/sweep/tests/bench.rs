@@ -295,10 +295,7 @@ impl Mirror for Shared {
     fn start_move(&mut self, position: i32, motor: &MotorConfig) {
         let mut w = self.0.borrow_mut();
         assert!(!w.pulser.moving(), "a move in the midst of another");
-        let ramp = Ramp {
-            speed: motor.speed,
-            acceleration: motor.acceleration,
-        };
+        let ramp = motor.ramp();
         let now = w.now;
         let here = w.pulser.position();
         w.way.push((now, here));
