@@ -36,7 +36,7 @@ const HASHED: usize = 44;
 /// Whether `key` says only how fast, how patiently and by which clock a scan is made or who calibrated it, not
 /// what comes of it; or stands with the radar module, which tells it at every scan.
 fn is_pace(key: &str) -> bool {
-    const PACE: [&str; 31] = [
+    const PACE: [&str; 16] = [
         "radar-carrier",
         "radar-bandwidth",
         "radar-samples",
@@ -53,23 +53,12 @@ fn is_pace(key: &str) -> bool {
         "internal-clock",
         "calibrated",
         "calibrated-chip",
-        "sweep-mode",
-        "module",
-        "module-bandwidth",
-        "module-samples",
-        "link-rate",
-        "trigger-pin",
-        "driver",
-        "microsteps-per-turn",
-        "enable-level",
-        "stall-level",
-        "pulse-width",
-        "enable-wake",
-        "motor-current",
-        "stall-threshold",
-        "home-check",
     ];
     PACE.contains(&key)
+        || Settings::KEYS
+            .iter()
+            .skip(HASHED)
+            .any(|later| *later == key)
 }
 
 impl Settings {
