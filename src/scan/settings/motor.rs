@@ -67,9 +67,7 @@ impl DriverConfig {
     /// interval has a division of 14 clocks (PM0214, 3.10) and some ten other instructions at least.
     pub fn held_clocks(&self, core_hz: u32) -> u32 {
         const COMPUTING: u32 = 24;
-        /// Hertz of a megahertz: clocks of a microsecond.
-        const MEGAHERTZ: u32 = 1_000_000;
-        (u32::from(self.pulse_width) * (core_hz / MEGAHERTZ)).saturating_sub(COMPUTING)
+        (u32::from(self.pulse_width) * (core_hz / MILLION)).saturating_sub(COMPUTING)
     }
 
     fn validate(&self) -> Result<(), ConfigError> {
