@@ -19,7 +19,7 @@ use super::module::{LinkError, Wish};
 use super::wire::{LINK_BAUD, Wire};
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scan::board::BytePort;
+use crate::scan::board::{BytePort, MOST_READ};
 use crate::scan::time::Micros;
 
 /// The request that waits for its answer.
@@ -31,9 +31,6 @@ struct Request {
     strangers: bool,
 }
 
-/// Most bytes that are read in one go, so that a module that never falls silent cannot hold the scanner up
-/// beyond a deadline: more than a port's queue holds.
-const MOST_READ: u32 = 4096;
 /// A module has so long to change its rate, microseconds: some 10^4 instructions of a small processor.
 const SWITCH_US: u32 = 1_000;
 /// For the first answer at a new rate, microseconds: a hundred times what it takes, but within the time that a
@@ -130,12 +127,7 @@ impl Frames {
     ) {
         self.decoder.reset();
         (self.ahead, self.held) = (None, false);
-        // What is still in the port answers an earlier request. A module that babbles fills it again.
-        for _ in 0..MOST_READ {
-            if port.read().is_none() {
-                break;
-            }
-        }
+        port.drain();
         self.request = Some(self.begin(port, now, kinds, payload, timeout_us));
     }
 

@@ -22,12 +22,10 @@ use core::task::Poll;
 use super::module::{FrameError, LinkError, Wish};
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig, SAMPLES};
-use crate::scan::board::BytePort;
+use crate::scan::board::{BytePort, MOST_READ};
 use crate::scan::time::Micros;
 pub use reader::{Event, Reader};
 
-/// Most bytes that are read in one go, so that a module that never falls silent cannot hold the scanner up.
-const MOST_READ: u32 = 4096;
 /// A module that triggers itself pauses at most 128 ms, and measures for some 16.
 const ALONE_US: u32 = 160_000;
 /// Middle of the band that the chip covers, kHz.
@@ -163,11 +161,7 @@ impl SiRad {
 
     /// Forgets what came so far.
     fn begin(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
-        for _ in 0..MOST_READ {
-            if port.read().is_none() {
-                break;
-            }
-        }
+        port.drain();
         self.reader = Reader::new();
         self.out.clear();
         self.sent = 0;

@@ -5,10 +5,23 @@ use super::store::StoreError;
 use crate::answer::Reasons;
 use crate::report::command::Measure;
 
+/// Most bytes that are read of a port in one go, so that a module that never falls silent cannot hold the
+/// scanner up beyond a deadline: more than a port's queue holds.
+pub const MOST_READ: u32 = 4096;
+
 /// A serial port that never waits.
 pub trait BytePort {
     /// The next byte that has come in.
     fn read(&mut self) -> Option<u8>;
+    /// Throws away what has come in, before a request: it answers an earlier one. A module that babbles fills
+    /// the port again meanwhile.
+    fn drain(&mut self) {
+        for _ in 0..MOST_READ {
+            if self.read().is_none() {
+                break;
+            }
+        }
+    }
     /// Takes as many bytes as fit and says how many.
     fn write(&mut self, bytes: &[u8]) -> usize;
     /// Bytes that came damaged or were lost on the way in, since boot; 65535 for more.
