@@ -210,21 +210,22 @@ pub struct Threshold {
 /// One `ok` in so many may be wrong up to its horizon.
 const OK_IN: f64 = 200.0;
 
+/// What the cells of an answer come to.
+struct Course {
+    /// How far the horizon of an `ok` must reach, metres.
+    reach_m: f32,
+    /// Of each cell: where it ends, the probability that the answer is right up to there, and whether it is.
+    cells: Vec<(f32, f32, bool)>,
+}
+
 /// The least probability, in thousandths, with which so few of the `ok` answers are wrong, half an
-/// error more than seen (Jeffreys). Each lesson comes with weights that were counted without it.
-pub fn threshold(lessons: &[(&Lesson, &Weights)]) -> Threshold {
-    let courses = lessons
-        .iter()
-        .map(|(lesson, weights)| course(lesson, weights));
-    let courses: Vec<Vec<(f32, f32, bool)>> = courses.collect();
+/// error more than seen (Jeffreys); 2, which none has, where there is none.
+fn least(courses: &[Course]) -> Threshold {
     let judge = |from: f32| {
-        let ends = courses
-            .iter()
-            .zip(lessons)
-            .filter_map(|(course, (lesson, _))| {
-                let end = course.iter().rfind(|cell| cell.1 >= from)?;
-                (end.0 >= lesson.reach_m).then_some(end)
-            });
+        let ends = courses.iter().filter_map(|course| {
+            let end = course.cells.iter().rfind(|cell| cell.1 >= from)?;
+            (end.0 >= course.reach_m).then_some(end)
+        });
         let ok: Vec<_> = ends.collect();
         Threshold {
             from,
@@ -241,20 +242,27 @@ pub fn threshold(lessons: &[(&Lesson, &Weights)]) -> Threshold {
     })
 }
 
-/// Of each cell of a lesson: where it ends, the probability that the answer is right up to there,
-/// and whether it is.
-fn course(lesson: &Lesson, weights: &Weights) -> Vec<(f32, f32, bool)> {
+/// The least probability that keeps the promise of `ok`. Each lesson comes with weights that were counted
+/// without it.
+pub fn threshold(lessons: &[(&Lesson, &Weights)]) -> Threshold {
+    let courses = lessons
+        .iter()
+        .map(|(lesson, weights)| course(lesson, weights));
+    least(&courses.collect::<Vec<_>>())
+}
+
+fn course(lesson: &Lesson, weights: &Weights) -> Course {
     let mut log_right = 0.0;
     let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
         log_right += weights.log_survival(&cell.features);
         let right = lesson.wrong.is_none_or(|w| w > k);
-        (
-            cell.end_m,
-            weights.probability(log_right, lesson.stairs),
-            right,
-        )
+        let probability = weights.probability(log_right, lesson.stairs);
+        (cell.end_m, probability, right)
     });
-    cells.collect()
+    Course {
+        cells: cells.collect(),
+        reach_m: lesson.reach_m,
+    }
 }
 
 /// Slope and offset that take the hazards' log-odds to how often answers were right.

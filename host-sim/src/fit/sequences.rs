@@ -15,7 +15,7 @@ use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
 use stairscan::params::hazard::{Map, log_survival, probability};
 
-use super::{OK_IN, PRIOR_SIGMA, answer_of, first_wrong, reach_m};
+use super::{Course, PRIOR_SIGMA, answer_of, first_wrong, least, reach_m};
 use crate::fit::logistic;
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options};
@@ -277,14 +277,16 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     for (p, name) in surest_wrong(calibration, &table) {
         let _ = writeln!(told, "  wrong with {p:.4}: {name}");
     }
-    let least = threshold(calibration, &mut table);
+    let courses: Vec<_> = calibration.iter().map(|l| course(l, &table)).collect();
+    let least = least(&courses);
+    table.ok_from = least.from;
     let _ = writeln!(
         told,
         "ok from {:.3} on: {} of {} scans, {} of them wrong",
         table.ok_from,
-        least.0,
+        least.ok,
         calibration.len(),
-        least.1
+        least.wrong
     );
     Counted { table, told }
 }
@@ -322,33 +324,17 @@ fn surest_wrong<'a>(lessons: &'a [Lesson], table: &Carried) -> Vec<(f32, &'a str
     wrong
 }
 
-/// Sets the least threshold with which so few `ok` answers are wrong, half an error more than seen
-/// (Jeffreys); returns how many it makes `ok`, and how many of these are wrong.
-fn threshold(lessons: &[Lesson], table: &mut Carried) -> (usize, usize) {
-    let course = |lesson: &Lesson| -> Vec<(f32, f32, bool)> {
-        let mut log_right = 0.0;
-        let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
-            log_right += log_survival(table.log_odds(&cell.features));
-            let p = probability(&table.maps, log_right, lesson.stairs);
-            (cell.end_m, p, lesson.wrong.is_none_or(|w| w > k))
-        });
-        cells.collect()
-    };
-    let courses: Vec<_> = lessons.iter().map(course).collect();
-    for thousandths in 900..1000_u16 {
-        let from = f32::from(thousandths) / 1000.0;
-        let ends = courses.iter().zip(lessons).filter_map(|(course, lesson)| {
-            let end = course.iter().rfind(|cell| cell.1 >= from)?;
-            (end.0 >= lesson.reach_m).then_some(end)
-        });
-        let ok: Vec<_> = ends.collect();
-        let wrong = ok.iter().filter(|(.., right)| !right).count();
-        if (wrong as f64 + 0.5) * OK_IN <= ok.len() as f64 + 1.0 {
-            table.ok_from = from;
-            return (ok.len(), wrong);
-        }
+fn course(lesson: &Lesson, table: &Carried) -> Course {
+    let mut log_right = 0.0;
+    let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
+        log_right += log_survival(table.log_odds(&cell.features));
+        let p = probability(&table.maps, log_right, lesson.stairs);
+        (cell.end_m, p, lesson.wrong.is_none_or(|w| w > k))
+    });
+    Course {
+        cells: cells.collect(),
+        reach_m: lesson.reach_m,
     }
-    (0, 0)
 }
 
 /// The source file of the table.
