@@ -38,7 +38,7 @@ use crate::params::Params;
 pub use angle_filter::two_way_sigma;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
 pub use floor::Floor;
-use place::Ride;
+pub use place::Ride;
 pub use sweeps::{Agreement, Sweeps};
 
 impl Default for Collector {

@@ -7,7 +7,7 @@
 //! filtered one. Where power exceeds the flank for most of a lobe's width, the logarithm less the lobe's
 //! parabola is a straight line whose slope says where the edge is.
 
-use crate::echoes::two_way_sigma;
+use crate::echoes::{Ride, two_way_sigma};
 use crate::estimate::Estimate;
 use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
@@ -40,6 +40,8 @@ pub struct Chart<'m> {
     pub bias_rad: f32,
     /// Error of heights, taken off, metres.
     pub height_m: f32,
+    /// How the chair went meanwhile, if it is known.
+    pub ride: Option<Ride<'m>>,
 }
 
 /// Power over noise at one place of the riser.
@@ -84,7 +86,7 @@ impl Line {
 
 impl Chart<'_> {
     /// Standard deviation of the two-way beam, radians.
-    fn sigma_rad(&self) -> f32 {
+    pub fn sigma_rad(&self) -> f32 {
         two_way_sigma(self.map.geometry().beamwidth_rad)
     }
 
@@ -252,6 +254,7 @@ mod tests {
             resolution_m: Config::default().radar.range_resolution_m(),
             bias_rad: 0.0,
             height_m: 0.0,
+            ride: None,
         };
         chart.edge_above(X_M, y_m, &Params::DEFAULT)
     }
@@ -307,6 +310,7 @@ mod tests {
                 resolution_m: 0.015,
                 bias_rad: 0.0,
                 height_m: 0.0,
+                ride: None,
             };
             assert_eq!(chart.edge_above(x_m, y_m, &Params::DEFAULT), None);
         }

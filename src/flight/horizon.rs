@@ -7,6 +7,7 @@
 //! weights that `cargo sim fit` counts from simulated scans with known truth (a discrete-time
 //! survival model, Cox 1972). The product of what is left over the cells is the probability.
 
+use super::floor_line::{FloorLine, NEAREST_END_M};
 use super::roles::Role;
 use super::scene::Scene;
 use super::trace::Cell;
@@ -33,7 +34,7 @@ const STEP_FEATURES: usize = 23;
 /// See [`BEHIND_FEATURES`].
 const BEFORE_FEATURES: usize = 20;
 /// See [`BEHIND_FEATURES`].
-const CLEAR_FEATURES: usize = 16;
+const CLEAR_FEATURES: usize = 27;
 /// See [`BEHIND_FEATURES`].
 const SCENE_FEATURES: usize = 7;
 /// Of the scene, of a cell without steps anywhere, of one before or between steps, and the others.
@@ -66,6 +67,12 @@ const MOST_NEXT: f32 = 3.0;
 /// Whether an echo shows the level of a tread or of the floor.
 fn shows_level(role: Role) -> bool {
     matches!(role, Role::Tread | Role::Edge)
+}
+
+/// How much of a floor's power is missing, 0…1: all where the line shows no more than the noise, none from 1 dB
+/// over it on.
+fn unseen(over_db: f32) -> f32 {
+    1.0 - math::min(math::max(over_db, 0.0), 1.0)
 }
 
 /// What the floor shows up to a distance.
@@ -111,6 +118,8 @@ pub struct Ground<'a> {
     pub geometry: &'a Geometry,
     /// Log-odds of an error per cell by the posterior.
     pub doubts: [f32; CELLS],
+    /// What the ground shows along its line, where there are no steps.
+    pub floor_line: Option<&'a FloorLine>,
 }
 
 impl Ground<'_> {
@@ -192,6 +201,10 @@ impl Ground<'_> {
         ]);
         out.put_if(kind == Kind::Clear, || {
             let floor = self.floor(to);
+            let shown = self.floor_line.map(|line| line.cell(number));
+            let shown = shown.unwrap_or_default();
+            let [gap, later] = shown.gap;
+            let [own_db, later_db, beyond_db] = shown.over_db;
             let column = self
                 .scene
                 .columns
@@ -214,6 +227,17 @@ impl Ground<'_> {
                 column.map_or(0.0, |c| math::min(c.weight, 2.0)),
                 level - self.strongest(from - TYPICAL_GOING_M, from, &shows_level),
                 doubt,
+                gap,
+                math::max(gap, 0.0),
+                later,
+                math::max(later, 0.0),
+                math::min(gap, later),
+                shown.most,
+                unseen(own_db),
+                unseen(math::max(own_db, later_db)),
+                unseen(beyond_db),
+                math::min(math::max(own_db / TEN_DB - 1.0, 0.0), 2.0),
+                f32::from(end_m < NEAREST_END_M),
             ]
         });
         out.put_if(kind == Kind::Between, || {

@@ -13,6 +13,7 @@
 //! | `flank` | an edge on the flank of a stronger echo |
 //! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
+//! | `floor_line` | what the ground shows along its line, and where it is missing |
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
 //! | `belief`, `judgement` | hypotheses weighed by the posterior; what its particles say of the answer |
 //! | [`trace`] | what it thought on the way |
@@ -25,6 +26,7 @@ mod belief;
 mod descending;
 mod dimensions;
 mod flank;
+mod floor_line;
 mod heights;
 mod horizon;
 mod judgement;
@@ -44,7 +46,7 @@ mod tests;
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
 use crate::drive::{self, Drive};
-use crate::echoes::{Collector, Echo, Echoes, Floor, Sweeps, calibrate};
+use crate::echoes::{Collector, Echo, Echoes, Floor, Ride, Sweeps, calibrate};
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::fusion::{Memory, Outlook};
@@ -60,6 +62,7 @@ use belief::{Chosen, Posterior};
 use descending::Descending;
 use dimensions::Measured;
 use flank::Chart;
+use floor_line::FloorLine;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use judgement::Belief;
 use readings::Roles;
@@ -78,6 +81,7 @@ pub struct Likelihood {
     sweeps: Sweeps,
     params: &'static Params,
     posterior: Posterior,
+    floor_line: FloorLine,
     /// Whether the particles have a say.
     particles: bool,
 }
@@ -113,6 +117,7 @@ impl Likelihood {
             sweeps: Sweeps::new(),
             params,
             posterior: Posterior::new(&measured::UP),
+            floor_line: FloorLine::new(),
             particles: true,
         }
     }
@@ -204,11 +209,12 @@ impl Estimator for Likelihood {
                     resolution_m: config.radar.range_resolution_m(),
                     bias_rad: 0.0,
                     height_m: 0.0,
+                    ride: Ride::of(drive, &config.radar),
                 };
                 let posterior = self.particles.then_some(&mut self.posterior);
                 let off = drive.memory == drive::Memory::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
-                let parts = (memory, posterior, past);
+                let parts = (memory, posterior, past, &mut self.floor_line);
                 let firm = floor.is_some_and(|floor| floor.here > floor.elsewhere);
                 ascend(echoes, (chart, firm), p, parts, observer)
             }
@@ -247,10 +253,11 @@ fn ascend(
     echoes: &mut [Echo],
     (chart, firm): (Chart<'_>, bool),
     p: &Params,
-    (memory, mut posterior, mut past): (
+    (memory, mut posterior, mut past, floor_line): (
         &mut Beginnings<ascending::Shape>,
         Option<&mut Posterior>,
         Option<&mut Memory>,
+        &mut FloorLine,
     ),
     observer: &mut dyn Observer,
 ) -> Outcome {
@@ -305,6 +312,10 @@ fn ascend(
         let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
         past.combine(steps.unwrap_or(&mut []));
     }
+    let clear = measured.as_ref().is_none_or(|m| m.outcome.steps.is_empty());
+    if clear {
+        floor_line.look(&chart, p);
+    }
     let ended = Ended {
         search: &search,
         best,
@@ -313,6 +324,7 @@ fn ascend(
         geometry,
         belief,
         firm,
+        floor_line: clear.then_some(&*floor_line),
     };
     ended.tell(echoes, observer);
     ended.conclude(past.map(|past| &mut past.outlook), observer)
@@ -378,6 +390,7 @@ fn descend(
         geometry,
         belief: Belief::default(),
         firm: true,
+        floor_line: None,
     };
     ended.tell(echoes, observer);
     ended.conclude(None, observer)
@@ -395,6 +408,8 @@ struct Ended<'s, S: Stairs> {
     belief: Belief,
     /// Whether the floor shows that the mounting is as it is said to be.
     firm: bool,
+    /// What the ground shows along its line, where there are no steps.
+    floor_line: Option<&'s FloorLine>,
 }
 
 impl<S: Stairs> Ended<'_, S> {
@@ -437,6 +452,7 @@ impl<S: Stairs> Ended<'_, S> {
             open: self.best.is_some_and(|b| S::open(b.shape)),
             geometry: self.geometry,
             doubts: self.belief.doubts,
+            floor_line: self.floor_line,
         };
         let vouch = Vouch::of(&ground, outlook, &mut |cell| {
             if observer.listens() {
