@@ -12,6 +12,7 @@ use stairscan::report::command::framed;
 use stairscan::scan::Settings;
 use stairscan::scan::record::MOUNTING;
 
+use self::withheld::Withheld;
 use super::module::{Module, Request, Trigger};
 use super::qemu::{Input, Qemu, read_some, write_all};
 use super::shaft::Shaft;
@@ -97,8 +98,7 @@ pub struct Session<'a> {
     watcher: Option<Pty>,
     /// Whether chirps are kept back until the mirror has gone on.
     pub withholds: bool,
-    /// A chirp that is, where its trigger came from, and since when.
-    withheld: Option<(Vec<u8>, Option<i64>, Instant)>,
+    withheld: Option<Withheld>,
     /// Chirps that were kept back until the mirror stood somewhere else.
     pub overtaken: usize,
 }
@@ -232,13 +232,17 @@ impl<'a> Session<'a> {
                 }
             }
         }
-        let shot = self.shots.last().and_then(|shot| shot.position);
-        let chirp = matches!(requests.last(), Some(Request::Trigger(_)));
-        if self.withholds && chirp {
-            self.withheld = Some((answer, shot, Instant::now()));
-            return Ok(());
+        match requests.last() {
+            Some(Request::Trigger(trigger)) if self.withholds => {
+                self.withheld = Some(Withheld {
+                    answer,
+                    shaft_angle: trigger.shaft_angle,
+                    since: Instant::now(),
+                });
+                Ok(())
+            }
+            _ => write_all(&mut self.qemu.link, &answer),
         }
-        write_all(&mut self.qemu.link, &answer)
     }
 
     /// Types the motion sentences that belong to a trigger. The chirp, which is sent after them, is eight times

@@ -1,33 +1,66 @@
 //! A session whose module keeps its chirps back, to see whether the mirror waits for them.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Result;
+use stairscan::scan::schedule::microsteps;
 
 use super::Session;
 use crate::emulate::qemu::write_all;
 
 /// A mirror that has gone so far, microsteps, has gone on to another row of 0.25 degrees: 35 are one less the
-/// fraction, and what it may have gone while its trigger was served.
+/// fraction.
 const ROW_APART: u64 = 20;
 /// A chirp that is kept back is the last row's when the mirror has not gone on by then.
 const LAST_ROW: Duration = Duration::from_secs(3);
 
+/// A chirp that is kept back.
+#[derive(Debug)]
+pub(super) struct Withheld {
+    /// The bytes of the answer.
+    pub answer: Vec<u8>,
+    /// Shaft angle of its trigger, 0.001 degree.
+    pub shaft_angle: i32,
+    /// When its trigger was served.
+    pub since: Instant,
+}
+
+/// Whether a mirror at `position`, microsteps from the horizontal, has left the row of a trigger. The trigger
+/// tells where it stood then: a busy host serves triggers so late that the mirror may have gone on already.
+fn has_left(position: Option<i64>, shaft_angle: i32) -> bool {
+    let row = i64::from(microsteps(shaft_angle));
+    position.is_some_and(|position| position.abs_diff(row) >= ROW_APART)
+}
+
 impl Session<'_> {
     /// Sends a chirp that was kept back once the mirror has gone on by a row; behind the last row it does not.
     pub(super) fn release(&mut self) -> Result<bool> {
-        let Some((answer, from, since)) = &self.withheld else {
+        let Some(chirp) = &self.withheld else {
             return Ok(false);
         };
-        let way = |(a, b): (i64, i64)| a.abs_diff(b);
-        let gone = self.shaft.position().zip(*from).map_or(0, way);
-        let overtaken = gone >= ROW_APART;
-        if !overtaken && since.elapsed() < LAST_ROW {
+        let overtaken = has_left(self.shaft.position(), chirp.shaft_angle);
+        if !overtaken && chirp.since.elapsed() < LAST_ROW {
             return Ok(false);
         }
         self.overtaken += usize::from(overtaken);
-        write_all(&mut self.qemu.link, answer)?;
+        write_all(&mut self.qemu.link, &chirp.answer)?;
         self.withheld = None;
         Ok(true)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// One that had gone on before its trigger was served was taken for the last row's.
+    #[test]
+    fn a_mirror_leaves_the_row_and_not_the_place_where_it_was_seen_first() {
+        let row = |k: i32| i64::from(microsteps(10_000 + 250 * k));
+        assert!(!has_left(Some(row(0)), 10_000));
+        assert!(!has_left(None, 10_000));
+        for gone in [row(1), row(-1)] {
+            assert!(has_left(Some(gone), 10_000));
+        }
     }
 }
