@@ -218,6 +218,27 @@ struct Course {
     cells: Vec<(f32, f32, bool)>,
 }
 
+impl Course {
+    /// Of an answer whose cells, each given by its end and the logarithm of the probability that nothing goes
+    /// wrong in it, are right before the one numbered `wrong`; `probability` of what those logarithms add up to.
+    fn new(
+        cells: impl Iterator<Item = (f32, f32)>,
+        wrong: Option<usize>,
+        reach_m: f32,
+        probability: impl Fn(f32) -> f32,
+    ) -> Self {
+        let mut log_right = 0.0;
+        let cells = cells.enumerate().map(|(k, (end_m, log_survival))| {
+            log_right += log_survival;
+            (end_m, probability(log_right), wrong.is_none_or(|w| w > k))
+        });
+        Self {
+            cells: cells.collect(),
+            reach_m,
+        }
+    }
+}
+
 /// The least probability, in thousandths, with which so few of the `ok` answers are wrong, half an
 /// error more than seen (Jeffreys); 2, which none has, where there is none.
 fn least(courses: &[Course]) -> Threshold {
@@ -252,17 +273,11 @@ pub fn threshold(lessons: &[(&Lesson, &Weights)]) -> Threshold {
 }
 
 fn course(lesson: &Lesson, weights: &Weights) -> Course {
-    let mut log_right = 0.0;
-    let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
-        log_right += weights.log_survival(&cell.features);
-        let right = lesson.wrong.is_none_or(|w| w > k);
-        let probability = weights.probability(log_right, lesson.stairs);
-        (cell.end_m, probability, right)
-    });
-    Course {
-        cells: cells.collect(),
-        reach_m: lesson.reach_m,
-    }
+    let cells = lesson.cells.iter();
+    let cells = cells.map(|cell| (cell.end_m, weights.log_survival(&cell.features)));
+    Course::new(cells, lesson.wrong, lesson.reach_m, |log_right| {
+        weights.probability(log_right, lesson.stairs)
+    })
 }
 
 /// Slope and offset that take the hazards' log-odds to how often answers were right.

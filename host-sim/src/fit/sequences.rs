@@ -325,16 +325,11 @@ fn surest_wrong<'a>(lessons: &'a [Lesson], table: &Carried) -> Vec<(f32, &'a str
 }
 
 fn course(lesson: &Lesson, table: &Carried) -> Course {
-    let mut log_right = 0.0;
-    let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
-        log_right += log_survival(table.log_odds(&cell.features));
-        let p = probability(&table.maps, log_right, lesson.stairs);
-        (cell.end_m, p, lesson.wrong.is_none_or(|w| w > k))
-    });
-    Course {
-        cells: cells.collect(),
-        reach_m: lesson.reach_m,
-    }
+    let cells = lesson.cells.iter();
+    let cells = cells.map(|cell| (cell.end_m, log_survival(table.log_odds(&cell.features))));
+    Course::new(cells, lesson.wrong, lesson.reach_m, |log_right| {
+        probability(&table.maps, log_right, lesson.stairs)
+    })
 }
 
 /// The source file of the table.
