@@ -158,6 +158,21 @@ pub fn exp(x: f32) -> f32 {
     exp2(x * core::f32::consts::LOG2_E)
 }
 
+/// Natural logarithm, with [`log2`]'s bounds.
+#[inline]
+pub fn ln(x: f32) -> f32 {
+    core::f32::consts::LN_2 * log2(x)
+}
+
+/// Decibels of one octave of power: 10 lg 2.
+pub const DB_PER_OCTAVE: f32 = 3.010_3;
+
+/// Power ratio of `db` decibels, with [`exp2`]'s bounds.
+#[inline]
+pub fn power_ratio(db: f32) -> f32 {
+    exp2(db / DB_PER_OCTAVE)
+}
+
 /// Decibels of a doubled amplitude: 20 lg 2.
 const DB_PER_DOUBLING: f32 = 6.020_6;
 

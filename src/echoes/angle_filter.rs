@@ -6,17 +6,15 @@
 //! 1981). All sums are whole numbers, so that nothing drifts and both ways of sweeping give the same
 //! result to the last bit. The delayed rows are read back from the map; only the sums are kept here.
 
-use crate::grid::{Geometry, MAX_BINS, PolarMap};
+use crate::grid::{EIGHTHS, Geometry, MAX_BINS, PolarMap};
 use crate::math;
 
 /// Longest box in rows: with it the sums of a uniform map of the largest power stay below 2³².
 pub const MAX_BOX: usize = 15;
 /// Units of a level in one octave of power.
 const UNITS_PER_OCTAVE: usize = 128;
-/// Decibels of one octave of power, 10 lg 2.
-const DB_PER_OCTAVE: f32 = 3.010_3;
 /// Decibels of one unit of a level.
-pub const LEVEL_DB: f32 = DB_PER_OCTAVE / UNITS_PER_OCTAVE as f32;
+pub const LEVEL_DB: f32 = math::DB_PER_OCTAVE / UNITS_PER_OCTAVE as f32;
 /// Binary digits of a level's unit beyond a cell's, which is an eighth octave.
 pub const UNITS_PER_CELL_BITS: u32 = 4;
 
@@ -26,18 +24,6 @@ const UNIT_CELL: usize = 40;
 /// Cells above this count as this: -5 dB of full scale, more than any echo has in a chirp that the
 /// converter takes without clipping; then [`MAX_BOX`]² of them still fit 32 bits.
 const LARGEST_CELL: usize = 233;
-
-/// 2^(k/8) in Q32.
-const EIGHTHS: [u64; 8] = [
-    4_294_967_296,
-    4_683_695_048,
-    5_107_605_667,
-    5_569_883_475,
-    6_074_001_000,
-    6_623_745_065,
-    7_223_245_205,
-    7_877_004_772,
-];
 
 /// Linear power of every possible cell: 2^((cell - [`UNIT_CELL`]) / 8), rounded. Worked out in Q32
 /// and 24 octaves higher, so that small powers keep their digits until they are rounded.

@@ -24,8 +24,6 @@ const MOST: usize = 64;
 const FARTHEST: f32 = 6.0;
 /// So far below the stronger echo's place its peak is looked for, standard deviations.
 const BELOW: f32 = 0.4;
-/// Decibels of one octave of power.
-const DB_PER_OCTAVE: f32 = 3.010_3;
 
 /// What the map is read with.
 #[derive(Clone, Copy, Debug)]
@@ -110,7 +108,7 @@ impl Chart<'_> {
         // Between two cells the range lobe stands above its chord.
         let bins = geometry.bin_m / self.resolution_m;
         let arch_db = p.range_curvature_db * bins * bins * share * (1.0 - share);
-        math::exp2(((chord - self.noise) * DB_PER_UNIT + arch_db) / DB_PER_OCTAVE)
+        math::power_ratio((chord - self.noise) * DB_PER_UNIT + arch_db)
     }
 
     /// The points along an upright line at `x_m` from above an echo at `angle_rad` down to it. They are filled in
@@ -148,24 +146,27 @@ impl Chart<'_> {
         let peak = points.iter().filter(|q| q.t > -BELOW);
         let peak = peak.map(|q| q.power).fold(0.0, math::max);
         let least = math::max(
-            ratio(p.flank_noise_db),
-            peak * ratio(-p.flank_side_lobes_db),
+            math::power_ratio(p.flank_noise_db),
+            peak * math::power_ratio(-p.flank_side_lobes_db),
         );
         let exceeds = |q: &Point| {
-            let lobe = peak * ratio(-BEAM_DB * q.t * q.t);
-            q.t < 0.0 && q.power > least && q.power > (lobe + 1.0) * ratio(p.flank_excess_db)
+            let lobe = peak * math::power_ratio(-BEAM_DB * q.t * q.t);
+            q.t < 0.0
+                && q.power > least
+                && q.power > (lobe + 1.0) * math::power_ratio(p.flank_excess_db)
         };
         let run = longest(&points, exceeds);
         let (first, last) = (run.first()?, run.last()?);
         let highest = run.iter().map(|q| q.power).fold(0.0, math::max);
-        if last.t - first.t < p.flank_span || highest > peak * ratio(-p.flank_weaker_db) {
+        if last.t - first.t < p.flank_span || highest > peak * math::power_ratio(-p.flank_weaker_db)
+        {
             return None;
         }
         let mut line = Line::default();
         for q in run.iter().take_while(|q| q.t < first.t + p.flank_top_span) {
             let variance_db = p.flank_model_db * p.flank_model_db
                 + p.flank_speckle_db * p.flank_speckle_db / q.power;
-            let level_db = DB_PER_OCTAVE * math::log2(q.power);
+            let level_db = math::DB_PER_OCTAVE * math::log2(q.power);
             line.add(1.0 / variance_db, q.t, level_db + BEAM_DB * q.t * q.t);
         }
         let (slope, squares, residual) = line.fit();
@@ -200,11 +201,6 @@ fn longest(points: &[Point], exceeds: impl Fn(&Point) -> bool) -> &[Point] {
         rest = behind;
     }
     best
-}
-
-/// Power ratio of `db` decibels.
-fn ratio(db: f32) -> f32 {
-    math::exp2(db / DB_PER_OCTAVE)
 }
 
 #[cfg(test)]

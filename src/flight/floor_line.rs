@@ -6,6 +6,7 @@
 //! there. How likely the one is beside the other is told for each cell of the way.
 
 use super::flank::Chart;
+use crate::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 use crate::math;
 use crate::params::Params;
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M};
@@ -22,12 +23,8 @@ const SLOTS: usize = 48;
 pub const NEAREST_END_M: f32 = 0.45;
 /// Levels that a cell of the map can have.
 const LEVELS: usize = 256;
-/// Units of a map's cells in an octave of power.
-const UNITS_PER_OCTAVE: u8 = 8;
 /// A mean of exponentially distributed powers over their median, 1 / ln 2.
 const MEAN_PER_MEDIAN: f32 = core::f32::consts::LOG2_E;
-/// Decibels of one octave of power.
-const DB_PER_OCTAVE: f32 = 3.010_3;
 /// Each slot is looked at in so many places, 2.5 cm apart: nearly two range bins.
 const PARTS: usize = 2;
 /// Rows up to so many standard deviations of the two-way beam off the line see the floor …
@@ -109,10 +106,7 @@ impl FloorLine {
             }
         }
         for k in 0..CELLS {
-            let gap = match slot_of(FIRST_END_M + CELL_M * k as f32 + 0.5 * SLOT_M) {
-                Some(end) if end > PER_CELL => [self.gap(end, 0, p), self.gap(end, 1, p)],
-                _ => [0.0; 2],
-            };
+            let gap = end_of(k).map_or([0.0; 2], |end| [0, 1].map(|later| self.gap(end, later, p)));
             if let Some(place) = self.gaps.get_mut(k) {
                 *place = gap;
             }
@@ -137,14 +131,14 @@ impl FloorLine {
         for (from, to) in BEFORE {
             let fall_db = p.floor_fall_db * (to / PER_CELL) as f32;
             let seen = self.over(end.saturating_sub(from), end.saturating_sub(to)) - 1.0;
-            before = math::max(before, seen * math::exp2(-fall_db / DB_PER_OCTAVE));
+            before = math::max(before, seen * math::power_ratio(-fall_db));
         }
         let (mut nats, mut begins, mut sum) = (0.0, 0.0, 0.0);
         for k in 0..LENGTHS[LENGTHS.len() - 1] {
             let first = end + later + PER_CELL * k;
             if first + PER_CELL <= SLOTS {
                 let cells = (k + 1) as f32 + 0.5 * later as f32;
-                let fall = math::exp2(-p.floor_fall_db * cells / DB_PER_OCTAVE);
+                let fall = math::power_ratio(-p.floor_fall_db * cells);
                 let spread_db = p.floor_spread_db + p.floor_spread_more_db * k as f32;
                 nats += missing(
                     self.over(first, first + PER_CELL),
@@ -160,7 +154,7 @@ impl FloorLine {
                 sum += math::exp(within(nats, p.gap_nats + MARGIN));
             }
         }
-        let mean = core::f32::consts::LN_2 * math::log2(sum / LENGTHS.len() as f32);
+        let mean = math::ln(sum / LENGTHS.len() as f32);
         // Where its first 10 cm show floor none begins, whatever is missing farther on.
         let least = if begins < 0.0 {
             math::min(mean, begins)
@@ -172,9 +166,7 @@ impl FloorLine {
 
     /// What the ground shows of cell `k`.
     pub fn cell(&self, k: usize) -> Shown {
-        let end_m = FIRST_END_M + CELL_M * k as f32;
-        let end = slot_of(end_m + 0.5 * SLOT_M).filter(|_| end_m >= NEAREST_END_M);
-        let Some(end) = end else {
+        let Some(end) = end_of(k) else {
             return Shown::default();
         };
         let up_to = self.gaps.get(..=k).unwrap_or(&[]);
@@ -191,16 +183,17 @@ fn within(x: f32, limit: f32) -> f32 {
     math::min(math::max(x, -limit), limit)
 }
 
-/// The slot that holds a place.
-fn slot_of(x_m: f32) -> Option<usize> {
-    let slot = math::floor((x_m - FIRST_M) / SLOT_M);
-    (slot >= 0.0 && slot < SLOTS as f32).then_some(slot as usize)
+/// The slot that begins where cell `k` ends, if it has windows of its own.
+fn end_of(k: usize) -> Option<usize> {
+    let end_m = FIRST_END_M + CELL_M * k as f32;
+    let slot = math::round((end_m - FIRST_M) / SLOT_M);
+    (end_m >= NEAREST_END_M && slot < SLOTS as f32).then_some(slot as usize)
 }
 
 /// A power ratio in decibels, not below -3.
 #[inline(never)]
 fn decibels(ratio: f32) -> f32 {
-    DB_PER_OCTAVE * math::log2(math::max(ratio, 0.5))
+    math::DB_PER_OCTAVE * math::log2(math::max(ratio, 0.5))
 }
 
 /// How much likelier the power of a window is without floor than with one that shows `expected` times the
@@ -216,7 +209,7 @@ fn missing(over: f32, expected: f32, spread_db: f32, p: &Params) -> f32 {
         math::exp(-0.5 * z * z) / sigma_db + p.gap_outlier_share
     };
     let ratio = density(over_db, p.gap_sigma_db) / density(over_db - expected_db, sigma_db);
-    core::f32::consts::LN_2 * math::log2(ratio)
+    math::ln(ratio)
 }
 
 impl Chart<'_> {
@@ -317,26 +310,25 @@ impl Chart<'_> {
 
 /// Power of a cell, that of level 0 being 1.
 fn linear(level: u8) -> f32 {
-    /// 2 to the power of eighths.
-    const EIGHTHS: [f32; UNITS_PER_OCTAVE as usize] = [
-        1.0,
-        1.090_507_7,
-        1.189_207_1,
-        1.296_839_6,
-        core::f32::consts::SQRT_2,
-        1.542_210_8,
-        1.681_792_8,
-        1.834_008_1,
-    ];
+    /// Of the units of an octave.
+    const FRACTIONS: [f32; UNITS_PER_OCTAVE as usize] = {
+        let mut fractions = [0.0; UNITS_PER_OCTAVE as usize];
+        let mut k = 0;
+        while k < fractions.len() {
+            fractions[k] = EIGHTHS[k] as f32 / EIGHTHS[0] as f32;
+            k += 1;
+        }
+        fractions
+    };
     /// An f32 of exponent 0 has this one …
     const BIAS: u32 = f32::MAX_EXP as u32 - 1;
     /// … over so many bits.
     const MANTISSA_BITS: u32 = f32::MANTISSA_DIGITS - 1;
     let (octave, eighth) = (level / UNITS_PER_OCTAVE, level % UNITS_PER_OCTAVE);
     let whole = f32::from_bits((u32::from(octave) + BIAS) << MANTISSA_BITS);
-    EIGHTHS
+    FRACTIONS
         .get(usize::from(eighth))
-        .map_or(whole, |e| whole * e)
+        .map_or(whole, |f| whole * f)
 }
 
 #[cfg(test)]
@@ -386,7 +378,8 @@ mod tests {
     #[test]
     fn cells_are_eighths_of_octaves() {
         assert!(
-            (crate::grid::DB_PER_UNIT * f32::from(UNITS_PER_OCTAVE) - DB_PER_OCTAVE).abs() < 1e-4
+            (crate::grid::DB_PER_UNIT * f32::from(UNITS_PER_OCTAVE) - math::DB_PER_OCTAVE).abs()
+                < 1e-4
         );
         for level in 0..=u8::MAX {
             let exact = (f64::from(level) / 8.0).exp2();

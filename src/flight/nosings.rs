@@ -148,7 +148,7 @@ impl Place {
             (false, false) => shows_front,
         };
         Explained {
-            nats: nats + ln(share),
+            nats: nats + math::ln(share),
             gap_m: both.then(|| back.1 / back.0 - front.1 / front.0),
             amplitude: math::min(front.0, back.0),
         }
@@ -165,11 +165,6 @@ impl Place {
         });
         best
     }
-}
-
-/// Natural logarithm.
-fn ln(x: f32) -> f32 {
-    math::log2(x) * core::f32::consts::LN_2
 }
 
 /// What an echo may be by its height: on the front of the tread or below on the riser.
@@ -259,7 +254,7 @@ pub fn locate(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels) -> Nos
     let mut overhangs = [Overhang::default(); OVERHANGS_M.len()];
     for (overhang, &m) in overhangs.iter_mut().zip(&OVERHANGS_M) {
         let others = (OVERHANGS_M.len() - 1) as f32;
-        overhang.nats = ln(if m <= 0.0 {
+        overhang.nats = math::ln(if m <= 0.0 {
             flush
         } else {
             (1.0 - flush) / others

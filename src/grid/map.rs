@@ -18,6 +18,19 @@ pub const MIN_BINS: usize = 8;
 const _: () = assert!(MAX_ROWS == MAX_CELLS / MIN_BINS);
 /// Words of the detection mask; one more, so that any 32 bits lie in two neighbouring words.
 const MASK_WORDS: usize = MAX_CELLS / 32 + 1;
+/// Units of a cell in one octave of power.
+pub const UNITS_PER_OCTAVE: u8 = 8;
+/// Powers of the units of an octave, 2^(k/8), in Q32.
+pub const EIGHTHS: [u64; UNITS_PER_OCTAVE as usize] = [
+    4_294_967_296,
+    4_683_695_048,
+    5_107_605_667,
+    5_569_883_475,
+    6_074_001_000,
+    6_623_745_065,
+    7_223_245_205,
+    7_877_004_772,
+];
 /// Decibels of one unit of a cell.
 pub const DB_PER_UNIT: f32 = 0.376_287_5;
 

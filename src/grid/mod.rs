@@ -12,4 +12,5 @@ mod window;
 
 pub use geometry::Geometry;
 pub use map::{DB_PER_UNIT, MAX_BINS, MIN_BINS, PolarMap, Row};
+pub(crate) use map::{EIGHTHS, UNITS_PER_OCTAVE};
 pub use window::{BinWindow, MAX_CELLS};

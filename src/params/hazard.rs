@@ -70,7 +70,7 @@ pub fn probability([clear, steps]: &[Map; 2], log_right: f32, stairs: bool) -> f
     let map = if stairs { steps } else { clear };
     let wrong = 1.0 - math::exp(log_right);
     // ln p/(1 - p); no cell is without any hazard.
-    let log_wrong = core::f32::consts::LN_2 * math::log2(wrong.max(f32::EPSILON));
+    let log_wrong = math::ln(wrong.max(f32::EPSILON));
     let log_odds = map.slope * (log_right - log_wrong) + map.offset;
     1.0 / (1.0 + math::exp(-log_odds))
 }

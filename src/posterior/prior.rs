@@ -27,7 +27,7 @@ pub const LANDING: f32 = 0.03;
 
 /// Natural logarithm of a positive number; that of 10^-30 for what is less.
 pub fn ln(x: f32) -> f32 {
-    core::f32::consts::LN_2 * math::log2(math::max(x, 1e-30))
+    math::ln(math::max(x, 1e-30))
 }
 
 /// Cost of what lies outside a box, with Gaussian shoulders, nats.

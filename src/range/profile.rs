@@ -41,8 +41,7 @@ impl Default for Profile {
 
 /// Decibels relative to full scale.
 fn decibels(fine: f32) -> f32 {
-    const DB_PER_OCTAVE: f32 = 3.010_3;
-    (fine - (i32::from(FULL_SCALE) * FINE) as f32) * (DB_PER_OCTAVE / 256.0)
+    (fine - (i32::from(FULL_SCALE) * FINE) as f32) * (crate::math::DB_PER_OCTAVE / 256.0)
 }
 
 impl Profile {
