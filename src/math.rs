@@ -160,7 +160,7 @@ pub fn exp(x: f32) -> f32 {
 
 /// Natural logarithm, with [`log2`]'s bounds.
 #[inline]
-pub fn ln(x: f32) -> f32 {
+pub const fn ln(x: f32) -> f32 {
     core::f32::consts::LN_2 * log2(x)
 }
 

@@ -61,10 +61,37 @@ struct Before {
     strongest_db: f32,
 }
 
+/// Where the marks near a riser and those on its treads begin and end, in numbers of marks.
+#[derive(Clone, Copy, Debug, Default)]
+struct Span {
+    /// The first that does not lie on the tread before it.
+    before: u8,
+    /// The first near it …
+    first: u8,
+    /// … and the first behind those, on the next tread.
+    end: u8,
+}
+
+const _: () = assert!(MAX_ECHOES <= u8::MAX as usize);
+
+impl Span {
+    fn of(scene: &Scene<'_>, along_m: f32) -> Self {
+        let (first, end) = scene.near_range(along_m);
+        let before = scene.first_beyond(along_m - scene.params.column_m);
+        Self {
+            before: before as u8,
+            first: first as u8,
+            end: end as u8,
+        }
+    }
+}
+
 /// Stairs going up.
 #[derive(Debug)]
 pub struct Ascending<'e> {
     scene: &'e Scene<'e>,
+    /// Per column: the marks near it.
+    spans: [Span; MAX_COLUMNS],
     /// Per column: the floor before it, which is the same for every first riser there.
     floors: [Before; MAX_COLUMNS],
     /// What lies behind risers, at the level looked at last.
@@ -98,9 +125,15 @@ impl Default for Landing {
 }
 
 impl Landing {
-    /// Score of the landing behind the last riser of a flight; none where what is seen of it
-    /// depends on where the riser stands.
-    fn look_up(&mut self, scene: &Scene<'_>, x_m: f32, level_m: f32, open: bool) -> Option<f32> {
+    /// Score of the landing behind the last riser of a flight, from mark number `first` on; none where what
+    /// is seen of it depends on where the riser stands.
+    fn look_up(
+        &mut self,
+        scene: &Scene<'_>,
+        first: usize,
+        level_m: f32,
+        open: bool,
+    ) -> Option<f32> {
         if level_m >= scene.mount_height_m {
             return None;
         }
@@ -109,7 +142,6 @@ impl Landing {
             (self.level_m, self.open, self.known) = (level_m, open, marks);
             *self.sums.get_mut(marks)? = 0.0;
         }
-        let first = scene.first_beyond(x_m + scene.params.column_m);
         if first < self.known {
             self.extend(scene, first..self.known);
             self.known = first;
@@ -137,18 +169,23 @@ impl<'e> Ascending<'e> {
         let ramp = scene.best_ramp();
         let mut ascending = Self {
             scene,
+            spans: [Span::default(); MAX_COLUMNS],
             floors: [Before::default(); MAX_COLUMNS],
             landing: RefCell::new(Landing::default()),
             walls: [0.0; MAX_COLUMNS],
             null: ramp,
         };
+        let nearest = scene.first_beyond(scene.params.nearest_riser_m);
         for (k, column) in scene.columns.iter().enumerate() {
-            let floor = ascending.tread(&Riser {
+            let span = Span::of(scene, column.along_m);
+            let riser = Riser {
                 along_m: column.along_m,
                 ..Riser::landing(None, 0.0, false)
-            });
-            if let Some(place) = ascending.floors.get_mut(k) {
-                *place = floor;
+            };
+            let floor = ascending.tread(&riser, nearest..usize::from(span.before));
+            let places = ascending.floors.get_mut(k).zip(ascending.spans.get_mut(k));
+            if let Some(place) = places {
+                (*place.0, *place.1) = (floor, span);
             }
         }
         let tall = ascending.tall_things();
@@ -181,14 +218,19 @@ impl<'e> Ascending<'e> {
         tall
     }
 
-    /// The tread before a riser, or the landing.
-    fn tread(&self, riser: &Riser) -> Before {
+    /// The marks near a riser.
+    fn span(&self, link: &Link) -> Span {
+        let known = link.column.and_then(|c| self.spans.get(usize::from(c)));
+        known
+            .copied()
+            .unwrap_or_else(|| Span::of(self.scene, link.along_m))
+    }
+
+    /// The tread before a riser, or the landing: the marks of `range`.
+    fn tread(&self, riser: &Riser, range: Range<usize>) -> Before {
         let (scene, p) = (self.scene, self.scene.params);
-        let from = riser
-            .previous_m
-            .map_or(p.nearest_riser_m, |x| x + p.column_m);
         let (mut total, mut strongest_db, mut clutter) = (0.0, p.tread_background_db, 0.0f32);
-        for m in scene.between(from, riser.along_m - p.column_m) {
+        for m in scene.marks.get(range).unwrap_or(&[]) {
             let (role, gain) = scene.on_tread(m, riser);
             if role == Role::Clutter {
                 // What stands on one tread is one thing, however many echoes it has.
@@ -208,11 +250,10 @@ impl<'e> Ascending<'e> {
         }
     }
 
-    /// Score of one riser and the tread `before` it.
-    fn riser(&self, riser: &Riser, before: Before) -> f32 {
+    /// Score of one riser that shows `marks` and the tread `before` it.
+    fn riser(&self, riser: &Riser, marks: &[Mark], before: Before) -> f32 {
         let (scene, p) = (self.scene, self.scene.params);
         let mut total = before.score - p.step_nats;
-        let marks = scene.near(riser.along_m);
         if marks.is_empty() {
             return total - p.unseen_riser_nats;
         }
@@ -336,10 +377,19 @@ impl Stairs for Ascending<'_> {
             along_m: next.along_m,
             ..riser(chain, shape, chain.len())
         };
+        let span = self.span(&next);
         let floor = next.column.filter(|_| chain.is_empty());
         let floor = floor.and_then(|c| self.floors.get(usize::from(c)));
-        let before = floor.copied().unwrap_or_else(|| self.tread(&riser));
-        let gain = self.riser(&riser, before) - self.landing_cost(chain, next);
+        let before = floor.copied().unwrap_or_else(|| {
+            let from = match chain.last() {
+                Some(last) => usize::from(self.span(last).end),
+                None => (self.scene).first_beyond(self.scene.params.nearest_riser_m),
+            };
+            self.tread(&riser, from..usize::from(span.before))
+        });
+        let near = usize::from(span.first)..usize::from(span.end);
+        let near = self.scene.marks.get(near).unwrap_or(&[]);
+        let gain = self.riser(&riser, near, before) - self.landing_cost(chain, next);
         match chain {
             [.., a, b] => gain - self.irregularity(a.along_m, b.along_m, next.along_m),
             [] if shape.open => gain - self.scene.params.floating_nats,
@@ -350,12 +400,14 @@ impl Stairs for Ascending<'_> {
     fn behind(&self, chain: &[Link], shape: Shape) -> f32 {
         let Some(last) = chain.last() else { return 0.0 };
         let level_m = chain.len() as f32 * shape.rise_m;
+        let first = usize::from(self.span(last).end);
         let cache = self.landing.try_borrow_mut();
         let cached = cache
             .ok()
-            .and_then(|mut cache| cache.look_up(self.scene, last.along_m, level_m, shape.open));
+            .and_then(|mut cache| cache.look_up(self.scene, first, level_m, shape.open));
         let landing = Riser::landing(Some(last.along_m), level_m, shape.open);
-        let landing = cached.unwrap_or_else(|| self.tread(&landing).score);
+        let marks = first..self.scene.marks.len();
+        let landing = cached.unwrap_or_else(|| self.tread(&landing, marks).score);
         // Flights end at columns.
         let wall = last.column.and_then(|c| self.walls.get(usize::from(c)));
         landing + wall.copied().unwrap_or(0.0)

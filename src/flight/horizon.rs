@@ -153,7 +153,17 @@ impl Ground<'_> {
     /// The strongest echo at a distance that has one of the wanted roles, tens of dB; 0 for none.
     #[inline(never)]
     fn strongest(&self, from_m: f32, to_m: f32, is: &dyn Fn(Role) -> bool) -> f32 {
-        let pairs = self.scene.marks.iter().zip(self.roles);
+        let marks = &self.scene.marks;
+        let (first, end) = match self.geometry.plane {
+            // There they are in order of their distance.
+            Plane::Depth => (
+                self.scene.first_beyond(from_m),
+                self.scene.first_beyond(to_m),
+            ),
+            Plane::Height => (0, marks.len()),
+        };
+        let pairs = marks.iter().zip(self.roles);
+        let pairs = pairs.take(end).skip(first);
         let within = pairs.filter(|(m, role)| m.x_m > from_m && m.x_m <= to_m && is(**role));
         let strongest = within.map(|(m, _)| m.snr_db).fold(0.0, math::max);
         math::min(strongest, MOST_DB) / TEN_DB

@@ -114,12 +114,12 @@ impl Posterior {
         let behind = answer.last_x() + LANDING_M;
         for &wall_m in &walls(&self.model) {
             let fits = !answer.is_empty() && wall_m > behind;
-            let ground = Some(Staircase::nothing());
-            for s in [ground, fits.then_some(*answer)].into_iter().flatten() {
-                let mut s = s;
-                s.wall_m = wall_m;
-                // There is room for each wall and none, twice.
-                let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
+            for (from, fits) in [(&Staircase::nothing(), true), (answer, fits)] {
+                if fits {
+                    let s = Staircase { wall_m, ..*from };
+                    // There is room for each wall and none, twice.
+                    let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
+                }
             }
         }
     }

@@ -215,10 +215,4 @@ impl<'p> Scene<'p> {
             self.first_beyond(along + p.column_m),
         )
     }
-
-    /// Marks near a face.
-    pub fn near(&self, along: f32) -> &[Mark] {
-        let (first, end) = self.near_range(along);
-        self.marks.get(first..end).unwrap_or(&[])
-    }
 }

@@ -18,27 +18,33 @@ const SKIPPED: [usize; 2] = [0, 1];
 #[derive(Debug)]
 struct Best<S> {
     flights: Vec<Flight<S>, BEGINNINGS>,
+    /// Which is the worst, where there is no room for more.
+    worst: usize,
 }
 
 impl<S: Copy + Default> Best<S> {
     const fn new() -> Self {
         Self {
             flights: Vec::new(),
+            worst: 0,
         }
     }
 
     /// Takes a flight in, in place of the worst if there is no room; not if it is no better.
     fn offer(&mut self, flight: &Flight<S>) {
-        if !self.flights.is_full() {
+        if self.flights.is_full() {
+            match self.flights.get_mut(self.worst) {
+                Some(worst) if worst.score < flight.score => worst.clone_from(flight),
+                _ => return,
+            }
+        } else {
             // There is room.
             let _ = self.flights.push(flight.clone());
-            return;
         }
-        let worst = self.flights.iter_mut();
-        if let Some(worst) = worst.min_by(|a, b| a.score.total_cmp(&b.score))
-            && worst.score < flight.score
-        {
-            worst.clone_from(flight);
+        if self.flights.is_full() {
+            let flights = self.flights.iter().enumerate();
+            let worst = flights.min_by(|(_, a), (_, b)| a.score.total_cmp(&b.score));
+            self.worst = worst.map_or(0, |(k, _)| k);
         }
     }
 }

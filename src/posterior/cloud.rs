@@ -192,7 +192,11 @@ impl Cloud {
             }
             drawn
         });
-        self.begin = (self.begin + GOLDEN) % 1.0;
+        // Of two fractions: `%` would bring in a division of any two numbers.
+        self.begin += GOLDEN;
+        if self.begin >= 1.0 {
+            self.begin -= 1.0;
+        }
         self.particles.truncate(PARTICLES);
     }
 

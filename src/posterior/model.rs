@@ -47,6 +47,8 @@ pub(super) const NEAR: usize = 16;
 const SURE: f32 = 6.0;
 /// Beyond this squared deviation only the tails are left.
 const CORE: f32 = 25.0;
+/// Beyond this one an echo is no part of a face.
+const FACE_REACH: f32 = 100.0;
 /// Below a brink echoes are so many times as dense as in the air.
 const BELOW: f32 = 3.0;
 /// A feature shows so often at least, and at most: however sure the counts are, scenes differ.
@@ -259,15 +261,15 @@ impl<'p> Model<'p> {
     /// The same by class: face, tread, floor, air, inside, noise.
     #[inline(never)]
     pub(super) fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
+        if s.kind == Kind::Drop && e.x_m > s.wall_m {
+            return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];
+        }
         let base = self.base(s, k, e.x_m);
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
         let low = self.sight(e.x_m, base, edge);
         let mut inside = above((e.y_m - low + 0.015) / (0.012 + e.across_m));
         if s.open && k > 0 {
             inside *= 0.35;
-        }
-        if s.kind == Kind::Drop && e.x_m > s.wall_m {
-            return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];
         }
         let mut parts = [
             0.0,
@@ -287,12 +289,13 @@ impl<'p> Model<'p> {
             let share = if k == 0 { 1.0 } else { 0.3 };
             *on_floor = share * e.floor * tailed(z * z) * e.per_floor;
         }
-        for i in [k.checked_sub(1), Some(k)].into_iter().flatten() {
-            if i >= s.len() {
-                continue;
+        // Of the riser before and of this one.
+        for i in k.saturating_sub(1)..s.len().min(k + 1) {
+            let z = (e.x_m - (s.x(i) - 0.3 * s.overhang_m)) * e.per_face;
+            if z * z <= FACE_REACH {
+                let (b, t) = self.face_span(s, i);
+                *on_face += Self::face(e, z * z, b, t);
             }
-            let (b, t) = self.face_span(s, i);
-            *on_face += Self::face(e, s.x(i) - 0.3 * s.overhang_m, b, t);
         }
         if s.wall().is_finite() && k == s.len() && e.y_m > base - 0.03 {
             let z = (e.x_m - s.wall()) / 0.008;
@@ -312,18 +315,14 @@ impl<'p> Model<'p> {
         }
     }
 
-    /// Density as part of a face at `x` from `b` to `t`.
-    fn face(e: &Seen, x: f32, b: f32, t: f32) -> f32 {
+    /// Density as part of a face from `b` to `t`, the square of whose normalised distance is `z2`.
+    fn face(e: &Seen, z2: f32, b: f32, t: f32) -> f32 {
         if t <= b + 0.01 {
-            return 0.0;
-        }
-        let z = (e.x_m - x) * e.per_face;
-        if z * z > 100.0 {
             return 0.0;
         }
         let soft = 0.008 + e.across_m;
         let within = above((b - e.y_m) / soft) - above((t - e.y_m) / soft);
-        e.face * math::max(within, 0.0) * tailed(z * z) * e.per_face
+        e.face * math::max(within, 0.0) * tailed(z2) * e.per_face
     }
 
     /// Log-likelihood of the echoes before riser `k` (or of the landing), and of their number.

@@ -26,7 +26,7 @@ const IRREGULAR: f32 = 0.07;
 pub const LANDING: f32 = 0.03;
 
 /// Natural logarithm of a positive number; that of 10^-30 for what is less.
-pub fn ln(x: f32) -> f32 {
+pub const fn ln(x: f32) -> f32 {
     math::ln(math::max(x, 1e-30))
 }
 
@@ -75,43 +75,48 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
 pub fn prior(s: &Staircase) -> f32 {
     let n = s.len();
     let wall = if s.wall().is_finite() {
-        ln(WALL / WAY_M * PLACE_M)
+        const { ln(WALL / WAY_M * PLACE_M) }
     } else {
-        ln(1.0 - WALL)
+        const { ln(1.0 - WALL) }
     };
     let mut p = wall
         + match s.kind {
-            Kind::Nothing => ln(0.31),
-            Kind::Ramp => ln(0.08 / 12.0),
-            Kind::Drop => ln(0.03),
-            Kind::Stairs => ln(0.10),
-            Kind::Box => ln(0.06),
-            Kind::Threshold => ln(0.05),
+            Kind::Nothing => const { ln(0.31) },
+            Kind::Ramp => const { ln(0.08 / 12.0) },
+            Kind::Drop => const { ln(0.03) },
+            Kind::Stairs => const { ln(0.10) },
+            Kind::Box => const { ln(0.06) },
+            Kind::Threshold => const { ln(0.05) },
         };
     if n == 0 {
         return p;
     }
-    p += ln(if s.open { FLOATS } else { 1.0 - FLOATS }) + ln(PLACE_M / WAY_M) + ln(RISE_M);
+    p += if s.open {
+        const { ln(FLOATS) }
+    } else {
+        const { ln(1.0 - FLOATS) }
+    } + const { ln(PLACE_M / WAY_M) }
+        + const { ln(RISE_M) };
     let rise = s.rise();
     p += match s.kind {
-        Kind::Box => -ln(0.55),
-        Kind::Threshold => -ln(0.05),
-        _ => shoulder(rise, if n > 1 { 0.085 } else { 0.05 }, 0.22, 0.02) - ln(0.15),
+        Kind::Box => -const { ln(0.55) },
+        Kind::Threshold => -const { ln(0.05) },
+        _ => shoulder(rise, if n > 1 { 0.085 } else { 0.05 }, 0.22, 0.02) - const { ln(0.15) },
     };
     if let Some(going) = s.going() {
-        p += shoulder(going, 0.22, 0.40, 0.03) + ln(PLACE_M / 0.22);
+        p += shoulder(going, 0.22, 0.40, 0.03) + const { ln(PLACE_M / 0.22) };
         for k in 1..n {
             let going_m = s.x(k) - s.x(k - 1);
-            p += ln(GOES_ON * PLACE_M)
+            p += const { ln(GOES_ON * PLACE_M) }
                 + if going_m > LONGEST_GOING_M {
-                    ln(LANDING)
+                    const { ln(LANDING) }
                 } else {
                     departure(going_m - going, 0.004, 0.02, 0.05)
                 };
         }
         for k in 0..n {
             let off = s.level(k + 1) - s.level(k) - rise;
-            p += ln(DEPARTURE_M) + departure(off, 0.0035, 0.025, 0.05);
+            p += const { ln(DEPARTURE_M) } + departure(off, 0.0035, 0.025, 0.05);
         }
     }
     if !s.open {
