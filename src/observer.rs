@@ -2,7 +2,7 @@
 //!
 //! The scanner's own calls pass `()`, which listens to nothing.
 
-use crate::echoes::Floor;
+use crate::echoes::{Floor, Lobes};
 use crate::flight::trace::{Cell, Hypothesis, Scatterer, Stage};
 #[cfg(feature = "paper")]
 use crate::paper::{bright::Field, cluster::Extent, particles::Cloud};
@@ -24,6 +24,8 @@ pub enum Event<'a> {
     },
     /// `likelihood`: how well echoes support a floor in its place, and one elsewhere.
     Floor(Floor),
+    /// `likelihood`: how wide the lobes of strong echoes are over the rows.
+    Lobes(Lobes),
     /// `likelihood`: one scatterer, strongest first.
     Scatterer(&'a Scatterer),
     /// `likelihood`: one explanation, the best of each number of steps.

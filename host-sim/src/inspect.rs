@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 use stairscan::answer::{Direction, Maybe, Outcome, Status};
 use stairscan::config::Config;
 use stairscan::drive::Drive;
-use stairscan::echoes::Floor;
+use stairscan::echoes::{Floor, Lobes};
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
@@ -35,6 +35,8 @@ pub struct Inspection {
     calibration: Option<(f64, f64)>,
     /// How well echoes support a floor in its place and elsewhere, where the plane shows it.
     floor: Option<Floor>,
+    /// How wide the lobes of strong echoes are over the rows, where there are some.
+    lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
     /// For pictures.
     view: InspectView,
@@ -47,6 +49,7 @@ struct Witness {
     noise_db: f64,
     calibration: Option<(f64, f64)>,
     floor: Option<Floor>,
+    lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
     view: InspectView,
 }
@@ -112,6 +115,7 @@ impl Observer for Witness {
                 self.calibration = Some((f64::from(bias_rad).to_degrees(), height_m.into()));
             }
             Event::Floor(floor) => self.floor = Some(floor),
+            Event::Lobes(lobes) => self.lobes = Some(lobes),
             Event::Scatterer(scatterer) => self.scatterer(scatterer),
             Event::Hypothesis(hypothesis) => {
                 let (name, edges) = self.explain(hypothesis);
@@ -166,6 +170,7 @@ impl Inspection {
             noise_db: 0.0,
             calibration: None,
             floor: None,
+            lobes: None,
             scatterers: Vec::new(),
             view: InspectView::default(),
         };
@@ -177,6 +182,7 @@ impl Inspection {
             noise_db: witness.noise_db,
             calibration: witness.calibration,
             floor: witness.floor,
+            lobes: witness.lobes,
             scatterers: witness.scatterers,
             view,
             outcome,
@@ -215,6 +221,12 @@ impl Inspection {
             let _ = write!(
                 text,
                 "; support by echoes for a floor in its place {here:.1}, elsewhere {elsewhere:.1}"
+            );
+        }
+        if let Some(Lobes { least, median }) = self.lobes {
+            let _ = write!(
+                text,
+                "; strong echoes are {least:.2} beams wide and more, {median:.2} in the middle"
             );
         }
         text
@@ -345,6 +357,8 @@ impl Inspection {
             "mount_height_error_m": self.calibration.map(|c| decimal(c.1)),
             "floor_in_place": self.floor.map(|f| decimal(f.here.into())),
             "floor_elsewhere": self.floor.map(|f| decimal(f.elsewhere.into())),
+            "narrowest_lobe": self.lobes.map(|l| decimal(l.least.into())),
+            "median_lobe": self.lobes.map(|l| decimal(l.median.into())),
             "posterior": self.posterior().map(posterior::json),
             "maybe": self.outcome.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),

@@ -15,6 +15,7 @@
 //! | `calibrate` | echoes of the floor → angle bias and mount height, taken out |
 
 mod angle_filter;
+mod beam;
 pub mod calibrate;
 mod detect;
 mod echo;
@@ -36,6 +37,7 @@ use crate::drive::Drive;
 use crate::grid::PolarMap;
 use crate::params::Params;
 pub use angle_filter::two_way_sigma;
+pub use beam::Lobes;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
 pub use floor::Floor;
 pub use place::Ride;

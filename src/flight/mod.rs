@@ -46,7 +46,7 @@ mod tests;
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
 use crate::drive::{self, Drive};
-use crate::echoes::{Collector, Echo, Echoes, Floor, Ride, Sweeps, calibrate};
+use crate::echoes::{Collector, Echo, Echoes, Floor, Lobes, Ride, Sweeps, calibrate};
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::fusion::{Memory, Outlook};
@@ -201,6 +201,12 @@ impl Estimator for Likelihood {
             observer.event(Event::Floor(floor));
         }
         let level = floor.is_none_or(|floor| floor.in_place(p));
+        // The rows' own range moves along while the chair does.
+        let still = rode_m.abs() < p.beam_still_m && geometry.plane == Plane::Depth;
+        let lobes = Lobes::of(echoes, geometry, p).filter(|_| still);
+        if let Some(lobes) = lobes {
+            observer.event(Event::Lobes(lobes));
+        }
         let mut outcome = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {
@@ -225,7 +231,11 @@ impl Estimator for Likelihood {
         if !level {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
-        let level = !outcome.reasons.has(Reason::Mount);
+        let stretched = lobes.is_some_and(|lobes| !lobes.fit(p));
+        if stretched {
+            outcome.doubt(Reasons::NONE.with(Reason::AngleJump));
+        }
+        let level = !outcome.reasons.has(Reason::Mount) && !stretched;
         let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
         let changed = past.as_ref().is_some_and(|past| past.changed());
         if changed {

@@ -254,12 +254,13 @@ impl<'p> Model<'p> {
     }
 
     /// Density of an echo before riser `k` from everything that is no point feature.
+    #[inline(never)]
     pub(super) fn background(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
         math::max(self.parts(s, k, e).iter().sum(), LEAST)
     }
 
     /// The same by class: face, tread, floor, air, inside, noise.
-    #[inline(never)]
+    #[inline]
     pub(super) fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
         if s.kind == Kind::Drop && e.x_m > s.wall_m {
             return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];

@@ -171,8 +171,9 @@ impl Proposals<'_> {
         }
         let far = self.spots(x + 0.60, end, f32::INFINITY, 0.006);
         let top = s.level(s.len()) + s.rise();
+        let before = self.before(base, top - 0.03);
         for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
-            let more = self.more(base, top + off, Kind::Stairs);
+            let more = self.more(base, top + off, Kind::Stairs, before.as_ref());
             for &(at, step) in near.iter().chain(far.iter().skip(1)) {
                 let landing = if at > x + 0.4 { LANDING } else { 0.0 };
                 let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
@@ -184,19 +185,31 @@ impl Proposals<'_> {
         }
     }
 
-    /// One more riser behind the last whose top is at `top_m`, wherever it stands.
-    fn more(&self, base: &Base, top_m: f32, kind: Kind) -> More {
+    /// The echoes on the last tread, which are the same whatever stands behind; nothing where one more riser,
+    /// `top_m` high at least, hides what is behind it.
+    fn before(&self, base: &Base, top_m: f32) -> Option<Sums> {
+        let s = &base.staircase;
+        (!self.hides(top_m)).then(|| self.model.sums(s, s.len()))
+    }
+
+    /// Whether what can be seen behind an edge depends on where that stands: it is above the mirror.
+    fn hides(&self, top_m: f32) -> bool {
+        top_m > self.model.view.height_m
+    }
+
+    /// One more riser behind the last whose top is at `top_m`, wherever it stands, where `before` holds the
+    /// echoes on the tread before it.
+    fn more<'b>(&self, base: &Base, top_m: f32, kind: Kind, before: Option<&'b Sums>) -> More<'b> {
         let s = &base.staircase;
         let n = s.len();
         let mut far = s.with(n, s.last_x(), top_m);
         far.kind = kind;
-        let hides = top_m > self.model.view.height_m;
+        let before = before.filter(|_| !self.hides(top_m));
         More {
             top_m,
             kind,
-            // What can be seen behind an edge above the mirror depends on where that stands.
-            sums: (!hides).then(|| Split {
-                before: self.model.sums(s, n),
+            sums: before.map(|before| Split {
+                before,
                 behind: self.model.sums(&far, n + 1),
                 wall: self.model.riser(&far, n + 1),
             }),
@@ -205,7 +218,7 @@ impl Proposals<'_> {
 
     /// That riser at `x_m`, and the logarithm of its weight but for its odds.
     #[inline(never)]
-    fn added(&self, base: &Base, more: &More, x_m: f32) -> (Staircase, f32) {
+    fn added(&self, base: &Base, more: &More<'_>, x_m: f32) -> (Staircase, f32) {
         let (model, s) = (self.model, &base.staircase);
         let n = s.len();
         let mut new = s.with(n, x_m, more.top_m);
@@ -367,8 +380,9 @@ impl Proposals<'_> {
         let end = math::min(2.6, s.wall() - 0.15);
         let sigmas = [PLACED_M; MAX_STEPS];
         let spots = self.spots(0.24, end, 0.16, 0.006);
+        let before = self.before(base, 0.0);
         for (h, [seen, unseen], kind) in FLOOR {
-            let more = self.more(base, h, kind);
+            let more = self.more(base, h, kind, before.as_ref());
             for &(x, dx) in &spots {
                 let share = if dx < ECHO_M { seen } else { unseen };
                 if share > 0.0 {
@@ -396,16 +410,16 @@ impl Proposals<'_> {
 }
 
 /// One more riser behind the last of a hypothesis, wherever it stands.
-struct More {
+struct More<'b> {
     top_m: f32,
     kind: Kind,
-    sums: Option<Split>,
+    sums: Option<Split<'b>>,
 }
 
 /// What does not depend on where a riser stands.
-struct Split {
+struct Split<'b> {
     /// Of the echoes from each number on, on the tread before it …
-    before: Sums,
+    before: &'b Sums,
     /// … and on the one behind it.
     behind: Sums,
     /// Of the wall behind.

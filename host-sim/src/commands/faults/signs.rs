@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use rayon::prelude::*;
 use stairscan::answer::Status;
-use stairscan::echoes::Floor;
+use stairscan::echoes::{Floor, Lobes};
 use stairscan::flight::Likelihood;
 use stairscan::health::Sign;
 use stairscan::observer::{Event, Observer};
@@ -28,20 +28,24 @@ struct Seen {
     trusted: bool,
 }
 
-/// The estimator's numbers, but that it takes any floor for the one it stands on.
+/// The estimator's numbers, but that it takes any floor for the one it stands on, and any lobes for the beam's.
 const BELIEVING: Params = Params {
     floor_elsewhere: f32::MAX,
+    beam_narrow: 0.0,
+    beam_broad: f32::INFINITY,
     ..Params::DEFAULT
 };
 
-/// Hears what echoes say of the floor.
+/// Hears what echoes say of the floor and the beam.
 #[derive(Default)]
-struct Witness(Option<Floor>);
+struct Witness(Option<Floor>, Option<Lobes>);
 
 impl Observer for Witness {
     fn event(&mut self, event: Event<'_>) {
-        if let Event::Floor(floor) = event {
-            self.0 = Some(floor);
+        match event {
+            Event::Floor(floor) => self.0 = Some(floor),
+            Event::Lobes(lobes) => self.1 = Some(lobes),
+            _ => {}
         }
     }
 }
@@ -57,10 +61,10 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
     replay::answers(recording, &first, |scanned| {
         let (health, map) = (scanned.pipeline.health(), scanned.pipeline.map());
         let (config, scan) = (scanned.config, scanned.answer.scan.scan);
-        let mut floor = Witness::default();
+        let mut seen = Witness::default();
         let believing = Likelihood::with(&BELIEVING);
         let drive = &scanned.drive;
-        let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut floor);
+        let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut seen);
         let blind = health.verdict(config.mount.mirror_offset > 0).is_some();
         let trusted = !blind && outcome.status == Status::Ok;
         let mut add = |name: String, value: f64, alarm| {
@@ -82,10 +86,16 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
                 sign.seen > sign.limit,
             );
         });
-        if let Some(floor) = floor.0 {
+        if let Some(floor) = seen.0 {
             let more = floor.elsewhere - floor.here;
             let value = f64::from(more) / f64::from(p.floor_elsewhere);
             add("mount".to_owned(), value, more > p.floor_elsewhere);
+        }
+        if let Some(lobes) = seen.1 {
+            let narrow = (1.0 - lobes.median) / (1.0 - p.beam_narrow);
+            let broad = (lobes.least - 1.0) / (p.beam_broad - 1.0);
+            let value = f64::from(narrow.max(broad));
+            add("angle-jump, beam".to_owned(), value, !lobes.fit(p));
         }
     })?;
     Ok(found)

@@ -1,0 +1,116 @@
+//! Whether the mirror turns as far from row to row as it is said to.
+//!
+//! A point scatterer's lobe over the angle is the beam's, whatever the scene. Where a step of the mirror is
+//! larger than it is taken for, all lobes are narrower than that, and where it is smaller all are wider; what
+//! is no point is wider, too, but hardly ever everything that is strong.
+
+use super::angle_filter::{box_rows, two_way_sigma};
+use super::echo::{Echo, MAX_ECHOES};
+use crate::grid::Geometry;
+use crate::math;
+use crate::params::Params;
+use crate::sort::shell_sort;
+
+/// Two boxes of n rows have a sixth of n² - 1 for variance.
+const BOXES_PER_VARIANCE: f32 = 6.0;
+
+/// Widths of the strong echoes' lobes, a point scatterer's being 1.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lobes {
+    /// That of the narrowest.
+    pub least: f32,
+    /// Half of them are narrower.
+    pub median: f32,
+}
+
+impl Lobes {
+    /// Of the echoes of a map; nothing where few are strong.
+    #[inline(never)]
+    pub fn of(echoes: &[Echo], geometry: &Geometry, p: &Params) -> Option<Self> {
+        let mut widths = heapless::Vec::<f32, MAX_ECHOES>::new();
+        for e in echoes.iter().filter(|e| e.snr_db > p.beam_echo_db) {
+            // As many places as echoes.
+            let _ = widths.push(e.width);
+        }
+        if widths.len() < p.beam_echoes as usize {
+            return None;
+        }
+        shell_sort(&mut widths, |a, b| a < b);
+        let point = point_width(geometry);
+        Some(Self {
+            least: widths.first()? / point,
+            median: widths.get(widths.len() / 2)? / point,
+        })
+    }
+
+    /// Whether they are the beam's.
+    pub fn fit(&self, p: &Params) -> bool {
+        self.median > p.beam_narrow && self.least < p.beam_broad
+    }
+}
+
+/// Width of a point scatterer's lobe behind the filter, whose boxes are as wide as the beam, but no wider than
+/// they may be: then the lobe is narrower.
+fn point_width(geometry: &Geometry) -> f32 {
+    let rows = box_rows(geometry) as f32;
+    let boxes = (rows * rows - 1.0) / BOXES_PER_VARIANCE * geometry.step_rad * geometry.step_rad;
+    let sigma = two_way_sigma(geometry.beamwidth_rad);
+    math::sqrt(0.5 * (1.0 + math::min(boxes / (sigma * sigma), 1.0)))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    const P: &Params = &Params::DEFAULT;
+
+    fn geometry(beamwidth_deg: f32) -> Geometry {
+        Geometry {
+            step_rad: 0.25f32.to_radians(),
+            beamwidth_rad: beamwidth_deg.to_radians(),
+            ..Geometry::default()
+        }
+    }
+
+    fn lobes(widths: &[f32], beamwidth_deg: f32) -> Option<Lobes> {
+        let echo = |&width: &f32| Echo {
+            snr_db: 30.0,
+            width,
+            ..Echo::default()
+        };
+        let echoes: std::vec::Vec<_> = widths.iter().map(echo).collect();
+        Lobes::of(&echoes, &geometry(beamwidth_deg), P)
+    }
+
+    #[test]
+    fn lobes_of_points_and_of_some_wider_things_fit() {
+        let fit = |widths: &[f32]| lobes(widths, 5.0).unwrap().fit(P);
+        assert!(fit(&[1.03, 1.07, 1.10, 1.6, 3.0]));
+        assert!(fit(&[1.05, 1.4, f32::INFINITY]));
+        // Steps a quarter larger, and a fifth smaller, than they are said to be.
+        assert!(!fit(&[0.82, 0.86, 0.88, 1.28, 2.4]));
+        assert!(!fit(&[1.29, 1.34, 1.38, 2.0, 3.8]));
+    }
+
+    #[test]
+    fn few_strong_echoes_say_nothing() {
+        assert_eq!(lobes(&[0.5, 0.5], 5.0), None);
+        let weak = Echo {
+            snr_db: 10.0,
+            width: 0.5,
+            ..Echo::default()
+        };
+        assert_eq!(Lobes::of(&[weak; 5], &geometry(5.0), P), None);
+    }
+
+    /// The filter's boxes are limited to 15 rows: behind them the lobe of a wide beam is narrower than that of
+    /// boxes as wide as the beam.
+    #[test]
+    fn a_wide_beam_s_lobe_is_narrower_behind_boxes_of_limited_length() {
+        assert!((point_width(&geometry(5.0)) - 1.0).abs() < 0.02);
+        assert!((point_width(&geometry(3.0)) - 1.0).abs() < 0.05);
+        let wide = point_width(&geometry(7.75));
+        assert!((wide - 0.84).abs() < 0.01, "{wide}");
+        assert!(lobes(&[0.85, 0.88, 0.9], 7.75).unwrap().fit(P));
+        assert!(!lobes(&[0.85, 0.88, 0.9], 5.0).unwrap().fit(P));
+    }
+}
