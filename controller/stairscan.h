@@ -83,7 +83,7 @@ extern "C" {
     X(RANGE_SCALE, "range-scale", "The mirror's own echo is not where the mirror's offset says: the range scale is not true.") \
     X(STALE_CHIRP, "stale-chirp", "The same chirp came more than once.") \
     X(MIRROR_STUCK, "mirror-stuck", "Echoes do not change though the mirror should have turned.") \
-    X(ANGLE_JUMP, "angle-jump", "Echoes change faster than the beam's width allows: rows are not at their angles.") \
+    X(ANGLE_JUMP, "angle-jump", "Echoes change faster or slower over the rows than the beam's width says: rows are not at their angles.") \
     X(MOUNT, "mount", "The floor is not where mount height, angle and offset say that it must be.") \
     X(TOO_MANY_LOST, "too-many-lost", "Too many chirps were lost.") \
     X(LINK_SILENT, "link-silent", "The radar module does not answer.") \

@@ -136,7 +136,7 @@ reasons! {
     StaleChirp = "stale-chirp",
     /// Echoes do not change though the mirror should have turned.
     MirrorStuck = "mirror-stuck",
-    /// Echoes change faster than the beam's width allows: rows are not at their angles.
+    /// Echoes change faster or slower over the rows than the beam's width says: rows are not at their angles.
     AngleJump = "angle-jump",
     /// The floor is not where mount height, angle and offset say that it must be.
     Mount = "mount",
