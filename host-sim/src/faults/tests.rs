@@ -63,3 +63,25 @@ fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
         }
     }
 }
+
+/// No row differs from the next one more than a beam makes it; the lobes as a whole are too narrow or too wide.
+#[test]
+fn other_microsteps_than_set_are_told_by_the_beam() {
+    let dir = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    let fault = Fault::named("microsteps").unwrap();
+    for name in ["stair_a", "stair_b", "stair_c"] {
+        let clean = Recording::read(&dir.join(name)).unwrap();
+        let options = crate::replay::Options::default();
+        let answer = crate::replay::answer(&clean, &options).unwrap();
+        assert!(!answer.scan.reasons.has(Reason::AngleJump), "{name}");
+        for factor in [0.8, 2.0, 4.0] {
+            let spoilt = fault.on(&clean, factor, 1).unwrap();
+            let answer = crate::replay::answer(&spoilt, &options).unwrap();
+            assert_eq!(answer.scan.status, Status::Degraded, "{name} {factor}");
+            assert!(
+                answer.scan.reasons.has(Reason::AngleJump),
+                "{name} {factor}"
+            );
+        }
+    }
+}
