@@ -76,6 +76,15 @@ pub fn box_rows(geometry: &Geometry) -> usize {
     ((rows as usize) | 1).min(MAX_BOX)
 }
 
+/// Width of a point scatterer's lobe behind the filter, in units of [`lobe_sigma_rad`]: 1, but less where the
+/// boxes are shorter than the beam is wide because they may be no longer than [`MAX_BOX`].
+pub fn point_width(geometry: &Geometry) -> f32 {
+    let rows = box_rows(geometry) as f32;
+    let boxes = (rows * rows - 1.0) / BOXES_PER_VARIANCE * geometry.step_rad * geometry.step_rad;
+    let sigma = two_way_sigma(geometry.beamwidth_rad);
+    math::sqrt(0.5 * (1.0 + math::min(boxes / (sigma * sigma), 1.0)))
+}
+
 /// Binary digits of a level's fraction of an octave.
 const FRACTION_BITS: u32 = UNITS_PER_OCTAVE.trailing_zeros();
 

@@ -4,15 +4,11 @@
 //! larger than it is taken for, all lobes are narrower than that, and where it is smaller all are wider; what
 //! is no point is wider, too, but hardly ever everything that is strong.
 
-use super::angle_filter::{box_rows, two_way_sigma};
+use super::angle_filter::point_width;
 use super::echo::{Echo, MAX_ECHOES};
 use crate::grid::Geometry;
-use crate::math;
 use crate::params::Params;
 use crate::sort::shell_sort;
-
-/// Two boxes of n rows have a sixth of n² - 1 for variance.
-const BOXES_PER_VARIANCE: f32 = 6.0;
 
 /// Widths of the strong echoes' lobes, a point scatterer's being 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -49,18 +45,10 @@ impl Lobes {
     }
 }
 
-/// Width of a point scatterer's lobe behind the filter, whose boxes are as wide as the beam, but no wider than
-/// they may be: then the lobe is narrower.
-fn point_width(geometry: &Geometry) -> f32 {
-    let rows = box_rows(geometry) as f32;
-    let boxes = (rows * rows - 1.0) / BOXES_PER_VARIANCE * geometry.step_rad * geometry.step_rad;
-    let sigma = two_way_sigma(geometry.beamwidth_rad);
-    math::sqrt(0.5 * (1.0 + math::min(boxes / (sigma * sigma), 1.0)))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+
     const P: &Params = &Params::DEFAULT;
 
     fn geometry(beamwidth_deg: f32) -> Geometry {

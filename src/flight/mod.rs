@@ -203,7 +203,7 @@ impl Estimator for Likelihood {
         let level = floor.is_none_or(|floor| floor.in_place(p));
         // The rows' own range moves along while the chair does.
         let still = rode_m.abs() < p.beam_still_m && geometry.plane == Plane::Depth;
-        let lobes = Lobes::of(echoes, geometry, p).filter(|_| still);
+        let lobes = still.then(|| Lobes::of(echoes, geometry, p)).flatten();
         if let Some(lobes) = lobes {
             observer.event(Event::Lobes(lobes));
         }

@@ -7,6 +7,12 @@ fn clean() -> Recording {
     random_scan(Kind::Ascending, Kind::Ascending.variety(), 3).unwrap()
 }
 
+/// A recording of the repository.
+fn committed(name: &str) -> Recording {
+    let dir = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
+    Recording::read(&dir.join(name)).unwrap()
+}
+
 #[test]
 fn names_are_unique_and_found() {
     for fault in ALL {
@@ -45,9 +51,8 @@ fn sequences_are_refused() {
 /// The floor before these stairs is too smooth to show where it is; their first corner is not.
 #[test]
 fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
-    let dir = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
     for name in ["stair_a", "stair_b", "stair_c"] {
-        let clean = Recording::read(&dir.join(name)).unwrap();
+        let clean = committed(name);
         let options = crate::replay::Options::default();
         let answer = crate::replay::answer(&clean, &options).unwrap();
         assert!(!answer.scan.reasons.has(Reason::Mount), "{name}");
@@ -67,10 +72,9 @@ fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
 /// No row differs from the next one more than a beam makes it; the lobes as a whole are too narrow or too wide.
 #[test]
 fn other_microsteps_than_set_are_told_by_the_beam() {
-    let dir = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");
     let fault = Fault::named("microsteps").unwrap();
     for name in ["stair_a", "stair_b", "stair_c"] {
-        let clean = Recording::read(&dir.join(name)).unwrap();
+        let clean = committed(name);
         let options = crate::replay::Options::default();
         let answer = crate::replay::answer(&clean, &options).unwrap();
         assert!(!answer.scan.reasons.has(Reason::AngleJump), "{name}");

@@ -38,13 +38,16 @@ const BELIEVING: Params = Params {
 
 /// Hears what echoes say of the floor and the beam.
 #[derive(Default)]
-struct Witness(Option<Floor>, Option<Lobes>);
+struct Witness {
+    floor: Option<Floor>,
+    lobes: Option<Lobes>,
+}
 
 impl Observer for Witness {
     fn event(&mut self, event: Event<'_>) {
         match event {
-            Event::Floor(floor) => self.0 = Some(floor),
-            Event::Lobes(lobes) => self.1 = Some(lobes),
+            Event::Floor(floor) => self.floor = Some(floor),
+            Event::Lobes(lobes) => self.lobes = Some(lobes),
             _ => {}
         }
     }
@@ -86,12 +89,12 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
                 sign.seen > sign.limit,
             );
         });
-        if let Some(floor) = seen.0 {
+        if let Some(floor) = seen.floor {
             let more = floor.elsewhere - floor.here;
             let value = f64::from(more) / f64::from(p.floor_elsewhere);
             add("mount".to_owned(), value, more > p.floor_elsewhere);
         }
-        if let Some(lobes) = seen.1 {
+        if let Some(lobes) = seen.lobes {
             let narrow = (1.0 - lobes.median) / (1.0 - p.beam_narrow);
             let broad = (lobes.least - 1.0) / (p.beam_broad - 1.0);
             let value = f64::from(narrow.max(broad));
