@@ -223,7 +223,7 @@ impl Inspection {
                 "; support by echoes for a floor in its place {here:.1}, elsewhere {elsewhere:.1}"
             );
         }
-        if let Some(Lobes { least, median }) = self.lobes {
+        if let Some(Lobes { least, median, .. }) = self.lobes {
             let _ = write!(
                 text,
                 "; strong echoes are {least:.2} beams wide and more, {median:.2} in the middle"

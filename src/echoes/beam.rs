@@ -13,6 +13,8 @@ use crate::sort::shell_sort;
 /// Widths of the strong echoes' lobes, a point scatterer's being 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Lobes {
+    /// How many there are.
+    pub echoes: usize,
     /// That of the narrowest.
     pub least: f32,
     /// Half of them are narrower.
@@ -20,7 +22,7 @@ pub struct Lobes {
 }
 
 impl Lobes {
-    /// Of the echoes of a map; nothing where few are strong.
+    /// Of the echoes of a map; nothing where none is strong.
     #[inline(never)]
     pub fn of(echoes: &[Echo], geometry: &Geometry, p: &Params) -> Option<Self> {
         let mut widths = heapless::Vec::<f32, MAX_ECHOES>::new();
@@ -28,19 +30,21 @@ impl Lobes {
             // As many places as echoes.
             let _ = widths.push(e.width);
         }
-        if widths.len() < p.beam_echoes as usize {
-            return None;
-        }
         shell_sort(&mut widths, |a, b| a < b);
         let point = point_width(geometry);
         Some(Self {
+            echoes: widths.len(),
             least: widths.first()? / point,
             median: widths.get(widths.len() / 2)? / point,
         })
     }
 
-    /// Whether they are the beam's.
+    /// Whether they are the beam's. A single thing may be wider than a point, and noise makes a single lobe
+    /// narrower: few lobes only show a beam that all of them are far too wide for.
     pub fn fit(&self, p: &Params) -> bool {
+        if self.echoes < p.beam_echoes as usize {
+            return self.least < p.beam_broad_few;
+        }
         self.median > p.beam_narrow && self.least < p.beam_broad
     }
 }
@@ -80,8 +84,10 @@ mod tests {
     }
 
     #[test]
-    fn few_strong_echoes_say_nothing() {
-        assert_eq!(lobes(&[0.5, 0.5], 5.0), None);
+    fn few_strong_echoes_only_show_lobes_that_are_far_too_wide() {
+        let fit = |widths: &[f32]| lobes(widths, 5.0).unwrap().fit(P);
+        assert!(fit(&[0.5, 0.5]) && fit(&[1.2, 3.0]) && fit(&[1.2]));
+        assert!(!fit(&[1.5, 3.0]) && !fit(&[1.5]));
         let weak = Echo {
             snr_db: 10.0,
             width: 0.5,

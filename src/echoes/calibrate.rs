@@ -14,17 +14,27 @@ pub struct Calibration {
     pub height_m: f32,
     /// Standard deviation of the bias that is left, radians.
     pub bias_sigma_rad: f32,
+    /// How unlikely both errors are together: the sum of their squares, each in its own standard deviation before
+    /// anything was seen.
+    pub strain: f32,
+}
+
+impl Calibration {
+    /// Whether the floor asks for more than tyres, brackets and a homing switch leave.
+    pub fn fits(&self, p: &Params) -> bool {
+        self.strain <= p.calibration_strain
+    }
 }
 
 /// Least squares over the echoes that can only be floor, each height error being
 /// -(range · cos angle) · bias + height, with priors; echoes off the floor lose weight (Cauchy).
 pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibration {
     let precision = |sigma: f32| 1.0 / (sigma * sigma);
-    let mut a = [
+    let prior = [
         precision(p.angle_bias_sigma_rad),
-        0.0,
         precision(p.mount_height_sigma_m),
     ];
+    let mut a = [prior[0], 0.0, prior[1]];
     let mut b = [0.0f32; 2];
     let is_floor = |e: &&Echo| {
         e.y_m.abs() < p.floor_reach_m
@@ -62,5 +72,6 @@ pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibr
         bias_rad,
         height_m,
         bias_sigma_rad: math::sqrt(a[2] / det),
+        strain: bias_rad * bias_rad * prior[0] + height_m * height_m * prior[1],
     }
 }

@@ -70,9 +70,16 @@ pub struct Floor {
 }
 
 impl Floor {
-    /// Whether no floor elsewhere is shown better than the one where it must be.
+    /// Whether no floor elsewhere is shown much better than the one where it must be, nor only one elsewhere.
     pub fn in_place(&self, p: &Params) -> bool {
-        self.elsewhere - self.here <= p.floor_elsewhere
+        let alone =
+            self.elsewhere > p.floor_alone && self.here < p.floor_here_share * self.elsewhere;
+        self.elsewhere - self.here <= p.floor_elsewhere && !alone
+    }
+
+    /// Whether it shows that the mounting is as it is said to be.
+    pub fn firm(&self, p: &Params) -> bool {
+        self.here > self.elsewhere + p.floor_firm
     }
 
     /// Of the echoes of a map with bins of `bin_m` metres, as they were placed before any calibration.
@@ -111,5 +118,25 @@ impl Floor {
             }
         }
         found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const P: &Params = &Params::DEFAULT;
+
+    #[test]
+    fn a_floor_that_is_only_seen_elsewhere_is_out_of_place() {
+        let floor = |here, elsewhere| Floor { here, elsewhere };
+        for fits in [(0.0, 0.0), (0.0, 0.4), (0.3, 1.0), (1.5, 1.5), (3.0, 4.3)] {
+            assert!(floor(fits.0, fits.1).in_place(P), "{fits:?}");
+        }
+        for off in [(0.0, 0.6), (0.2, 1.0), (0.0, 1.5), (3.0, 4.5)] {
+            assert!(!floor(off.0, off.1).in_place(P), "{off:?}");
+        }
+        assert!(floor(1.5, 1.3).firm(P) && !floor(1.5, 1.5).firm(P));
+        assert!(!floor(0.0, 0.0).firm(P));
     }
 }

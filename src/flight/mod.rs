@@ -221,7 +221,7 @@ impl Estimator for Likelihood {
                 let off = drive.memory == drive::Memory::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past, &mut self.floor_line);
-                let firm = floor.is_some_and(|floor| floor.here > floor.elsewhere);
+                let firm = floor.is_some_and(|floor| floor.firm(p));
                 ascend(echoes, (chart, firm), p, parts, observer)
             }
             Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
@@ -333,6 +333,7 @@ fn ascend(
         accept: p.accept_up_nats,
         geometry,
         belief,
+        level: found.fits(p),
         firm,
         floor_line: clear.then_some(&*floor_line),
     };
@@ -399,6 +400,7 @@ fn descend(
         accept: p.accept_down_nats,
         geometry,
         belief: Belief::default(),
+        level: true,
         firm: true,
         floor_line: None,
     };
@@ -416,6 +418,8 @@ struct Ended<'s, S: Stairs> {
     accept: f32,
     geometry: &'s Geometry,
     belief: Belief,
+    /// Whether calibration had no more to take out than a mounting that is as it is said to be leaves.
+    level: bool,
     /// Whether the floor shows that the mounting is as it is said to be.
     firm: bool,
     /// What the ground shows along its line, where there are no steps.
@@ -429,7 +433,7 @@ impl<S: Stairs> Ended<'_, S> {
         let scene = self.search.stairs.scene();
         let p = scene.params;
         let roles = self.roles();
-        let astray = !self.firm && self.corner_astray();
+        let astray = !self.level || !self.firm && self.corner_astray();
         let accepted = self.measured.is_some();
         let (mut outcome, supports) = match self.measured.take() {
             Some(measured) => (measured.outcome, measured.supports),
@@ -492,7 +496,8 @@ impl<S: Stairs> Ended<'_, S> {
         let foot = |(m, role): &(&Mark, &Role)| {
             let there = (m.x_m - first.distance_m).abs() < p.foot_reach_m;
             let low = m.y_m < 0.5 * first.height_m;
-            **role == Role::Corner && there && low && m.snr_db > p.corner_astray_db
+            let foot = matches!(role, Role::Corner | Role::Inside);
+            foot && there && low && m.snr_db > p.corner_astray_db
         };
         let feet = scene.marks.iter().zip(&measured.roles).filter(foot);
         let foot = feet.reduce(|a, b| if b.0.snr_db > a.0.snr_db { b } else { a });

@@ -69,6 +69,8 @@ params! {
         floor_noise_rad = 0.5 * RAD_PER_DEG, "rad", Derived, "bound for the beam in steps of 0.25 degrees: 0.55 over the root of the power ratio";
         /// Echoes so many standard deviations off the floor count half.
         floor_cauchy_sigmas = 3.0, "", Hand;
+        /// Angle bias and mount-height error that the floor shows are no larger than this, their squares in standard deviations added.
+        calibration_strain = 3.0, "", Hand, "own scenes, tuning seeds: none of 389 answers that are ok has more than 2.5; a mount 5 mm off has 2.8";
     }
     "echoes: the floor in its place" {
         /// Echoes say something of the floor from this distance on …
@@ -99,22 +101,30 @@ params! {
         floor_steep_steps = 20.0, "", Derived, "4 degrees off, and 4 steps";
         /// A floor elsewhere may have so much more support, in weights of echoes.
         floor_elsewhere = 1.4, "", Hand, "own scenes: 99 of 100 answers that are ok have less";
-        /// Where the floor itself is not seen better in its place than elsewhere, its corner may be so far off …
+        /// From so much support on elsewhere …
+        floor_alone = 0.5, "", Hand, "half an echo 18 dB above the noise";
+        /// … the floor in its place must have such a share of that.
+        floor_here_share = 0.25, "", Hand, "own scenes, tuning seeds: 2 of 320 answers that are ok have less";
+        /// Where the floor is not shown by so much better in its place than elsewhere …
+        floor_firm = 0.1, "", Hand;
+        /// … its corner may be so far off …
         corner_astray_rad = 0.7 * RAD_PER_DEG, "rad", Hand, "own scenes: 5 of 506 answers that are ok have more, 1 of them without a floor";
         /// … if it stands so near the first step …
         foot_reach_m = 0.06, "m", Derived, "what 3 degrees at 1.2 m do to a distance";
         /// … and so far above the noise.
-        corner_astray_db = 15.0, "dB", Derived, "angle known to 0.2 degrees";
+        corner_astray_db = 12.0, "dB", Derived, "angle known to 0.25 degrees";
     }
     "the beam over the rows" {
         /// Echoes so far above the noise show how wide their lobes are over the rows.
         beam_echo_db = 15.0, "dB", Derived, "width known to 3 %";
-        /// Fewer of them say nothing.
+        /// So many of them show whether half of them are too narrow, or all of them a little too wide.
         beam_echoes = 3.0, "", Hand;
         /// Half of them are wider than this, a point scatterer's lobe being 1, if rows are as far apart as they are said to be, …
         beam_narrow = 0.94, "", Hand, "own scenes, tuning seeds: of 653 answers that are ok none has less than 0.95";
         /// … and the narrowest is no wider than this.
         beam_broad = 1.18, "", Hand, "own scenes, tuning seeds: of 653 answers that are ok none has more than 1.17";
+        /// The same of the narrowest where they are fewer.
+        beam_broad_few = 1.4, "", Hand, "own scenes, tuning seeds: of 392 answers that are ok none has more; 2 have more than 1.25";
         /// In the scan of a chair that drives farther than this lobes are narrower.
         beam_still_m = 0.01, "m", Derived, "a range bin";
     }
