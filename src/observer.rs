@@ -21,6 +21,8 @@ pub enum Event<'a> {
         bias_rad: f32,
         /// Mount-height error, metres.
         height_m: f32,
+        /// Their squares in standard deviations, added.
+        strain: f32,
     },
     /// `likelihood`: how well echoes support a floor in its place, and one elsewhere.
     Floor(Floor),

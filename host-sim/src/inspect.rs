@@ -111,7 +111,9 @@ impl Observer for Witness {
             Event::Noise(units) => {
                 self.noise_db = f64::from((units - f32::from(FULL_SCALE)) * DB_PER_UNIT);
             }
-            Event::Calibration { bias_rad, height_m } => {
+            Event::Calibration {
+                bias_rad, height_m, ..
+            } => {
                 self.calibration = Some((f64::from(bias_rad).to_degrees(), height_m.into()));
             }
             Event::Floor(floor) => self.floor = Some(floor),

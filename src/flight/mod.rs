@@ -276,6 +276,7 @@ fn ascend(
     observer.event(Event::Calibration {
         bias_rad: found.bias_rad,
         height_m: found.height_m,
+        strain: found.strain,
     });
     let chart = Chart {
         bias_rad: found.bias_rad,

@@ -28,19 +28,24 @@ struct Seen {
     trusted: bool,
 }
 
-/// The estimator's numbers, but that it takes any floor for the one it stands on, and any lobes for the beam's.
+/// The estimator's numbers, but that it takes any floor for the one it stands on, any mounting for the one it
+/// was told of, and any lobes for the beam's.
 const BELIEVING: Params = Params {
     floor_elsewhere: f32::MAX,
+    floor_alone: f32::MAX,
+    calibration_strain: f32::MAX,
     beam_narrow: 0.0,
     beam_broad: f32::INFINITY,
+    beam_broad_few: f32::INFINITY,
     ..Params::DEFAULT
 };
 
-/// Hears what echoes say of the floor and the beam.
+/// Hears what echoes say of the floor, the mounting and the beam.
 #[derive(Default)]
 struct Witness {
     floor: Option<Floor>,
     lobes: Option<Lobes>,
+    strain: Option<f32>,
 }
 
 impl Observer for Witness {
@@ -48,6 +53,7 @@ impl Observer for Witness {
         match event {
             Event::Floor(floor) => self.floor = Some(floor),
             Event::Lobes(lobes) => self.lobes = Some(lobes),
+            Event::Calibration { strain, .. } => self.strain = Some(strain),
             _ => {}
         }
     }
@@ -92,11 +98,21 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
         if let Some(floor) = seen.floor {
             let more = floor.elsewhere - floor.here;
             let value = f64::from(more) / f64::from(p.floor_elsewhere);
-            add("mount".to_owned(), value, more > p.floor_elsewhere);
+            add("mount, floor".to_owned(), value, !floor.in_place(p));
+        }
+        if let Some(strain) = seen.strain {
+            let value = f64::from(strain) / f64::from(p.calibration_strain);
+            let alarm = strain > p.calibration_strain;
+            add("mount, calibration".to_owned(), value, alarm);
         }
         if let Some(lobes) = seen.lobes {
             let narrow = (1.0 - lobes.median) / (1.0 - p.beam_narrow);
-            let broad = (lobes.least - 1.0) / (p.beam_broad - 1.0);
+            let few = lobes.echoes < p.beam_echoes as usize;
+            let (narrow, most) = match few {
+                true => (0.0, p.beam_broad_few),
+                false => (narrow, p.beam_broad),
+            };
+            let broad = (lobes.least - 1.0) / (most - 1.0);
             let value = f64::from(narrow.max(broad));
             add("angle-jump, beam".to_owned(), value, !lobes.fit(p));
         }
