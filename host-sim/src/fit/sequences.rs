@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use stairscan::answer::{Outcome, Step};
+use stairscan::answer::{Outcome, Reason, Reasons, Step};
 use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
@@ -35,6 +35,7 @@ pub struct Lesson {
     cells: Vec<PastCell>,
     stairs: bool,
     wrong: Option<usize>,
+    /// How far its horizon must reach for an `ok`, metres; infinite where nothing makes one of it.
     reach_m: f32,
 }
 
@@ -170,13 +171,33 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
                 name: format!("{} scan {}", recording.name, scan + 1),
                 wrong: first_wrong(&answer, truth, &listener.cells),
                 stairs: !answer.steps.is_empty(),
-                reach_m: reach_m(&outcome),
+                reach_m: match may_be_ok(outcome.reasons) {
+                    true => reach_m(&outcome),
+                    false => f32::INFINITY,
+                },
                 cells,
             }),
             Err(error) => trouble = Some(error),
         }
     })?;
     trouble.map_or(Ok(taught), Err)
+}
+
+/// What may stand beside `ok`, and what a farther horizon takes away.
+const BESIDE_OK: [Reason; 7] = [
+    Reason::InferredStep,
+    Reason::CloseRival,
+    Reason::WeakEchoes,
+    Reason::BlockedView,
+    Reason::IrregularStep,
+    Reason::ShortHorizon,
+    Reason::SceneChanged,
+];
+
+/// Whether nothing but its horizon decides on an answer: no threshold makes an `ok` of one that no second sweep has
+/// confirmed, say.
+fn may_be_ok(reasons: Reasons) -> bool {
+    reasons.iter().all(|reason| BESIDE_OK.contains(&reason))
 }
 
 /// How far the correlations are looked at, and how finely.
@@ -280,12 +301,13 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     let courses: Vec<_> = calibration.iter().map(|l| course(l, &table)).collect();
     let least = least(&courses);
     table.ok_from = least.from;
+    let able = calibration.iter().filter(|l| l.reach_m.is_finite());
     let _ = writeln!(
         told,
-        "ok from {:.3} on: {} of {} scans, {} of them wrong",
+        "ok from {:.3} on: {} of {} scans that nothing else takes it from, {} of them wrong",
         table.ok_from,
         least.ok,
-        calibration.len(),
+        able.count(),
         least.wrong
     );
     Counted { table, told }
@@ -310,6 +332,7 @@ const TOLD: usize = 12;
 fn surest_wrong<'a>(lessons: &'a [Lesson], table: &Carried) -> Vec<(f32, &'a str)> {
     let mut wrong: Vec<(f32, &str)> = lessons
         .iter()
+        .filter(|lesson| lesson.reach_m.is_finite())
         .filter_map(|lesson| {
             let cells = lesson.cells.get(..=lesson.wrong?)?.iter();
             let log_right = cells
@@ -364,4 +387,56 @@ pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
     }
     let _ = write!(out, "    ],\n    ok_from: {:?},\n}};\n", table.ok_from);
     out
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A scan that is `sure` of each of its cells, the last of which is wrong or not.
+    fn lesson(sure: f32, wrong: bool, reach_m: f32) -> Lesson {
+        let mut features = [0.0; PAST_FEATURES];
+        features[0] = 1.0;
+        features[1] = -sure;
+        let cell = |k: usize| PastCell {
+            end_m: 0.5 + 0.1 * k as f32,
+            features,
+        };
+        Lesson {
+            name: "scan".into(),
+            cells: (0..10).map(cell).collect(),
+            stairs: true,
+            wrong: wrong.then_some(9),
+            reach_m,
+        }
+    }
+
+    #[test]
+    fn answers_that_nothing_makes_ok_do_not_move_the_threshold() {
+        let right = (0..1500).map(|k| lesson(0.005 * (k % 1000) as f32, k % 1000 < 40, 1.0));
+        let mut lessons: Vec<Lesson> = right.collect();
+        let before = count(&lessons, &lessons).table;
+        assert!(before.ok_from < 1.0, "{before:?}");
+        // As many that are as sure and wrong, but not confirmed.
+        lessons.extend((0..30).map(|_| lesson(5.0, true, f32::INFINITY)));
+        let counted = count(&lessons, &lessons);
+        assert!(counted.table.ok_from < 1.0, "{}", counted.told);
+        assert!(counted.told.contains("of 1500 scans"), "{}", counted.told);
+        for lesson in &mut lessons {
+            lesson.reach_m = 1.0;
+        }
+        let all = count(&lessons, &lessons);
+        assert!(all.table.ok_from > 1.0, "{}", all.told);
+    }
+
+    #[test]
+    fn hints_stand_beside_an_ok_and_doubts_do_not() {
+        let hints = Reasons::NONE
+            .with(Reason::CloseRival)
+            .with(Reason::ShortHorizon);
+        assert!(may_be_ok(Reasons::NONE) && may_be_ok(hints));
+        for doubt in [Reason::Unconfirmed, Reason::Moving, Reason::Mount] {
+            assert!(!may_be_ok(hints.with(doubt)), "{}", doubt.as_str());
+        }
+    }
 }
