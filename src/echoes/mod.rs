@@ -133,8 +133,9 @@ impl Collector {
             map.rows().saturating_sub(1)
         };
         // What noise makes need not be looked for now that there is no time left; the last sample
-        // of it, still to come, moves the noise by less than the decibel that is left to it.
-        if let Some(noise) = self.noise.median() {
+        // of it, still to come, moves the noise by less than the decibel that is left to it. In a narrow sector it is
+        // one of few, and sweeps of the two directions would see other maxima.
+        if let Some(noise) = self.noise.median().filter(|_| self.noise.settled()) {
             self.least = detect::least_level(noise, self.filter.gain(), 1.0, params);
         }
         // What lies beyond the last row is taken to be like it.

@@ -12,6 +12,8 @@ pub const MAX_SAMPLES: usize = 12;
 const SHARE: usize = 3;
 /// Least samples of a bin that are kept: its floor is among them.
 const LEAST: usize = MAX_SAMPLES / SHARE + 1;
+/// From so many samples on one more moves their median by less than a decibel.
+const SETTLED: usize = MAX_SAMPLES / 2;
 /// Half a unit of a cell, to round a level to cells.
 const HALF_CELL: u16 = 1 << (UNITS_PER_CELL_BITS - 1);
 
@@ -61,6 +63,11 @@ impl NoiseSamples {
             }
         }
         self.count += 1;
+    }
+
+    /// Whether there are enough samples for their median to stay about where it is.
+    pub fn settled(&self) -> bool {
+        self.count >= SETTLED
     }
 
     /// The level that a third of the sampled angles stay below in range bin `bin`, map units.
