@@ -1,30 +1,23 @@
 //! Scans of one scene from a chair that drives on while the mirror turns.
 //!
-//! Every row is fired from where the chair is then. The echoes are worked out anew every centimetre;
-//! in between each keeps its amplitude, its range and directions move with the chair, and the Doppler
-//! shift of its speed is added to its beat; what lies far beside the beam waits for the next
-//! centimetre. Surfaces stay the same surfaces, as in [`super::sequence`].
+//! Every row is fired from where the chair is then ([`super::passing`]). Surfaces stay the same
+//! surfaces, as in [`super::sequence`].
 
-use core::f64::consts::{PI, TAU};
+use core::f64::consts::TAU;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 
-use super::maths::{LIGHT, Random, cis};
+use super::maths::Random;
+use super::passing::{GRAIN_M, Passing, Shot};
 use super::receiver::Receiver;
-use super::scatter::{Diffuse, Echo};
-use super::sequence::{READING_SD, ROW_S, SCALE_MOST, SCALE_SD, SCAN_STREAMS, Stop, digits};
-use super::spec::PlaneSpec;
-use super::{CHIRPS, Scene, Tone};
+use super::scatter::EVERYWHERE;
+use super::sequence::{READING_SD, ROW_S, SCALE_MOST, SCALE_SD, SCAN_STREAMS, digits};
+use super::{CHIRPS, Scene};
 use crate::recording::{Motion, Recording, Sequence};
 
 /// Stream of random numbers for how the chair drives.
 const DRIVES: u64 = 4;
 
-/// The echoes are worked out anew after so much travel, metres: by then facets have come into view or
-/// left it, and a beam at 30 cm has moved by a tenth of its width.
-const GRAIN_M: f64 = 0.01;
-/// Echoes this far beside the beam, two of its widths, come by side lobes alone, radians.
-const BESIDE: f64 = 0.2;
 /// From the last row of a scan to the first of the next one, s: the report, the mirror turning round.
 const TURN_S: f64 = 0.1;
 /// A joystick held by hand: the speed swings by this share, this often (Hz).
@@ -37,9 +30,6 @@ const ROCKING_HZ: [f64; 2] = [1.0, 2.5];
 const TICK_M: f64 = 0.0005;
 const SLIP_M: f64 = 0.0015;
 const SLIP_WAY_M: f64 = 0.3;
-
-/// Echoes with their places on the grid of beat tones.
-type Heard = Vec<(Echo, Option<Tone>)>;
 
 /// How a chair drives during one recording.
 #[derive(Clone, Copy, Debug)]
@@ -116,37 +106,10 @@ impl Drive {
     }
 }
 
-/// How much of a direction (a mirror angle less the tilt) runs forward, and how fast the angle grows
-/// for each metre forward at a range of one.
-fn ahead(plane: PlaneSpec, angle: f64) -> (f64, f64) {
-    let (sin, cos) = libm::sincos(angle);
-    match plane {
-        PlaneSpec::Depth => (cos, sin),
-        PlaneSpec::Height => (sin, -cos),
-    }
-}
-
 impl Scene {
     /// Number of angles of a scan.
     pub fn rows(&self) -> usize {
         self.angles.len()
-    }
-
-    /// An echo `on` metres farther forward, at `speed` metres a second.
-    fn nearer(&self, echo: &Echo, on: f64, speed: f64) -> Echo {
-        let plane = self.spec.mount.plane;
-        let radar = &self.spec.radar;
-        let (out, back) = (ahead(plane, echo.out), ahead(plane, echo.back));
-        let forward = 0.5 * (out.0 + back.0);
-        let wave = 4.0 * PI * radar.carrier_hz / LIGHT;
-        let chirp_s = radar.samples_per_chirp as f64 / radar.sample_rate_hz;
-        let doppler = speed * forward * radar.carrier_hz * chirp_s / radar.bandwidth_hz;
-        Echo {
-            range: echo.range - on * forward - doppler,
-            amplitude: echo.amplitude * cis(-wave * on * forward),
-            out: echo.out + on * out.1 / echo.range,
-            back: echo.back + on * back.1 / echo.range,
-        }
     }
 
     /// Scans the scene `drive.scans` times from a chair that drives on, the mirror going back and forth.
@@ -165,48 +128,26 @@ impl Scene {
         let eyes: Vec<f64> = (0..=grains).map(|g| g as f64 * GRAIN_M).collect();
         let relief = self.relief(seed, &eyes);
         let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
+        let mut passing = Passing::new(self, &receiver, (seed, relief), (error, length));
         let mut whole = self.empty_recording(name);
         let (mut motion, mut sequence) = (Motion::default(), Sequence::default());
-        let mut seen: Option<(usize, Scene, Heard)> = None;
         for scan in 0..drive.scans {
             for k in 0..rows {
                 let row = if scan % 2 == 0 { k } else { rows - 1 - k };
                 let time = drive.time(scan, k, rows);
                 let travel = drive.travel(time);
-                let grain = (travel / GRAIN_M).max(0.0) as usize;
-                if seen.as_ref().is_none_or(|(at, _, _)| *at != grain) {
-                    let middle = (grain as f64 + 0.5) * GRAIN_M;
-                    let here = self.from(middle, error)?;
-                    let mut near = relief.clone();
-                    near.move_by(&self.world, middle);
-                    let echoes = here.view().echoes(&near, &mut Diffuse::Steady(seed));
-                    let gain = receiver.gain(here.antenna_gain_dbi());
-                    let pairs = echoes
-                        .into_iter()
-                        .map(|e| (e, here.tone(&receiver, gain, &e)));
-                    let pairs = pairs.collect();
-                    seen = Some((grain, here, pairs));
-                }
                 let pitch = base.unwrap_or(0.0) + drive.rocking(time);
-                if let Some((_, here, echoes)) = &mut seen {
-                    here.spec.mount.pitch_deg = Some(pitch);
-                    let on = travel - (grain as f64 + 0.5) * GRAIN_M;
-                    let speed = drive.speed(time);
-                    let gain = receiver.gain(here.antenna_gain_dbi());
-                    let tilt = here.spec.mount.tilt_deg(pitch);
-                    let beam = (self.angles[row] + tilt).to_radians();
-                    let tones = echoes.iter().filter_map(|(echo, tone)| {
-                        if (echo.back - beam).abs() > BESIDE {
-                            return *tone;
-                        }
-                        here.tone(&receiver, gain, &here.nearer(echo, on, speed))
-                    });
-                    let tones: Vec<Tone> = tones.collect();
-                    let stream = CHIRPS + scan as u64 * SCAN_STREAMS + row as u64;
-                    let mut random = Random::new(seed, stream);
-                    let (chirp, _) = here.chirp(&receiver, &tones, row, &mut random);
-                    whole.samples.extend(chirp);
-                }
+                let shot = Shot {
+                    travel_m: travel,
+                    speed: drive.speed(time),
+                    pitch_deg: pitch,
+                    angle_deg: self.angles[row],
+                };
+                let (here, tones) = passing.tones(&shot)?;
+                let stream = CHIRPS + scan as u64 * SCAN_STREAMS + row as u64;
+                let mut random = Random::new(seed, stream);
+                let (chirp, _) = here.chirp(&receiver, tones, row, &mut random);
+                whole.samples.extend(chirp);
                 whole.meta.angles_deg.push(self.angles[row]);
                 let reading = pitch + READING_SD * rng.normal();
                 motion.pitch_deg.push(digits(reading, 1e3));
@@ -215,10 +156,8 @@ impl Scene {
             }
             let end = drive.travel(drive.time(scan, rows - 1, rows));
             // From where the scan ended a standing chair would see how strong each step is.
-            let here = self.from(end, error)?;
-            let mut near = relief.clone();
-            near.move_by(&self.world, end);
-            let echoes = here.view().echoes(&near, &mut Diffuse::Steady(seed));
+            let (here, near) = passing.from(end)?;
+            let echoes = passing.echoes(&here, &near, EVERYWHERE);
             let tones = here.place(&receiver, &echoes);
             let stream = CHIRPS + (drive.scans + scan) as u64 * SCAN_STREAMS;
             let there = here.scan(&receiver, &tones, (seed, stream));
@@ -230,16 +169,6 @@ impl Scene {
         whole.meta.truth = Some(self.truth());
         whole.meta.sequence = sequence;
         Ok(whole)
-    }
-
-    /// The scene from `travel` metres on, level as the scene file says.
-    fn from(&self, travel: f64, error: f64) -> Result<Self> {
-        let stop = Stop {
-            travel_m: [travel; 2],
-            rocking_deg: 0.0,
-        };
-        self.at(&stop, error)
-            .with_context(|| format!("{travel:.3} m on"))
     }
 }
 
@@ -258,29 +187,6 @@ mod tests {
             let time = k as f64 * step;
             assert!((drive.travel(time) - travel).abs() < 1e-4, "{time}");
             travel += step * drive.speed(time + 0.5 * step);
-        }
-    }
-
-    #[test]
-    fn an_echo_brought_nearer_is_the_one_that_is_seen_from_there() {
-        // A post: one echo, whose range and directions the shift by a few millimetres must give.
-        let scene = Scene::parse(
-            "[[post]]\nat_m = 1.2\ndiameter_m = 0.02\ntop_m = 1.0\nmaterial = \"concrete\"\n",
-        );
-        let scene = scene.unwrap();
-        let relief = scene.relief(3, &[0.0, 0.004]);
-        let seen = |travel: f64| {
-            let mut near = relief.clone();
-            near.move_by(&scene.world, travel);
-            let here = scene.from(travel, 0.0).unwrap();
-            here.view().echoes(&near, &mut Diffuse::Steady(3))
-        };
-        let (before, after) = (seen(0.0), seen(0.004));
-        assert_eq!(before.len(), after.len());
-        for (a, b) in before.iter().zip(&after) {
-            let moved = scene.nearer(a, 0.004, 0.0);
-            assert!((moved.range - b.range).abs() < 2e-5, "{moved:?} {b:?}");
-            assert!((moved.out - b.out).abs() < 1e-4 && (moved.back - b.back).abs() < 1e-4);
         }
     }
 

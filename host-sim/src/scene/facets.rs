@@ -1,5 +1,7 @@
 //! Surfaces cut into facets shorter than a quarter wavelength, and their roughness.
 
+use std::sync::Arc;
+
 use super::geometry::{Lateral, Segment, World};
 use super::material::Material;
 use super::maths::{Random, Vec2};
@@ -41,7 +43,8 @@ pub struct Relief {
     pub starts: Vec<usize>,
     /// Columns of every segment that have heights.
     columns: Vec<Columns>,
-    heights: Vec<f32>,
+    /// Up to 160 MB, which a chair that drives on does not copy.
+    heights: Arc<Vec<f32>>,
 }
 
 /// Number of facets that a world comes to when none is longer than `limit` metres.
@@ -129,7 +132,7 @@ impl Relief {
             facets: Vec::new(),
             starts: Vec::new(),
             columns: Vec::new(),
-            heights: Vec::new(),
+            heights: Arc::default(),
         };
         for (index, segment) in world.segments.iter().enumerate() {
             relief.starts.push(relief.facets.len());
@@ -198,7 +201,8 @@ impl Relief {
         draw(&mut row, 0.0, 1.0);
         for facet in &mut self.facets[own..] {
             facet.first = self.heights.len();
-            self.heights.extend(row.iter().map(|h| (h * rough) as f32));
+            let heights = Arc::make_mut(&mut self.heights);
+            heights.extend(row.iter().map(|h| (h * rough) as f32));
             draw(&mut row, along, fresh);
         }
     }

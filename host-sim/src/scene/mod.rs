@@ -21,8 +21,9 @@ pub mod geometry;
 pub mod lateral;
 pub mod material;
 pub mod maths;
+mod passing;
 pub mod random;
-pub mod receiver;
+mod receiver;
 #[cfg(test)]
 mod scan_tests;
 pub mod scatter;
@@ -52,7 +53,7 @@ use geometry::{BuiltStep, World};
 use material::{Material, builtin};
 use maths::{LIGHT, Random, Vec2, amplitude, cis, decibel};
 use receiver::Receiver;
-use scatter::{Diffuse, Echo, View};
+use scatter::{Diffuse, EVERYWHERE, Echo, View};
 use spec::{PlaneSpec, SceneSpec};
 use tones::{HIGHEST, Place, Tones};
 use truth::ScanGeometry;
@@ -259,6 +260,7 @@ impl Scene {
             wavenumber: core::f64::consts::TAU * self.spec.radar.carrier_hz / LIGHT,
             polarisation: self.spec.radar.polarisation,
             reach: reach(&self.spec),
+            between: EVERYWHERE,
         }
     }
 

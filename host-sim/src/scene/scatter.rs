@@ -62,7 +62,12 @@ pub struct View<'a> {
     pub polarisation: Polarisation,
     /// Echoes from farther are left out.
     pub reach: f64,
+    /// Echoes that do not come back from between these mirror angles are left out, radians.
+    pub between: (f64, f64),
 }
+
+/// Between these mirror angles lies whatever can be seen.
+pub const EVERYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 
 /// Shorter surfaces make no mirror for the first of two bounces: half a Fresnel zone or less.
 const SHORTEST_MIRROR: f64 = 0.01;
@@ -117,6 +122,11 @@ impl View<'_> {
         }
     }
 
+    fn is_between(&self, angle: f64) -> bool {
+        let (low, high) = self.between;
+        angle >= low && angle < high
+    }
+
     /// All echoes: single bounces, edges, and inner corners.
     pub fn echoes(&self, relief: &Relief, diffuse: &mut Diffuse) -> Vec<Echo> {
         let mut echoes = Vec::new();
@@ -142,7 +152,7 @@ impl View<'_> {
     /// The shade on a facet, or `None` if it is turned away, hidden or too far.
     fn line_of_sight(&self, facet: &Facet) -> Option<Shade> {
         let leg = Leg::new(facet, self.eye);
-        if leg.cos <= 0.0 || leg.r > self.reach {
+        if leg.cos <= 0.0 || leg.r > self.reach || !self.is_between(self.angle(facet.at)) {
             return None;
         }
         let skip = [facet.segment, usize::MAX];
@@ -283,6 +293,9 @@ impl View<'_> {
             forward: [-way.x / r; 2],
         };
         let angle = self.angle(wedge.at);
+        if !self.is_between(angle) {
+            return;
+        }
         let strips = self.across(&across, |_| 0.0, |z| seen.covers(z));
         to.extend(strips.iter().map(|strip| Echo {
             range: r + strip.farther,
