@@ -2,7 +2,7 @@
 //!
 //! The scanner's own calls pass `()`, which listens to nothing.
 
-use crate::echoes::{Floor, Lobes};
+use crate::echoes::{Calibration, Floor, Lobes};
 use crate::flight::trace::{Cell, Hypothesis, Scatterer, Stage};
 #[cfg(feature = "paper")]
 use crate::paper::{bright::Field, cluster::Extent, particles::Cloud};
@@ -16,14 +16,7 @@ pub enum Event<'a> {
     /// `likelihood`: the noise, median of the filtered map, map units (1/8 octave).
     Noise(f32),
     /// `likelihood`: what the floor says about the scanner's own errors.
-    Calibration {
-        /// Angle bias, radians.
-        bias_rad: f32,
-        /// Mount-height error, metres.
-        height_m: f32,
-        /// Their squares in standard deviations, added.
-        strain: f32,
-    },
+    Calibration(Calibration),
     /// `likelihood`: how well echoes support a floor in its place, and one elsewhere.
     Floor(Floor),
     /// `likelihood`: how wide the lobes of strong echoes are over the rows.

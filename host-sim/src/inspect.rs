@@ -111,10 +111,9 @@ impl Observer for Witness {
             Event::Noise(units) => {
                 self.noise_db = f64::from((units - f32::from(FULL_SCALE)) * DB_PER_UNIT);
             }
-            Event::Calibration {
-                bias_rad, height_m, ..
-            } => {
-                self.calibration = Some((f64::from(bias_rad).to_degrees(), height_m.into()));
+            Event::Calibration(found) => {
+                let bias_deg = f64::from(found.bias_rad).to_degrees();
+                self.calibration = Some((bias_deg, found.height_m.into()));
             }
             Event::Floor(floor) => self.floor = Some(floor),
             Event::Lobes(lobes) => self.lobes = Some(lobes),

@@ -39,13 +39,20 @@ impl Lobes {
         })
     }
 
-    /// Whether they are the beam's. A single thing may be wider than a point, and noise makes a single lobe
-    /// narrower: few lobes only show a beam that all of them are far too wide for.
-    pub fn fit(&self, p: &Params) -> bool {
-        if self.echoes < p.beam_echoes as usize {
-            return self.least < p.beam_broad_few;
+    /// Below the first one half of them are narrower than the beam's, above the second one even the narrowest is
+    /// broader. A single thing may be wider than a point, and noise makes a single lobe narrower: few lobes only
+    /// show a beam that all of them are far too wide for.
+    pub fn limits(&self, p: &Params) -> [f32; 2] {
+        match self.echoes < p.beam_echoes as usize {
+            true => [0.0, p.beam_broad_few],
+            false => [p.beam_narrow, p.beam_broad],
         }
-        self.median > p.beam_narrow && self.least < p.beam_broad
+    }
+
+    /// Whether they are the beam's.
+    pub fn fit(&self, p: &Params) -> bool {
+        let [narrow, broad] = self.limits(p);
+        self.median >= narrow && self.least < broad
     }
 }
 

@@ -20,7 +20,7 @@ pub struct Calibration {
 }
 
 impl Calibration {
-    /// Whether the floor asks for more than tyres, brackets and a homing switch leave.
+    /// Whether the floor asks for no more than tyres, brackets and a homing switch leave.
     pub fn fits(&self, p: &Params) -> bool {
         self.strain <= p.calibration_strain
     }

@@ -38,6 +38,7 @@ use crate::grid::PolarMap;
 use crate::params::Params;
 pub use angle_filter::two_way_sigma;
 pub use beam::Lobes;
+pub use calibrate::Calibration;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
 pub use floor::Floor;
 pub use place::Ride;

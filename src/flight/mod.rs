@@ -273,11 +273,7 @@ fn ascend(
 ) -> Outcome {
     let geometry = chart.map.geometry();
     let found = calibrate::calibrate(echoes, geometry, p);
-    observer.event(Event::Calibration {
-        bias_rad: found.bias_rad,
-        height_m: found.height_m,
-        strain: found.strain,
-    });
+    observer.event(Event::Calibration(found));
     let chart = Chart {
         bias_rad: found.bias_rad,
         height_m: found.height_m,
@@ -334,12 +330,15 @@ fn ascend(
         accept: p.accept_up_nats,
         geometry,
         belief,
-        level: found.fits(p),
         firm,
         floor_line: clear.then_some(&*floor_line),
     };
     ended.tell(echoes, observer);
-    ended.conclude(past.map(|past| &mut past.outlook), observer)
+    let mut outcome = ended.conclude(past.map(|past| &mut past.outlook), observer);
+    if !found.fits(p) {
+        outcome.doubt(Reasons::NONE.with(Reason::Mount));
+    }
+    outcome
 }
 
 /// Measures a flight into `out`, so that no second answer stands on the stack.
@@ -401,7 +400,6 @@ fn descend(
         accept: p.accept_down_nats,
         geometry,
         belief: Belief::default(),
-        level: true,
         firm: true,
         floor_line: None,
     };
@@ -419,8 +417,6 @@ struct Ended<'s, S: Stairs> {
     accept: f32,
     geometry: &'s Geometry,
     belief: Belief,
-    /// Whether calibration had no more to take out than a mounting that is as it is said to be leaves.
-    level: bool,
     /// Whether the floor shows that the mounting is as it is said to be.
     firm: bool,
     /// What the ground shows along its line, where there are no steps.
@@ -434,7 +430,7 @@ impl<S: Stairs> Ended<'_, S> {
         let scene = self.search.stairs.scene();
         let p = scene.params;
         let roles = self.roles();
-        let astray = !self.level || !self.firm && self.corner_astray();
+        let astray = !self.firm && self.corner_astray();
         let accepted = self.measured.is_some();
         let (mut outcome, supports) = match self.measured.take() {
             Some(measured) => (measured.outcome, measured.supports),

@@ -1,10 +1,24 @@
 use super::*;
+use crate::replay;
 use crate::scene::command::random_scan;
 use crate::scene::random::Kind;
-use stairscan::answer::{Reason, Status};
+use stairscan::answer::{Reason, Reasons, Status};
 
 fn clean() -> Recording {
     random_scan(Kind::Ascending, Kind::Ascending.variety(), 3).unwrap()
+}
+
+/// Status and reasons of the first scan.
+fn told(recording: &Recording) -> (Status, Reasons) {
+    let answer = replay::answer(recording, &replay::Options::default()).unwrap();
+    (answer.scan.status, answer.scan.reasons)
+}
+
+/// Asserts that what is wrong takes `ok` away, for this reason.
+fn assert_doubted(recording: &Recording, reason: Reason, name: &str) {
+    let (status, reasons) = told(recording);
+    let has = reasons.has(reason);
+    assert!(status == Status::Degraded && has, "{name}: {reasons}");
 }
 
 /// A recording of the repository.
@@ -53,18 +67,14 @@ fn sequences_are_refused() {
 fn angles_two_degrees_off_are_doubted_by_the_first_corner() {
     for name in ["stair_a", "stair_b", "stair_c"] {
         let clean = committed(name);
-        let options = crate::replay::Options::default();
-        let answer = crate::replay::answer(&clean, &options).unwrap();
-        assert!(!answer.scan.reasons.has(Reason::Mount), "{name}");
+        assert!(!told(&clean).1.has(Reason::Mount), "{name}");
         for off_deg in [-2.0, 2.0] {
             let mut off = clean.clone();
             off.meta
                 .angles_deg
                 .iter_mut()
                 .for_each(|angle| *angle += off_deg);
-            let answer = crate::replay::answer(&off, &options).unwrap();
-            assert_eq!(answer.scan.status, Status::Degraded, "{name} {off_deg}");
-            assert!(answer.scan.reasons.has(Reason::Mount), "{name} {off_deg}");
+            assert_doubted(&off, Reason::Mount, &format!("{name} {off_deg}"));
         }
     }
 }
@@ -82,17 +92,13 @@ fn little_that_is_seen_of_the_floor_shows_a_wrong_mounting() {
     for (kind, seed, off_m, off_deg) in cases {
         let name = format!("{} {seed}", kind.name());
         let clean = random_scan(kind, kind.variety(), seed).unwrap();
-        let options = crate::replay::Options::default();
-        let answer = crate::replay::answer(&clean, &options).unwrap();
-        assert_eq!(answer.scan.status, Status::Ok, "{name}");
+        assert_eq!(told(&clean).0, Status::Ok, "{name}");
         let mut off = clean.clone();
         off.meta.mirror.as_mut().unwrap().mount_height_m += off_m;
         for angle in &mut off.meta.angles_deg {
             *angle += off_deg;
         }
-        let answer = crate::replay::answer(&off, &options).unwrap();
-        assert_eq!(answer.scan.status, Status::Degraded, "{name}");
-        assert!(answer.scan.reasons.has(Reason::Mount), "{name}");
+        assert_doubted(&off, Reason::Mount, &name);
     }
 }
 
@@ -102,13 +108,11 @@ fn little_that_is_seen_of_the_floor_shows_a_wrong_mounting() {
 fn a_wrong_bandwidth_strains_the_calibration_on_the_floor() {
     for seed in [100, 102, 103, 105] {
         let clean = random_scan(Kind::Ascending, Kind::Ascending.variety(), seed).unwrap();
-        let options = crate::replay::Options::default();
-        for (factor, told) in [(1.0, false), (0.99, false), (0.96, true)] {
+        for (factor, expected) in [(1.0, false), (0.99, false), (0.96, true)] {
             let mut off = clean.clone();
             off.meta.bandwidth_hz *= factor;
-            let answer = crate::replay::answer(&off, &options).unwrap();
-            let mount = answer.scan.reasons.has(Reason::Mount);
-            assert_eq!(mount, told, "{seed} {factor}");
+            let mount = told(&off).1.has(Reason::Mount);
+            assert_eq!(mount, expected, "{seed} {factor}");
         }
     }
 }
@@ -119,17 +123,10 @@ fn other_microsteps_than_set_are_told_by_the_beam() {
     let fault = Fault::named("microsteps").unwrap();
     for name in ["stair_a", "stair_b", "stair_c"] {
         let clean = committed(name);
-        let options = crate::replay::Options::default();
-        let answer = crate::replay::answer(&clean, &options).unwrap();
-        assert!(!answer.scan.reasons.has(Reason::AngleJump), "{name}");
+        assert!(!told(&clean).1.has(Reason::AngleJump), "{name}");
         for factor in [0.5, 0.8, 2.0, 4.0] {
             let spoilt = fault.on(&clean, factor, 1).unwrap();
-            let answer = crate::replay::answer(&spoilt, &options).unwrap();
-            assert_eq!(answer.scan.status, Status::Degraded, "{name} {factor}");
-            assert!(
-                answer.scan.reasons.has(Reason::AngleJump),
-                "{name} {factor}"
-            );
+            assert_doubted(&spoilt, Reason::AngleJump, &format!("{name} {factor}"));
         }
     }
 }

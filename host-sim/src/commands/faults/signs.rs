@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use rayon::prelude::*;
 use stairscan::answer::Status;
-use stairscan::echoes::{Floor, Lobes};
+use stairscan::echoes::{Calibration, Floor, Lobes};
 use stairscan::flight::Likelihood;
 use stairscan::health::Sign;
 use stairscan::observer::{Event, Observer};
@@ -45,7 +45,7 @@ const BELIEVING: Params = Params {
 struct Witness {
     floor: Option<Floor>,
     lobes: Option<Lobes>,
-    strain: Option<f32>,
+    calibration: Option<Calibration>,
 }
 
 impl Observer for Witness {
@@ -53,7 +53,7 @@ impl Observer for Witness {
         match event {
             Event::Floor(floor) => self.floor = Some(floor),
             Event::Lobes(lobes) => self.lobes = Some(lobes),
-            Event::Calibration { strain, .. } => self.strain = Some(strain),
+            Event::Calibration(found) => self.calibration = Some(found),
             _ => {}
         }
     }
@@ -100,19 +100,14 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
             let value = f64::from(more) / f64::from(p.floor_elsewhere);
             add("mount, floor".to_owned(), value, !floor.in_place(p));
         }
-        if let Some(strain) = seen.strain {
-            let value = f64::from(strain) / f64::from(p.calibration_strain);
-            let alarm = strain > p.calibration_strain;
-            add("mount, calibration".to_owned(), value, alarm);
+        if let Some(found) = seen.calibration {
+            let value = f64::from(found.strain) / f64::from(p.calibration_strain);
+            add("mount, calibration".to_owned(), value, !found.fits(p));
         }
         if let Some(lobes) = seen.lobes {
-            let narrow = (1.0 - lobes.median) / (1.0 - p.beam_narrow);
-            let few = lobes.echoes < p.beam_echoes as usize;
-            let (narrow, most) = match few {
-                true => (0.0, p.beam_broad_few),
-                false => (narrow, p.beam_broad),
-            };
-            let broad = (lobes.least - 1.0) / (most - 1.0);
+            let [narrow, broad] = lobes.limits(p);
+            let narrow = (1.0 - lobes.median) / (1.0 - narrow);
+            let broad = (lobes.least - 1.0) / (broad - 1.0);
             let value = f64::from(narrow.max(broad));
             add("angle-jump, beam".to_owned(), value, !lobes.fit(p));
         }
