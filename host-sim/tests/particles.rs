@@ -100,6 +100,17 @@ fn the_particles_settle_how_many_steps_there_are() {
     assert!(right >= right_without + SETTLED, "{right} {right_without}");
 }
 
+/// Ramps and rough ground of which the search makes a flight by scattered weak echoes.
+#[test]
+fn the_particles_take_no_ramp_for_stairs() {
+    for seed in [6_092, 6_172, 6_252, 6_291, 6_456, 6_493] {
+        assert!(TUNING.contains(&seed));
+        let recording = random_scan(Kind::None, Kind::None.variety(), seed).unwrap();
+        let outcome = pair(&recording).with.outcome;
+        assert!(outcome.steps.is_empty(), "{seed}: {:?}", outcome.steps);
+    }
+}
+
 #[test]
 fn the_particles_tell_the_verdict_what_they_doubt() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../recordings");

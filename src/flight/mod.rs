@@ -306,6 +306,11 @@ fn ascend(
     let mut belief = Belief::default();
     if let Some(posterior) = posterior {
         belief = posterior.judge(measured.as_ref());
+        let is_flight = |m: &Measured| !m.outcome.steps.is_empty();
+        if belief.level && measured.as_ref().is_some_and(is_flight) {
+            measured = None;
+            belief = posterior.judge(None);
+        }
         let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior);
         if let Some((flight, rise)) = &longer {
             measure(&stairs, flight, (*rise, odds), instrument, &mut measured);
