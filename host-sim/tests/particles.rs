@@ -5,6 +5,7 @@ use std::path::Path;
 use host_sim::inspect::repeat_with;
 use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};
+use host_sim::scene::Scene;
 use host_sim::scene::command::random_scan;
 use host_sim::scene::random::Kind;
 use host_sim::seeds::TUNING;
@@ -109,6 +110,18 @@ fn the_particles_take_no_ramp_for_stairs() {
         let outcome = pair(&recording).with.outcome;
         assert!(outcome.steps.is_empty(), "{seed}: {:?}", outcome.steps);
     }
+}
+
+/// Its corner and flash, merged at that distance, look like those of one more riser.
+#[test]
+fn a_wall_behind_a_flight_is_no_step_behind_a_landing() {
+    let scene = Scene::parse(
+        "[[stairs]]\ndistance_m = 0.7\ncount = 3\nrise_m = 0.12\ngoing_m = 0.377\nmaterial = \"concrete\"\n\
+         [[floor]]\nmaterial = \"concrete\"\n[[wall]]\nat_m = 2.411\nmaterial = \"concrete\"\n",
+    );
+    let recording = scene.unwrap().simulate("wall", 3);
+    let outcome = pair(&recording).with.outcome;
+    assert_eq!(outcome.steps.len(), 3, "{:?}", outcome.steps);
 }
 
 #[test]

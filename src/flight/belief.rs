@@ -52,7 +52,7 @@ const MOST_LOOKED: usize = 6;
 /// Two walls stand so far apart, metres.
 const WALLS_APART_M: f32 = 0.05;
 /// Nothing that the chair has come up to stands nearer to the mirror, metres: its footrests are there.
-const NEAREST_M: f32 = 0.3;
+pub(super) const NEAREST_M: f32 = 0.3;
 /// Ramps that a chair drives are no steeper: three times what is allowed indoors.
 const STEEPEST_RAMP: f32 = 0.2;
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
@@ -310,7 +310,7 @@ impl Posterior {
     #[inline(never)]
     fn rival(&self, chain: &[Link], rise_m: f32) -> f32 {
         let mut most = f32::NEG_INFINITY;
-        for &wall_m in &walls(&self.model) {
+        for &wall_m in &walls(&self.model, NEAREST_M) {
             let ground = Staircase {
                 wall_m,
                 ..Staircase::nothing()
@@ -396,10 +396,9 @@ impl Posterior {
             best = likelier(best, base(s, top.sigmas));
         }
         let open_air = best;
-        for &wall_m in walls(&self.model).iter().skip(1) {
-            if wall_m > best.staircase.last_x() + LANDING_M {
-                best = likelier(best, open_air.walled(&self.model, wall_m));
-            }
+        let behind_m = best.staircase.last_x() + LANDING_M;
+        for &wall_m in walls(&self.model, behind_m).iter().skip(1) {
+            best = likelier(best, open_air.walled(&self.model, wall_m));
         }
         best
     }
@@ -410,8 +409,8 @@ fn likelier(a: Base, b: Base) -> Base {
     if b.log_weight > a.log_weight { b } else { a }
 }
 
-/// The strongest echoes behind everything near, where a wall may stand.
-pub(super) fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
+/// No wall, and the strongest echoes farther away than `from_m`, where one may stand.
+pub(super) fn walls(model: &Model<'_>, from_m: f32) -> Vec<f32, { WALLS + 1 }> {
     let mut walls = Vec::new();
     let _ = walls.push(f32::INFINITY);
     for _ in 0..WALLS {
@@ -419,7 +418,7 @@ pub(super) fn walls(model: &Model<'_>) -> Vec<f32, { WALLS + 1 }> {
             let apart = walls
                 .iter()
                 .all(|w: &f32| (w - e.x_m).abs() > WALLS_APART_M);
-            e.snr_db > WALL_DB && e.x_m > NEAREST_M && apart
+            e.snr_db > WALL_DB && e.x_m > from_m && apart
         });
         if let Some(e) = far.max_by(|a, b| a.snr_db.total_cmp(&b.snr_db)) {
             let _ = walls.push(e.x_m);

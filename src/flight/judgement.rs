@@ -1,6 +1,6 @@
 //! What the particles say of the answer: doubts, and what may stand there besides.
 
-use super::belief::{LANDING_M, Posterior, walls};
+use super::belief::{LANDING_M, NEAREST_M, Posterior, walls};
 use super::dimensions::Measured;
 use crate::answer::{MAX_MAYBES, Maybe, Step};
 use crate::math;
@@ -115,15 +115,14 @@ impl Posterior {
     /// Level ground and the answer, either with a wall behind.
     #[inline(never)]
     fn add_ground(&mut self, answer: &Staircase, sigmas: &Sigmas) {
-        let behind = answer.last_x() + LANDING_M;
-        for &wall_m in &walls(&self.model) {
-            let fits = !answer.is_empty() && wall_m > behind;
-            for (from, fits) in [(&Staircase::nothing(), true), (answer, fits)] {
-                if fits {
-                    let s = Staircase { wall_m, ..*from };
-                    // There is room for each wall and none, twice.
-                    let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
-                }
+        let nothing = Staircase::nothing();
+        let grounds = [(&nothing, NEAREST_M), (answer, answer.last_x() + LANDING_M)];
+        let different = if answer.is_empty() { 1 } else { 2 };
+        for (from, from_m) in grounds.into_iter().take(different) {
+            for &wall_m in &walls(&self.model, from_m) {
+                let s = Staircase { wall_m, ..*from };
+                // There is room for each wall and none, twice.
+                let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
             }
         }
     }
