@@ -335,15 +335,12 @@ fn ascend(
         accept: p.accept_up_nats,
         geometry,
         belief,
+        strained: !found.fits(p),
         firm,
         floor_line: clear.then_some(&*floor_line),
     };
     ended.tell(echoes, observer);
-    let mut outcome = ended.conclude(past.map(|past| &mut past.outlook), observer);
-    if !found.fits(p) {
-        outcome.doubt(Reasons::NONE.with(Reason::Mount));
-    }
-    outcome
+    ended.conclude(past.map(|past| &mut past.outlook), observer)
 }
 
 /// Measures a flight into `out`, so that no second answer stands on the stack.
@@ -405,6 +402,7 @@ fn descend(
         accept: p.accept_down_nats,
         geometry,
         belief: Belief::default(),
+        strained: false,
         firm: true,
         floor_line: None,
     };
@@ -422,6 +420,8 @@ struct Ended<'s, S: Stairs> {
     accept: f32,
     geometry: &'s Geometry,
     belief: Belief,
+    /// Whether calibration had more to take out than a mounting that is as it is said to be leaves.
+    strained: bool,
     /// Whether the floor shows that the mounting is as it is said to be.
     firm: bool,
     /// What the ground shows along its line, where there are no steps.
@@ -435,7 +435,7 @@ impl<S: Stairs> Ended<'_, S> {
         let scene = self.search.stairs.scene();
         let p = scene.params;
         let roles = self.roles();
-        let astray = !self.firm && self.corner_astray();
+        let astray = self.strained || !self.firm && self.corner_astray();
         let accepted = self.measured.is_some();
         let (mut outcome, supports) = match self.measured.take() {
             Some(measured) => (measured.outcome, measured.supports),
