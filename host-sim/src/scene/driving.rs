@@ -1,6 +1,6 @@
 //! Scans of one scene from a chair that drives on while the mirror turns.
 //!
-//! Every row is fired from where the chair is then ([`super::passing`]). Surfaces stay the same
+//! Every row is fired from where the chair is then (`passing.rs`). Surfaces stay the same
 //! surfaces, as in [`super::sequence`].
 
 use core::f64::consts::TAU;

@@ -23,7 +23,7 @@ pub mod material;
 pub mod maths;
 mod passing;
 pub mod random;
-mod receiver;
+pub mod receiver;
 #[cfg(test)]
 mod scan_tests;
 pub mod scatter;
