@@ -306,8 +306,7 @@ fn ascend(
     let mut belief = Belief::default();
     if let Some(posterior) = posterior {
         belief = posterior.judge(measured.as_ref());
-        let is_flight = |m: &Measured| !m.outcome.steps.is_empty();
-        if belief.level && measured.as_ref().is_some_and(is_flight) {
+        if belief.unfounded {
             measured = None;
             belief = posterior.judge(None);
         }

@@ -62,25 +62,9 @@ impl View<'_> {
         let (sin, cos) = libm::sincos(self.world.yaw);
         // Angle between a column's ray and the plane that the mirror sweeps.
         let aside = |z: f64, leg: usize| z * cos / a.legs[leg] - a.forward[leg] * sin;
-        // Most of a simulation's time goes into the exponentials of the gain, which is the same on both
-        // sides of a beam that looks straight at the edges.
-        let mut left: Vec<(f64, f64)> = Vec::new();
-        let mut gain = |z: f64| {
-            while left.last().is_some_and(|(beside, _)| *beside < z) {
-                left.pop();
-            }
-            match left.last() {
-                Some(&(beside, gain)) if beside == z && sin == 0.0 => gain,
-                _ => {
-                    let gain = self.beam.lateral(aside(z, 0)) * self.beam.lateral(aside(z, 1));
-                    left.push((-z, gain));
-                    gain
-                }
-            }
-        };
         let mut strips: Vec<Strip> = Vec::new();
         for z in columns.centres().filter(|&z| !hidden(z)) {
-            let gain = gain(z);
+            let gain = self.beam.lateral(aside(z, 0)) * self.beam.lateral(aside(z, 1));
             let turn = self.wavenumber * z * bend * columns.spacing;
             let weight = gain * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
             // Looking straight at the edges, the beam is over before its ranges differ.

@@ -148,7 +148,7 @@ impl<'a> Passing<'a> {
         Ok((scene, relief))
     }
 
-    /// All echoes from `travel` metres on, of which those that come `between` two mirror angles.
+    /// The echoes of `scene` with its surfaces that come back from `between` two mirror angles.
     pub fn echoes(&self, scene: &Scene, relief: &Relief, between: (f64, f64)) -> Vec<Echo> {
         let mut view = scene.view();
         view.between = between;
@@ -280,7 +280,7 @@ mod tests {
         let mut passing = Passing::new(&scene, &receiver, (5, relief), (0.0, 0.1));
         let travel_m = 0.5 * GRAIN_M;
         let (here, relief) = passing.from(travel_m).unwrap();
-        let echoes = here.view().echoes(&relief, &mut Diffuse::Steady(5));
+        let echoes = passing.echoes(&here, &relief, EVERYWHERE);
         for angle_deg in [-15.0, 0.0, 20.0, 45.0] {
             let shot = Shot {
                 travel_m,
