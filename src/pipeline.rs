@@ -110,9 +110,7 @@ impl Pipeline {
         if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
             return Outcome::fault(reason);
         }
-        let p = &Params::DEFAULT;
-        let drives = |track: &Track| track.moves(p.stood_m, p.stood_rad);
-        let stands = !drive.known().is_some_and(drives);
+        let stands = !drive.known().is_some_and(moves);
         let doubts = self.health.doubts(&self.config, self.finder.map(), stands);
         let drive = &Drive {
             // What an instrument in doubt says is not carried on.
@@ -121,11 +119,18 @@ impl Pipeline {
                 false => Memory::Off,
             },
             past: Some(&self.past),
+            stood: self.stood(drive),
             ..*drive
         };
         let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);
         outcome.doubt(doubts);
         outcome
+    }
+
+    /// Whether motion input and echoes agree that the chair stood during the last scan.
+    pub fn stood(&self, drive: &Drive<'_>) -> bool {
+        let mirror = self.config.mount.mirror_offset > 0;
+        mirror && drive.known().is_some_and(|track| !moves(track)) && self.health.stood()
     }
 
     /// The health of the last scan.
@@ -138,6 +143,12 @@ impl Default for Pipeline {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// Whether the chair moved along this track.
+fn moves(track: &Track) -> bool {
+    let p = &Params::DEFAULT;
+    track.moves(p.stood_m, p.stood_rad)
 }
 
 /// How many samples of the buffer a chirp has.

@@ -182,7 +182,9 @@ impl DataPath for Noting {
             past: None,
             ..*drive
         };
-        self.pipeline.conclude(drive)
+        let outcome = self.pipeline.conclude(drive);
+        self.drive.stood = self.pipeline.stood(drive);
+        outcome
     }
 
     fn calibrate(&mut self, wall_m: f32) -> std::result::Result<Mounting, ConfigError> {

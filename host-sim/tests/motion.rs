@@ -161,6 +161,28 @@ fn each_scan_as_the_first_of_its_own_is_confirmed_by_none() {
 }
 
 #[test]
+fn a_chair_that_says_that_it_stands_and_is_seen_to_is_believed_from_the_first_scan_on() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/stair_a");
+    let bare = Recording::read(path.as_ref()).unwrap();
+    let rows = driven().meta.motion.time_s.len() / 3;
+    let mut said = bare.clone();
+    said.meta.motion = Motion {
+        travel_m: vec![1.25; rows],
+        time_s: driven().meta.motion.time_s[..rows].to_vec(),
+        pitch_deg: Vec::new(),
+    };
+    let auto = Options {
+        motion: Some(Mode::Auto),
+        ..Options::default()
+    };
+    assert!(ok(&answers(&said, auto)[0]));
+    assert!(says(&answers(&bare, auto)[0], Reason::Unconfirmed));
+    // What drives is not seen to stand, whatever its odometer says.
+    let frozen = &with_fault(Fault::Frozen)[0];
+    assert!(!ok(frozen) && says(frozen, Reason::Unconfirmed));
+}
+
+#[test]
 fn required_motion_input_is_required() {
     let required = Options {
         motion: Some(Mode::Required),

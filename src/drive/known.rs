@@ -7,7 +7,8 @@ use core::cell::RefCell;
 /// What holds where nothing is known of the chair's motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Mode {
-    /// Two sweeps over the same scene must agree before anything is `ok`.
+    /// Two sweeps over the same scene must agree before anything is `ok`, but where motion input and echoes say that
+    /// the chair stands.
     #[default]
     Auto,
     /// Nothing is `ok` without motion input.
@@ -77,6 +78,9 @@ pub struct Drive<'a> {
     pub moved_m: Option<f32>,
     /// Time between these two rows, seconds; none for the first scan.
     pub since_s: Option<f32>,
+    /// Whether the chair stood during the scan by the motion input, and by the phases of the echoes, which the
+    /// data path adds.
+    pub stood: bool,
     /// Duration of a chirp, seconds.
     pub chirp_s: f32,
     /// What becomes of what earlier scans said.
@@ -93,6 +97,7 @@ impl<'a> Drive<'a> {
         track: None,
         moved_m: None,
         since_s: None,
+        stood: false,
         chirp_s: 0.0,
         memory: Memory::Off,
         past: None,

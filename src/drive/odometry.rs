@@ -316,6 +316,7 @@ impl Odometry {
             track: Some(&self.track),
             moved_m: self.moved_m,
             since_s: self.since_s,
+            stood: false,
             chirp_s: chirp_us as f32 * 1e-6,
             memory: self.memory,
             past: None,

@@ -42,7 +42,9 @@ pub struct Agreement {
 enum Finding {
     /// The chair is known to stand, or the sweeps agree.
     Agreed,
-    /// There is no sweep to compare with.
+    /// There is no sweep to compare with, and no need of one: motion input and echoes say that the chair stood.
+    Stood,
+    /// There is no sweep to compare with, or too little in it.
     Alone,
     /// The sweeps do not agree.
     Moved,
@@ -62,11 +64,6 @@ impl Agreement {
         }
     }
 
-    /// Whether the echoes themselves confirm it.
-    pub fn agreed(&self) -> bool {
-        self.finding == Finding::Agreed
-    }
-
     /// The same where the steps agree with the motion input, though most of the echoes are of the floor,
     /// which looks alike everywhere.
     pub fn confirmed(self, by_steps: bool) -> Self {
@@ -80,13 +77,16 @@ impl Agreement {
 
     /// Whether the echoes are where they are taken to be.
     pub fn placed(&self) -> bool {
-        matches!(self.finding, Finding::Agreed | Finding::Alone)
+        matches!(
+            self.finding,
+            Finding::Agreed | Finding::Stood | Finding::Alone
+        )
     }
 
     /// Says in an answer what it means for it.
     pub fn tell(&self, outcome: &mut Outcome) {
         let reason = match self.finding {
-            Finding::Agreed => None,
+            Finding::Agreed | Finding::Stood => None,
             Finding::Alone => Some(Reason::Unconfirmed),
             Finding::Moved => Some(Reason::Moving),
             Finding::Missing => Some(Reason::MotionInput),
@@ -198,6 +198,7 @@ impl Sweeps {
                 ride.creep = creep.speed;
                 creep.finding
             }
+            _ if drive.stood && !comparable => Finding::Stood,
             _ => Finding::Alone,
         };
         if known || ride.creep.is_some() {

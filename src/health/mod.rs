@@ -225,6 +225,11 @@ impl Health {
         self.standing.row(map, row, phasors, strongest, noise);
     }
 
+    /// Whether the phases of the echoes show that the chair stood.
+    pub fn stood(&self) -> bool {
+        self.standing.stood()
+    }
+
     /// Median cell of the map: echoes fill so little of it that this is the noise.
     pub fn noise(&self) -> u8 {
         let all: u32 = self.cells.iter().map(|&n| u32::from(n)).sum();

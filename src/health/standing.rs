@@ -15,6 +15,8 @@ const P: Params = Params::DEFAULT;
 const FOLLOWED: u8 = 8;
 /// Parts of a degree in which turns are told.
 const PARTS: f32 = 100.0;
+/// A chair is seen to stand where the turns' mean phasor is so long: they spread by 26 degrees at most.
+const TOGETHER: f32 = 0.9;
 
 /// How much echoes turned from row to row of one scan.
 #[derive(Clone, Debug)]
@@ -77,6 +79,16 @@ impl Standing {
         }
     }
 
+    /// Whether enough of the echoes show that nothing moved. They do not where they turn from row to row by
+    /// anything from turn to turn, as they do from a chair so fast that the mean says nothing.
+    pub fn stood(&self) -> bool {
+        let [cos, sin] = self.sum;
+        let together = TOGETHER * f32::from(self.turns);
+        self.turns >= P.phase_turns as u16
+            && cos >= together
+            && sin.abs() <= P.phase_turned_deg * crate::math::RAD_PER_DEG * cos
+    }
+
     /// What the echoes tell.
     pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
         let enough = self.turns >= P.phase_turns as u16;
@@ -101,12 +113,12 @@ mod tests {
     use crate::config::Config;
     use crate::math::sin_cos;
 
-    /// What is seen of an echo in bin 40 whose phase is `phase(row)`, under chirps that begin anywhere.
-    fn seen(phase: impl Fn(u16) -> f32) -> i32 {
+    /// An echo in bin 40 whose phase is `phase(row)`, followed over `rows` rows of chirps that begin anywhere.
+    fn followed(rows: u16, phase: impl Fn(u16) -> f32) -> Standing {
         let mut map = Box::new(PolarMap::new());
         map.begin(&Config::default()).unwrap();
         let mut standing = Standing::new();
-        for k in 0..60 {
+        for k in 0..rows {
             map.fill(k.into(), |row| row.cells[40] = 200);
             let begun = 1.7 * f32::from(k) % core::f32::consts::TAU;
             let at = |angle: f32| {
@@ -119,8 +131,13 @@ mod tests {
             };
             standing.row(&map, k, phasors, 40, 80);
         }
+        standing
+    }
+
+    /// What is seen of it.
+    fn seen(phase: impl Fn(u16) -> f32) -> i32 {
         let mut seen = -1;
-        standing.signs(&mut |sign| seen = sign.seen);
+        followed(60, phase).signs(&mut |sign| seen = sign.seen);
         seen
     }
 
@@ -138,5 +155,16 @@ mod tests {
         assert!((creep - 1_146).abs() < 10, "{creep}");
         let back = seen(|k| 100.0 - 0.2 * f32::from(k));
         assert!((back - 1_146).abs() < 10, "{back}");
+    }
+
+    #[test]
+    fn a_chair_is_seen_to_stand_by_enough_echoes_that_keep_their_phase() {
+        let speckle = |k| if k % 4 < 2 { 0.0 } else { 0.5 };
+        assert!(followed(60, |_| 1.0).stood() && followed(60, speckle).stood());
+        assert!(!followed(12, |_| 1.0).stood(), "too few");
+        assert!(!followed(60, |k| 0.2 * f32::from(k)).stood(), "a creep");
+        // So fast that the turns are of any size, though they go by nothing in the mean.
+        let fast = |k: u16| [0.0, 1.2, 1.2, 0.0][usize::from(k % 4)];
+        assert!(seen(fast) < 400 && !followed(60, fast).stood());
     }
 }
