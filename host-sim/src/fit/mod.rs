@@ -10,7 +10,7 @@ pub mod sequences;
 mod table;
 
 use anyhow::Result;
-use stairscan::answer::Outcome;
+use stairscan::answer::{Outcome, Reason, Reasons};
 use stairscan::config::Plane;
 use stairscan::echoes::Echo;
 use stairscan::flight::trace::Cell;
@@ -145,8 +145,28 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
     })
 }
 
-/// How far the horizon of an `ok` must reach, metres.
+/// What may stand beside `ok`, and what a farther horizon takes away.
+const BESIDE_OK: [Reason; 7] = [
+    Reason::InferredStep,
+    Reason::CloseRival,
+    Reason::WeakEchoes,
+    Reason::BlockedView,
+    Reason::IrregularStep,
+    Reason::ShortHorizon,
+    Reason::SceneChanged,
+];
+
+/// Whether nothing but its horizon decides on an answer: no threshold makes an `ok` of one that no second sweep has
+/// confirmed, say.
+fn may_be_ok(reasons: Reasons) -> bool {
+    reasons.iter().all(|reason| BESIDE_OK.contains(&reason))
+}
+
+/// How far the horizon of an `ok` must reach, metres: farther than any where something else keeps the answer from it.
 fn reach_m(outcome: &Outcome) -> f32 {
+    if !may_be_ok(outcome.reasons) {
+        return f32::INFINITY;
+    }
     doubted_from_m(outcome).map_or(OK_REACH_M, |m| m.max(OK_REACH_M))
 }
 
@@ -285,4 +305,27 @@ pub fn calibration(lessons: &[&Lesson], weights: &Weights) -> Fit {
     let pairs = lessons.iter().flat_map(|lesson| odds(lesson, weights));
     let rows: Vec<(Vec<f64>, bool)> = pairs.map(|(x, right)| (vec![x, 1.0], right)).collect();
     logistic::fit(&rows, 2, PRIOR_SIGMA)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// How far an answer with these reasons must reach to be `ok`, metres.
+    fn reach(reasons: Reasons) -> f32 {
+        let mut outcome = Outcome::clear();
+        outcome.reasons = reasons;
+        reach_m(&outcome)
+    }
+
+    #[test]
+    fn hints_stand_beside_an_ok_and_what_a_doubt_takes_it_from_is_not_counted() {
+        let hints = Reasons::NONE
+            .with(Reason::InferredStep)
+            .with(Reason::ShortHorizon);
+        assert!(reach(Reasons::NONE) < 1.0 && reach(hints) < 1.0);
+        for doubt in [Reason::Unconfirmed, Reason::Moving, Reason::Mount] {
+            assert!(reach(hints.with(doubt)) > 100.0, "{}", doubt.as_str());
+        }
+    }
 }

@@ -5,7 +5,7 @@ use std::cell::RefCell;
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use stairscan::answer::{Outcome, Reason, Reasons, Step};
+use stairscan::answer::{Outcome, Step};
 use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
@@ -171,33 +171,13 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
                 name: format!("{} scan {}", recording.name, scan + 1),
                 wrong: first_wrong(&answer, truth, &listener.cells),
                 stairs: !answer.steps.is_empty(),
-                reach_m: match may_be_ok(outcome.reasons) {
-                    true => reach_m(&outcome),
-                    false => f32::INFINITY,
-                },
+                reach_m: reach_m(&outcome),
                 cells,
             }),
             Err(error) => trouble = Some(error),
         }
     })?;
     trouble.map_or(Ok(taught), Err)
-}
-
-/// What may stand beside `ok`, and what a farther horizon takes away.
-const BESIDE_OK: [Reason; 7] = [
-    Reason::InferredStep,
-    Reason::CloseRival,
-    Reason::WeakEchoes,
-    Reason::BlockedView,
-    Reason::IrregularStep,
-    Reason::ShortHorizon,
-    Reason::SceneChanged,
-];
-
-/// Whether nothing but its horizon decides on an answer: no threshold makes an `ok` of one that no second sweep has
-/// confirmed, say.
-fn may_be_ok(reasons: Reasons) -> bool {
-    reasons.iter().all(|reason| BESIDE_OK.contains(&reason))
 }
 
 /// How far the correlations are looked at, and how finely.
@@ -427,16 +407,5 @@ mod tests {
         }
         let all = count(&lessons, &lessons);
         assert!(all.table.ok_from > 1.0, "{}", all.told);
-    }
-
-    #[test]
-    fn hints_stand_beside_an_ok_and_doubts_do_not() {
-        let hints = Reasons::NONE
-            .with(Reason::CloseRival)
-            .with(Reason::ShortHorizon);
-        assert!(may_be_ok(Reasons::NONE) && may_be_ok(hints));
-        for doubt in [Reason::Unconfirmed, Reason::Moving, Reason::Mount] {
-            assert!(!may_be_ok(hints.with(doubt)), "{}", doubt.as_str());
-        }
     }
 }
