@@ -40,9 +40,10 @@ pub struct Belief {
 }
 
 impl Posterior {
-    /// What the particles say of the answer, after [`Posterior::choose`].
+    /// What the particles say of the answer, after [`Posterior::choose`]: into `belief`, so that no second one stands
+    /// on the stack.
     #[inline(never)]
-    pub fn judge(&mut self, measured: Option<&Measured>) -> Belief {
+    pub fn judge(&mut self, measured: Option<&Measured>, belief: &mut Belief) {
         let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
@@ -79,11 +80,9 @@ impl Posterior {
         self.cloud.resample();
         // Another answer may be judged after this one.
         self.bases.truncate(flights);
-        Belief {
-            doubts: self.cloud.doubts(),
-            maybes: maybes(&self.cloud, &told),
-            unfounded: is_unfounded(&self.cloud, &told),
-        }
+        belief.doubts = self.cloud.doubts();
+        belief.maybes = maybes(&self.cloud, &told);
+        belief.unfounded = is_unfounded(&self.cloud, &told);
     }
 
     /// Where one more step stands behind the last one of the answer that was judged, metres, if the

@@ -305,15 +305,15 @@ fn ascend(
     }
     let mut belief = Belief::default();
     if let Some(posterior) = posterior {
-        belief = posterior.judge(measured.as_ref());
+        posterior.judge(measured.as_ref(), &mut belief);
         if belief.unfounded {
             measured = None;
-            belief = posterior.judge(None);
+            posterior.judge(None, &mut belief);
         }
         let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior);
         if let Some((flight, rise)) = &longer {
             measure(&stairs, flight, (*rise, odds), instrument, &mut measured);
-            belief = posterior.judge(measured.as_ref());
+            posterior.judge(measured.as_ref(), &mut belief);
             best = longer;
         }
         posterior.tell(observer);
@@ -333,7 +333,7 @@ fn ascend(
         measured,
         accept: p.accept_up_nats,
         geometry,
-        belief,
+        belief: &belief,
         strained: !found.fits(p),
         firm,
         floor_line: clear.then_some(&*floor_line),
@@ -400,7 +400,7 @@ fn descend(
         measured,
         accept: p.accept_down_nats,
         geometry,
-        belief: Belief::default(),
+        belief: &Belief::default(),
         strained: false,
         firm: true,
         floor_line: None,
@@ -418,7 +418,7 @@ struct Ended<'s, S: Stairs> {
     /// Score from which a flight counts, nats.
     accept: f32,
     geometry: &'s Geometry,
-    belief: Belief,
+    belief: &'s Belief,
     /// Whether calibration had more to take out than a mounting that is as it is said to be leaves.
     strained: bool,
     /// Whether the floor shows that the mounting is as it is said to be.
@@ -478,7 +478,7 @@ impl<S: Stairs> Ended<'_, S> {
         if astray {
             outcome.doubt(Reasons::NONE.with(Reason::Mount));
         }
-        outcome.maybes = self.belief.maybes;
+        outcome.maybes.clone_from(&self.belief.maybes);
         outcome
     }
 
