@@ -180,11 +180,10 @@ impl DataPath for Noting {
         self.drive = Drive {
             track: None,
             past: None,
+            stood: self.pipeline.stood(drive),
             ..*drive
         };
-        let outcome = self.pipeline.conclude(drive);
-        self.drive.stood = self.pipeline.stood(drive);
-        outcome
+        self.pipeline.conclude(drive)
     }
 
     fn calibrate(&mut self, wall_m: f32) -> std::result::Result<Mounting, ConfigError> {

@@ -40,10 +40,8 @@ pub struct Agreement {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Finding {
-    /// The chair is known to stand, or the sweeps agree.
+    /// The chair is known or seen to stand, or the sweeps agree.
     Agreed,
-    /// There is no sweep to compare with, and no need of one: motion input and echoes say that the chair stood.
-    Stood,
     /// There is no sweep to compare with, or too little in it.
     Alone,
     /// The sweeps do not agree.
@@ -77,16 +75,13 @@ impl Agreement {
 
     /// Whether the echoes are where they are taken to be.
     pub fn placed(&self) -> bool {
-        matches!(
-            self.finding,
-            Finding::Agreed | Finding::Stood | Finding::Alone
-        )
+        matches!(self.finding, Finding::Agreed | Finding::Alone)
     }
 
     /// Says in an answer what it means for it.
     pub fn tell(&self, outcome: &mut Outcome) {
         let reason = match self.finding {
-            Finding::Agreed | Finding::Stood => None,
+            Finding::Agreed => None,
             Finding::Alone => Some(Reason::Unconfirmed),
             Finding::Moved => Some(Reason::Moving),
             Finding::Missing => Some(Reason::MotionInput),
@@ -198,7 +193,8 @@ impl Sweeps {
                 ride.creep = creep.speed;
                 creep.finding
             }
-            _ if drive.stood && !comparable => Finding::Stood,
+            // No need of a sweep to compare with.
+            _ if drive.stood && !comparable => Finding::Agreed,
             _ => Finding::Alone,
         };
         if known || ride.creep.is_some() {

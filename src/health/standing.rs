@@ -15,6 +15,8 @@ const P: Params = Params::DEFAULT;
 const FOLLOWED: u8 = 8;
 /// Parts of a degree in which turns are told.
 const PARTS: f32 = 100.0;
+/// More of these on the mean is a chair that moves.
+const LIMIT: i32 = (PARTS * P.phase_turned_deg) as i32;
 /// A chair is seen to stand where the turns' mean phasor is so long: they spread by 26 degrees at most.
 const TOGETHER: f32 = 0.9;
 
@@ -79,25 +81,27 @@ impl Standing {
         }
     }
 
-    /// Whether enough of the echoes show that nothing moved. They do not where they turn from row to row by
-    /// anything from turn to turn, as they do from a chair so fast that the mean says nothing.
-    pub fn stood(&self) -> bool {
+    /// By how much the echoes turned from row to row, on the mean: parts of a degree; none of too few.
+    fn turned(&self) -> Option<i32> {
         let [cos, sin] = self.sum;
-        let together = TOGETHER * f32::from(self.turns);
-        self.turns >= P.phase_turns as u16
-            && cos >= together
-            && sin.abs() <= P.phase_turned_deg * crate::math::RAD_PER_DEG * cos
+        let degrees = crate::math::atan2(sin.abs(), cos) / crate::math::RAD_PER_DEG;
+        let enough = self.turns >= P.phase_turns as u16;
+        enough.then_some((PARTS * degrees) as i32)
+    }
+
+    /// Whether enough of the echoes show that nothing moved: on the mean they hardly turn, and no more one by one,
+    /// as they do while a chair drives so fast that the mean says nothing.
+    pub fn stood(&self) -> bool {
+        let together = self.sum[0] >= TOGETHER * f32::from(self.turns);
+        together && self.turned().is_some_and(|turned| turned < LIMIT)
     }
 
     /// What the echoes tell.
     pub fn signs(&self, each: &mut dyn FnMut(Sign)) {
-        let enough = self.turns >= P.phase_turns as u16;
-        let [cos, sin] = self.sum;
-        let degrees = crate::math::atan2(sin.abs(), cos) / crate::math::RAD_PER_DEG;
         each(Sign {
             reason: Reason::Moving,
-            seen: if enough { (PARTS * degrees) as i32 } else { 0 },
-            limit: (PARTS * P.phase_turned_deg) as i32,
+            seen: self.turned().unwrap_or(0),
+            limit: LIMIT,
         });
     }
 }

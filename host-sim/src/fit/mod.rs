@@ -321,7 +321,7 @@ mod tests {
     #[test]
     fn hints_stand_beside_an_ok_and_what_a_doubt_takes_it_from_is_not_counted() {
         let hints = Reasons::NONE
-            .with(Reason::InferredStep)
+            .with(Reason::CloseRival)
             .with(Reason::ShortHorizon);
         assert!(reach(Reasons::NONE) < 1.0 && reach(hints) < 1.0);
         for doubt in [Reason::Unconfirmed, Reason::Moving, Reason::Mount] {

@@ -4,7 +4,7 @@
 //! shorter than a quarter wavelength with a random relief ([`facets`]). Physical optics, edge
 //! diffraction and inner corners turn them into echoes ([`scatter`], [`edge`], [`sight`]), once per
 //! scan; the beam ([`beam`]) weighs them anew at every angle, the beat tones are summed ([`tones`]), and
-//! the receiver adds what receivers add ([`receiver`]). It knows nothing of the detector.
+//! the receiver adds what receivers add (`receiver.rs`). It knows nothing of the detector.
 //!
 //! What it leaves out: surfaces are opaque; the beam is that of the far field, seen from the mirror's
 //! centre; its polarisation does not turn with the mirror; of more than two bounces nothing comes back.
@@ -23,7 +23,7 @@ pub mod material;
 pub mod maths;
 mod passing;
 pub mod random;
-pub mod receiver;
+mod receiver;
 #[cfg(test)]
 mod scan_tests;
 pub mod scatter;
