@@ -102,7 +102,8 @@ extern "C" {
     X(SUPPLY, "supply", "The supply is too low, or was before the reset.") \
     X(INTERNAL_CLOCK, "internal-clock", "The crystal does not run, and nobody has said that the internal oscillator will do.") \
     X(MOTOR_DRIVER, "motor-driver", "The motor's driver does not answer, was reset, or reports an error.") \
-    X(MIRROR_SLIPPED, "mirror-slipped", "The home switch is not where it was: the mirror's angle was not what its steps said.")
+    X(MIRROR_SLIPPED, "mirror-slipped", "The home switch or the encoder finds the mirror elsewhere: its angle was not what its steps said.") \
+    X(ENCODER_SILENT, "encoder-silent", "The encoder on the mirror's shaft does not answer, or finds no magnet.")
 
 /* Keys of settings: for `get` and `set`. */
 #define STAIRSCAN_KEYS(X) \
@@ -164,7 +165,9 @@ extern "C" {
     X("enable-wake") \
     X("motor-current") \
     X("stall-threshold") \
-    X("home-check")
+    X("home-check") \
+    X("encoder") \
+    X("encoder-home")
 
 /* Keys of what is measured: for `get`. */
 #define STAIRSCAN_MEASURES(X) \

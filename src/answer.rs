@@ -174,8 +174,10 @@ reasons! {
     InternalClock = "internal-clock",
     /// The motor's driver does not answer, was reset, or reports an error.
     MotorDriver = "motor-driver",
-    /// The home switch is not where it was: the mirror's angle was not what its steps said.
+    /// The home switch or the encoder finds the mirror elsewhere: its angle was not what its steps said.
     MirrorSlipped = "mirror-slipped",
+    /// The encoder on the mirror's shaft does not answer, or finds no magnet.
+    EncoderSilent = "encoder-silent",
 }
 
 /// A set of [`Reason`]s.

@@ -20,6 +20,7 @@ mod app {
     use defmt_rtt as _;
     use stairscan::drive::Odometry;
     use stairscan::pipeline::Pipeline;
+    use stairscan::scan::encoder::EncodedMirror;
     use stairscan::scan::mirror::Stepper;
     use stairscan::scan::{Hardware, Reports, Scanner};
     use stm32f4xx_hal::pac;
@@ -75,6 +76,7 @@ mod app {
             link,
             report,
             driver,
+            encoder,
             board,
             identity,
             time,
@@ -85,7 +87,10 @@ mod app {
         let saved = board.saved();
         identity.serial = board::serial_number::read();
         let hardware = Hardware {
-            mirror: Stepper::with_driver(Locked(cx.shared.motor), driver),
+            mirror: EncodedMirror::new(
+                Stepper::with_driver(Locked(cx.shared.motor), driver),
+                encoder,
+            ),
             link,
             port: report,
             board,

@@ -502,6 +502,7 @@ fn faults_are_told_and_pass() {
     }
     wrong_settings(&mut session);
     stalled(&mut session);
+    without_encoder(&mut session);
     let no_reset = session
         .lines
         .iter()
@@ -549,6 +550,18 @@ fn stalled(session: &mut Session<'_>) {
         session.shaft.position(),
         "and the position is right again"
     );
+}
+
+/// The emulator's pins read 0, like wires that are held low: every wait for them has an end.
+fn without_encoder(session: &mut Session<'_>) {
+    session.set("encoder", "as5600").unwrap();
+    let under_way = head(&session.scan().unwrap());
+    let fault = head(&session.scan().unwrap());
+    assert_eq!((fault.scan, fault.status), (0, Status::Fault));
+    assert!(fault.reasons.has(Reason::EncoderSilent), "{fault:?}");
+    session.set("encoder", "none").unwrap();
+    let after = next_scan(session, under_way.scan);
+    assert!(is_sound(&after), "{after:?}");
 }
 
 /// Homing: without a switch the search ends by itself with the driver off; with it, it is found.

@@ -8,6 +8,8 @@ pub mod protection;
 pub mod retained;
 
 #[cfg(target_os = "none")]
+mod encoder;
+#[cfg(target_os = "none")]
 pub mod fault;
 #[cfg(target_os = "none")]
 pub mod flash;

@@ -7,6 +7,7 @@ use stairscan::answer::{Reason, Reasons};
 use stairscan::radar::any::AnyModule;
 use stairscan::radar::wire::LINK_BAUD;
 use stairscan::report::command::Measure;
+use stairscan::scan::encoder::as5600::As5600;
 use stairscan::scan::seal::Verdict;
 use stairscan::scan::settings::Level;
 use stairscan::scan::store::{Store, StoreError};
@@ -23,6 +24,7 @@ use stm32f4xx_hal::syscfg::SysCfg;
 use stm32f4xx_hal::watchdog::IndependentWatchdog;
 
 use super::clock::{self, brr};
+use super::encoder::{self, EncoderBus};
 use super::flash::ChipFlash;
 use super::march;
 use super::motor::{self, Motor};
@@ -45,6 +47,8 @@ pub struct Parts {
     pub report: ReportPort,
     /// The motor's driver.
     pub driver: Tmc2209<DriverPort>,
+    /// The encoder on the mirror's shaft.
+    pub encoder: As5600<EncoderBus>,
     /// What survives a reset, and the stack.
     pub board: ChipBoard,
     /// For the first sentence.
@@ -363,6 +367,7 @@ pub fn start(
         driver_errors,
     );
 
+    let encoder = encoder::bus((b.pb8, b.pb9), clocks.core_hz);
     let link = LinkPort::new(link, trig, clocks);
     let select = a.pa4.into_push_pull_output_in_state(PinState::High);
     let spi = ModuleSpi::new(p.SPI1, (select, a.pa5, a.pa6, a.pa7), &mut rcc);
@@ -380,6 +385,7 @@ pub fn start(
         link: AnyModule::new(link, spi),
         report,
         driver: Tmc2209::new(driver),
+        encoder: As5600::new(encoder),
         board: ChipBoard { record, store },
         identity: Identity {
             version: env!("CARGO_PKG_VERSION"),

@@ -26,8 +26,10 @@ pub enum MirrorError {
     HomeNotFound,
     /// The driver does not answer, was reset, or reports an error.
     Driver,
-    /// The home switch is not where homing has found it.
+    /// The home switch is not where homing has found it, or the encoder finds the shaft elsewhere.
     Slipped,
+    /// The encoder does not answer, or finds no magnet.
+    Encoder,
     /// A move was asked for before homing had given the position a meaning.
     NotHomed,
 }
@@ -44,6 +46,15 @@ pub trait Mirror {
     /// Begins to look whether the home switch still stands where homing has found it: until then
     /// [`Mirror::poll`] says [`Motion::Moving`], and an error where it does not.
     fn cross_home(&mut self, _motor: &MotorConfig) {}
+    /// Begins to look whether the shaft is where the pulses should have brought it, once it stands: until then
+    /// [`Mirror::poll`] says [`Motion::Moving`], and an error where it is not. No, where nothing can tell.
+    fn prove(&mut self) -> bool {
+        false
+    }
+    /// What an encoder has read at home, 0.001° from 0 on.
+    fn home_reading(&self) -> Option<i32> {
+        None
+    }
     /// Whether the shaft stands by now. An error also leaves the driver off.
     fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError>;
     /// Where the shaft was at the last [`Mirror::poll`], microsteps from the horizontal.

@@ -17,6 +17,7 @@
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
 //! | [`driver`] | the motor's driver as the mirror sees it |
 //! | [`tmc2209`] | that driver's wire and registers |
+//! | [`encoder`] | an absolute encoder on the mirror's shaft: AS5600 over I²C |
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
 //! | [`board`] | the report port, what survives a reset, who the firmware is |
@@ -29,6 +30,7 @@
 pub mod board;
 pub mod chain;
 pub mod driver;
+pub mod encoder;
 pub mod mirror;
 pub mod outbox;
 pub mod pace;

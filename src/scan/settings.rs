@@ -50,6 +50,8 @@
 //! | `motor-current` | mA rms | of a phase, with `tmc2209` |
 //! | `stall-threshold` | | SGTHRS of the `tmc2209`; 0: it reports no stalls |
 //! | `home-check` | `on`, `off` | whether the mirror looks for the home switch again behind every sweep that ends on its side |
+//! | `encoder` | `none`, `as5600` | which absolute encoder is on the mirror's shaft ([`super::encoder`]) |
+//! | `encoder-home` | 0.001° | what it reads at home, as calibration has found it; -1: not known |
 //! | `calibrated`, `calibrated-chip` | YYYYMMDD; | when the mounting was calibrated, and the CRC-32 of the number of the chip that did |
 //!
 //! How they become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
@@ -64,7 +66,7 @@ use crate::drive;
 use crate::grid::BinWindow;
 use crate::grid::MAX_CELLS;
 use crate::radar::module::Wish;
-pub use motor::{Driver, DriverConfig, FINEST, Level, MotorConfig};
+pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, Level, MotorConfig};
 use slot::Slot;
 pub(crate) use slot::number;
 pub use slot::{SweepMode, Sweeping, Switch, ValueText};
@@ -227,6 +229,8 @@ impl Settings {
         "motor-current",
         "stall-threshold",
         "home-check",
+        "encoder",
+        "encoder-home",
     ];
 
     fn slot(&mut self, key: &str) -> Option<Slot<'_>> {
@@ -291,6 +295,8 @@ impl Settings {
             "motor-current" => Slot::U16(&mut motor.driver.current),
             "stall-threshold" => Slot::U8(&mut motor.driver.stall_threshold),
             "home-check" => Slot::Present(&mut motor.home_check),
+            "encoder" => Slot::Encoder(&mut motor.encoder.kind),
+            "encoder-home" => Slot::I32(&mut motor.encoder.home),
             _ => return None,
         })
     }

@@ -199,18 +199,24 @@ impl Sweep {
         })
     }
 
-    /// All rows are done. Where the sweep has ended on the side of the home switch, and that is to be
-    /// checked, the answer waits for it: a mirror that has slipped saw another scene than it says.
+    /// All rows are done. Where the sweep has ended on the side of the home switch and that is to be
+    /// checked, or an encoder is to be read, the answer waits for it: a mirror that has slipped saw another
+    /// scene than it says.
     #[inline(never)]
     fn finish(&mut self, now: Micros, mirror: &mut impl Mirror) -> Poll<Rows> {
         let motor = &self.settings.motor;
-        if !motor.home_check || !self.backward {
+        let crosses = motor.home_check && self.backward;
+        let mut bound = MARGIN_US;
+        if crosses {
+            bound = bound.saturating_add(motor.cross_bound_us());
+            mirror.cross_home(motor);
+        }
+        // Its readings take less than the margin.
+        if !mirror.prove() && !crosses {
             return self.end(None);
         }
-        let bound = motor.cross_bound_us();
-        mirror.cross_home(motor);
-        self.deadline = now.plus(bound).plus(MARGIN_US);
-        self.at = RowState::CrossHome;
+        self.deadline = now.plus(bound);
+        self.at = RowState::Prove;
         Poll::Pending
     }
 
@@ -231,8 +237,8 @@ impl Sweep {
         match self.at {
             RowState::Configure => return self.poll_configure(now, link, data),
             RowState::Work => return self.work(now, mirror, data),
-            RowState::CrossHome if motion == Motion::Still => return self.end(None),
-            RowState::CrossHome => {}
+            RowState::Prove if motion == Motion::Still => return self.end(None),
+            RowState::Prove => {}
             RowState::Move if motion == Motion::Still => self.arrived(now, mirror),
             RowState::Move => {}
             RowState::Settle(until) => {

@@ -2,6 +2,7 @@
 
 mod bench;
 mod driver;
+mod encoder;
 mod settings;
 
 use bench::{Bench, IDENTITY, World};

@@ -53,6 +53,9 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
         settings.calibrate(&found);
         settings.calibrated.date = task.date;
         settings.calibrated.chip = crc::of_words(&self.identity.serial);
+        if let Some(reading) = self.hardware.mirror.home_reading() {
+            settings.motor.encoder.home = reading;
+        }
         settings.validate()?;
         let saved = self.hardware.board.save(&settings);
         saved.map_err(|error| ConfigError {

@@ -554,7 +554,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
 
     /// Whether hardware is at fault, rather than what the radar sees.
     fn broken(&self) -> bool {
-        const HARDWARE: [Reason; 9] = [
+        const HARDWARE: [Reason; 10] = [
             Reason::TooManyLost,
             Reason::LinkSilent,
             Reason::ModuleError,
@@ -563,6 +563,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             Reason::HomeNotFound,
             Reason::MotorDriver,
             Reason::MirrorSlipped,
+            Reason::EncoderSilent,
             Reason::SettingsDamaged,
         ];
         HARDWARE.iter().any(|&reason| self.reasons.has(reason))

@@ -23,6 +23,34 @@ pub enum Level {
     High,
 }
 
+/// The absolute encoder on the mirror's shaft.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Encoder {
+    /// There is none.
+    #[default]
+    None,
+    /// An AS5600 ([`crate::scan::encoder::as5600`]).
+    As5600,
+}
+
+/// What is known of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct EncoderConfig {
+    /// Which one it is.
+    pub kind: Encoder,
+    /// What it reads at home, 0.001°; negative: not known.
+    pub home: i32,
+}
+
+impl Default for EncoderConfig {
+    fn default() -> Self {
+        Self {
+            kind: Encoder::None,
+            home: -1,
+        }
+    }
+}
+
 /// The driver between board and motor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct DriverConfig {
@@ -147,6 +175,8 @@ pub struct MotorConfig {
     pub home_check: bool,
     /// What drives it.
     pub driver: DriverConfig,
+    /// What sees its shaft.
+    pub encoder: EncoderConfig,
 }
 
 impl Default for MotorConfig {
@@ -161,6 +191,7 @@ impl Default for MotorConfig {
             // Not every mounting has the switch near the sector.
             home_check: false,
             driver: DriverConfig::default(),
+            encoder: EncoderConfig::default(),
         }
     }
 }
@@ -190,6 +221,11 @@ impl MotorConfig {
             "1000 to 100000000 microsteps/s2",
         )?;
         self.driver.validate()?;
+        check(
+            (-1..360_000).contains(&self.encoder.home),
+            "encoder-home",
+            "0 to 359999, or -1",
+        )?;
         check(
             self.busiest() <= MILLION,
             "pulse-width",

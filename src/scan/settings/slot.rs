@@ -1,6 +1,6 @@
 //! One setting while it is read or written: as text for people, as a word for records.
 
-use super::motor::{Driver, Level};
+use super::motor::{Driver, Encoder, Level};
 use crate::config::{ConfigError, EstimatorKind, Plane, Spread};
 use crate::drive;
 use crate::radar::module::ModuleKind;
@@ -105,6 +105,12 @@ impl Word for Driver {
     const EXPECTED: &'static str = "step-dir or tmc2209";
 }
 
+impl Word for Encoder {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("none", Encoder::None), ("as5600", Encoder::As5600)];
+    const EXPECTED: &'static str = "none or as5600";
+}
+
 impl Word for Level {
     const WORDS: &'static [(&'static str, Self)] = &[("low", Level::Low), ("high", Level::High)];
     const EXPECTED: &'static str = "low or high";
@@ -141,6 +147,7 @@ pub(super) enum Slot<'a> {
     Present(&'a mut bool),
     Driver(&'a mut Driver),
     Level(&'a mut Level),
+    Encoder(&'a mut Encoder),
     Motion(&'a mut drive::Mode),
     Switch(&'a mut Switch),
     Estimator(&'a mut EstimatorKind),
@@ -214,6 +221,7 @@ impl Slot<'_> {
             Slot::Present(v) => word(v.word()),
             Slot::Driver(v) => word(v.word()),
             Slot::Level(v) => word(v.word()),
+            Slot::Encoder(v) => word(v.word()),
             Slot::Motion(v) => word(v.word()),
             Slot::Switch(v) => word(v.word()),
             Slot::Estimator(v) => word(v.as_str()),
@@ -242,6 +250,7 @@ impl Slot<'_> {
             Slot::Present(v) => write_word(v, field, text),
             Slot::Driver(v) => write_word(v, field, text),
             Slot::Level(v) => write_word(v, field, text),
+            Slot::Encoder(v) => write_word(v, field, text),
             Slot::Motion(v) => write_word(v, field, text),
             Slot::Switch(v) => write_word(v, field, text),
             Slot::Estimator(v) => {
@@ -272,6 +281,7 @@ impl Slot<'_> {
             Slot::Present(v) => place(**v),
             Slot::Driver(v) => place(**v),
             Slot::Level(v) => place(**v),
+            Slot::Encoder(v) => place(**v),
             Slot::Motion(v) => place(**v),
             Slot::Switch(v) => place(**v),
             Slot::Estimator(v) => {
@@ -296,6 +306,7 @@ impl Slot<'_> {
             Slot::Present(v) => *v = at_place(word)?,
             Slot::Driver(v) => *v = at_place(word)?,
             Slot::Level(v) => *v = at_place(word)?,
+            Slot::Encoder(v) => *v = at_place(word)?,
             Slot::Motion(v) => *v = at_place(word)?,
             Slot::Switch(v) => *v = at_place(word)?,
             Slot::Estimator(v) => *v = *EstimatorKind::ALL.get(word as usize)?,

@@ -28,8 +28,8 @@ pub(super) enum RowState {
     Approach,
     /// It turns, and rows are triggered in passing.
     Turn,
-    /// All rows are done, and the mirror looks for the home switch.
-    CrossHome,
+    /// All rows are done, and the mirror shows where it is: to the home switch, or to an encoder.
+    Prove,
 }
 
 /// How a scan's rows went.
@@ -55,6 +55,7 @@ pub fn mirror_reason(error: MirrorError) -> Reason {
         MirrorError::Stall => Reason::MotorStall,
         MirrorError::Driver => Reason::MotorDriver,
         MirrorError::Slipped => Reason::MirrorSlipped,
+        MirrorError::Encoder => Reason::EncoderSilent,
         MirrorError::HomeNotFound | MirrorError::NotHomed => Reason::HomeNotFound,
     }
 }

@@ -1,0 +1,35 @@
+//! The pins that lead to the encoder on the mirror's shaft.
+
+use embedded_hal::delay::DelayNs;
+use stairscan::scan::encoder::bus::PinBus;
+use stm32f4xx_hal::gpio::{OpenDrain, Output, PB8, PB9, PinState};
+
+/// Nanoseconds of a microsecond.
+const MICROSECOND: u32 = 1_000;
+
+/// SCL and SDA.
+pub type EncoderBus = PinBus<PB8<Output<OpenDrain>>, PB9<Output<OpenDrain>>, Clocks>;
+
+/// Waits by counting the core's clocks: as long as it says, or longer where an interrupt comes.
+#[derive(Debug)]
+pub struct Clocks {
+    per_us: u32,
+}
+
+impl DelayNs for Clocks {
+    fn delay_ns(&mut self, ns: u32) {
+        self.delay_us(ns.div_ceil(MICROSECOND));
+    }
+
+    fn delay_us(&mut self, us: u32) {
+        cortex_m::asm::delay(us.saturating_mul(self.per_us));
+    }
+}
+
+/// Both lines are let go; the board's resistors pull them up (`docs/hardware.md`).
+pub fn bus((clock, data): (PB8, PB9), core_hz: u32) -> EncoderBus {
+    let clock = clock.into_open_drain_output_in_state(PinState::High);
+    let data = data.into_open_drain_output_in_state(PinState::High);
+    let per_us = core_hz / 1_000_000;
+    PinBus::new(clock, data, Clocks { per_us })
+}

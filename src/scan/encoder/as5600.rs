@@ -1,0 +1,52 @@
+//! An AS5600, a magnetic encoder of 4096 counts a turn, over I²C.
+//!
+//! Registers are those of the data sheet of ams, revision 1-06. It is read as it is after power-up; nothing is
+//! written to it. The magnet, diametric, is centred on the shaft's end to 0.25 mm. DIR says which way the
+//! angle grows: it must grow where the beam turns downwards.
+
+use embedded_hal::i2c::I2c;
+
+use super::{AngleEncoder, EncoderError};
+
+/// Its address on the bus.
+pub const ADDRESS: u8 = 0x36;
+/// STATUS: what it thinks of the magnet.
+const STATUS: u8 = 0x0b;
+/// RAW ANGLE, the upper byte first.
+const RAW_ANGLE: u8 = 0x0c;
+/// STATUS: MD, there is a magnet.
+const MAGNET: u8 = 1 << 5;
+/// Bits of RAW ANGLE.
+const BITS: u32 = 12;
+
+/// An AS5600 on `bus`.
+#[derive(Debug)]
+pub struct As5600<B> {
+    bus: B,
+}
+
+impl<B: I2c> As5600<B> {
+    /// It is asked nothing yet.
+    pub fn new(bus: B) -> Self {
+        Self { bus }
+    }
+
+    /// What stands at `register` and, where that is a pair, behind it.
+    fn read(&mut self, register: u8, bytes: &mut [u8]) -> Result<(), EncoderError> {
+        let read = self.bus.write_read(ADDRESS, &[register], bytes);
+        read.map_err(|_| EncoderError::Silent)
+    }
+}
+
+impl<B: I2c> AngleEncoder for As5600<B> {
+    fn angle(&mut self) -> Result<u16, EncoderError> {
+        let mut bytes = [0; 2];
+        let [status, _] = &mut bytes;
+        self.read(STATUS, core::slice::from_mut(status))?;
+        if *status & MAGNET == 0 {
+            return Err(EncoderError::NoMagnet);
+        }
+        self.read(RAW_ANGLE, &mut bytes)?;
+        Ok(u16::from_be_bytes(bytes) << (u16::BITS - BITS))
+    }
+}

@@ -1,0 +1,236 @@
+//! I²C over two pins, as the only master, for which every wait has an end.
+//!
+//! The chip's own I²C, as its library drives it, waits for its flags without end: a wire that is held low would
+//! hold the scanner up until the watchdog bites. Here a line that does not come is an error after
+//! 0.1 ms, and a chip that was interrupted in the midst of a byte is clocked out of it first.
+//!
+//! Half a bit is 2 µs: at most 250 kbit/s, which is within fast mode (UM10204, table 10).
+
+use embedded_hal::delay::DelayNs;
+use embedded_hal::digital::{InputPin, OutputPin};
+use embedded_hal::i2c::{self, ErrorKind, I2c, NoAcknowledgeSource, Operation};
+
+/// What can go wrong on the bus.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BusError {
+    /// A line is held low.
+    Held,
+    /// Nobody acknowledges.
+    NoAcknowledge,
+    /// A pin does not do as it is told.
+    Pin,
+}
+
+impl i2c::Error for BusError {
+    fn kind(&self) -> ErrorKind {
+        match self {
+            Self::Held => ErrorKind::Bus,
+            Self::NoAcknowledge => ErrorKind::NoAcknowledge(NoAcknowledgeSource::Unknown),
+            Self::Pin => ErrorKind::Other,
+        }
+    }
+}
+
+/// Half a bit, microseconds.
+const HALF_BIT_US: u32 = 2;
+/// Half bits for which a chip may hold the clock low: 0.1 ms.
+const STRETCH: u8 = 50;
+/// Clocks after which a chip that was interrupted has let go of the data line: a byte and its acknowledgement.
+const RELEASE: u8 = 9;
+
+/// Two open-drain pins with pull-ups, and something that waits.
+#[derive(Debug)]
+pub struct PinBus<C, D, T> {
+    clock: C,
+    data: D,
+    delay: T,
+    /// What has gone wrong in the present transaction; nothing more is sent in it then.
+    error: Option<BusError>,
+}
+
+impl<C, D, T> PinBus<C, D, T>
+where
+    C: InputPin + OutputPin,
+    D: InputPin + OutputPin,
+    T: DelayNs,
+{
+    /// Both lines are let go.
+    pub fn new(mut clock: C, mut data: D, delay: T) -> Self {
+        // A pin that refuses does so again when it is used.
+        let _ = (clock.set_high(), data.set_high());
+        Self {
+            clock,
+            data,
+            delay,
+            error: None,
+        }
+    }
+
+    fn wait(&mut self) {
+        self.delay.delay_us(HALF_BIT_US);
+    }
+
+    /// Keeps what went wrong first.
+    fn fail(&mut self, error: BusError) {
+        self.error.get_or_insert(error);
+    }
+
+    /// Lets go of the clock and waits until nobody else holds it.
+    #[inline(never)]
+    fn clock_high(&mut self) {
+        let mut pin = self.clock.set_high().is_ok();
+        for _ in 0..STRETCH {
+            self.wait();
+            let high = self.clock.is_high();
+            pin &= high.is_ok();
+            if high.unwrap_or(true) {
+                if !pin {
+                    self.fail(BusError::Pin);
+                }
+                return;
+            }
+        }
+        self.fail(BusError::Held);
+    }
+
+    fn clock_low(&mut self) {
+        if self.clock.set_low().is_err() {
+            self.fail(BusError::Pin);
+        }
+        self.wait();
+    }
+
+    #[inline(never)]
+    fn set_data(&mut self, high: bool) {
+        if self.data.set_state(high.into()).is_err() {
+            self.fail(BusError::Pin);
+        }
+        self.wait();
+    }
+
+    fn data_high(&mut self) -> bool {
+        self.data.is_high().unwrap_or(true)
+    }
+
+    /// One bit out, and what the line was while the clock was high: to read, send ones. After an error
+    /// nothing, and a one.
+    #[inline(never)]
+    fn bit(&mut self, bit: bool) -> bool {
+        if self.error.is_some() {
+            return true;
+        }
+        self.set_data(bit);
+        self.clock_high();
+        let seen = self.data_high();
+        self.clock_low();
+        seen
+    }
+
+    /// Start, or start again.
+    fn start(&mut self) {
+        self.set_data(true);
+        self.clock_high();
+        let mut clocks = RELEASE;
+        while !self.data_high() && clocks > 0 {
+            self.bit(true);
+            self.clock_high();
+            clocks -= 1;
+        }
+        if !self.data_high() {
+            self.fail(BusError::Held);
+        }
+        self.set_data(false);
+        self.clock_low();
+    }
+
+    fn stop(&mut self) {
+        self.set_data(false);
+        self.clock_high();
+        self.set_data(true);
+    }
+
+    #[inline(never)]
+    fn send(&mut self, byte: u8) {
+        for place in (0..u8::BITS).rev() {
+            self.bit(byte >> place & 1 != 0);
+        }
+        // A zero acknowledges.
+        if self.bit(true) {
+            self.fail(BusError::NoAcknowledge);
+        }
+    }
+
+    fn receive(&mut self, last: bool) -> u8 {
+        let mut byte = 0;
+        for _ in 0..u8::BITS {
+            byte = byte << 1 | u8::from(self.bit(true));
+        }
+        self.bit(last);
+        byte
+    }
+
+    /// One operation; `again` where it goes on in the direction of the one before, `goes_on` where the next does.
+    fn operate(
+        &mut self,
+        address: u8,
+        operation: &mut Operation<'_>,
+        (again, goes_on): (bool, bool),
+    ) {
+        if !again {
+            self.start();
+            self.send(address << 1 | u8::from(is_read(operation)));
+        }
+        match operation {
+            Operation::Write(bytes) => bytes.iter().for_each(|&byte| self.send(byte)),
+            Operation::Read(bytes) => {
+                let mut rest = bytes.len();
+                for byte in bytes.iter_mut() {
+                    rest -= 1;
+                    *byte = self.receive(rest == 0 && !goes_on);
+                }
+            }
+        }
+    }
+}
+
+fn is_read(operation: &Operation<'_>) -> bool {
+    matches!(operation, Operation::Read(_))
+}
+
+impl<C, D, T> i2c::ErrorType for PinBus<C, D, T> {
+    type Error = BusError;
+}
+
+impl<C, D, T> I2c for PinBus<C, D, T>
+where
+    C: InputPin + OutputPin,
+    D: InputPin + OutputPin,
+    T: DelayNs,
+{
+    // Out of line: one copy serves all that is read.
+    #[inline(never)]
+    fn transaction(
+        &mut self,
+        address: u8,
+        operations: &mut [Operation<'_>],
+    ) -> Result<(), BusError> {
+        self.error = None;
+        let mut before = None;
+        let mut rest = operations;
+        while let Some((operation, later)) = rest.split_first_mut() {
+            let read = is_read(operation);
+            let goes_on = later.first().is_some_and(|next| is_read(next) == read);
+            self.operate(address, operation, (before == Some(read), goes_on));
+            before = Some(read);
+            rest = later;
+        }
+        self.stop();
+        match self.error {
+            Some(error) => Err(error),
+            None => Ok(()),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
