@@ -455,6 +455,17 @@ fn scanner() -> Vec<(&'static str, Vec<u8>)> {
         counted(b"start\r\nversion\n\xFF\xFEhello\n$PSTC,stop*12345678\n"),
         wait(300),
     ];
+    let encoded = [
+        line("set,encoder,as5600"),
+        wait(1000),
+        vec![8, 40],
+        wait(3000),
+        vec![8, 1],
+        wait(1000),
+        line("set,encoder-home,77000"),
+        vec![8, 0],
+        wait(1000),
+    ];
     let full = [
         vec![6, 0],
         wait(2000),
@@ -490,6 +501,7 @@ fn scanner() -> Vec<(&'static str, Vec<u8>)> {
         ("stalls", stalls.concat()),
         ("told", told.concat()),
         ("full", full.concat()),
+        ("encoded", encoded.concat()),
         ("verdicts", verdicts.concat()),
         ("slow", slow.concat()),
     ]

@@ -15,6 +15,7 @@
 //! | 5 | u8 | bit 0: a stall; bits 1 and 2: the home switch works, is dead, or is stuck |
 //! | 6 | u8 | the report port takes so many bytes a step |
 //! | 7 | u8 | bit 0: the self-test fails; bits 1 and 2: scans end `ok`, as faults, or with steps |
+//! | 8 | u8 | the encoder, where it is set: 0 sees the shaft, 1 is silent, 2 finds no magnet; it is off by as much as it is more |
 
 mod bench;
 mod world;
@@ -32,7 +33,7 @@ pub fn run(data: &[u8]) {
     let mut bench = Bench::new((&mut reports, &mut odometry));
     let mut input = Input(data);
     while !input.is_empty() {
-        match input.byte() % 8 {
+        match input.byte() % 9 {
             0 => bench.steps(u32::from(input.byte()) + 1),
             1 => bench.jump(input.short()),
             2 => bench.type_in(input.counted()),
@@ -51,6 +52,7 @@ pub fn run(data: &[u8]) {
                 });
             }
             6 => bench.world(|w| w.room = input.byte().into()),
+            8 => bench.world(|w| w.encoder = input.byte()),
             _ => {
                 let what = input.byte();
                 bench.world(|w| (w.broken, w.verdict) = (what & 1 != 0, what >> 1));

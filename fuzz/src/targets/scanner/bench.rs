@@ -8,6 +8,7 @@ use stairscan::answer::{Reasons, Status};
 use stairscan::drive::Odometry;
 use stairscan::radar::FrameLink;
 use stairscan::report::Sentence;
+use stairscan::scan::encoder::EncodedMirror;
 use stairscan::scan::mirror::Stepper;
 use stairscan::scan::settings::SweepMode;
 use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
@@ -22,7 +23,8 @@ const PATIENCE: u32 = 4_000;
 /// The first time, what was set for an odd module may keep the settings from coming back in one go.
 const ROUNDS: u32 = 3;
 
-type Parts<'a> = Scanner<'a, Stepper<Shared>, FrameLink<Module>, Shared, Shared, Rows>;
+type Mirror = EncodedMirror<Stepper<Shared>, Shared>;
+type Parts<'a> = Scanner<'a, Mirror, FrameLink<Module>, Shared, Shared, Rows>;
 
 /// Scanner and world, and what the scanner has said so far.
 pub struct Bench<'a> {
@@ -50,7 +52,7 @@ impl<'a> Bench<'a> {
     pub fn new(memory: (&'a mut Reports, &'a mut Odometry)) -> Self {
         let world = Shared(Rc::new(RefCell::new(World::new())));
         let hardware = Hardware {
-            mirror: Stepper::new(world.clone()),
+            mirror: EncodedMirror::new(Stepper::new(world.clone()), world.clone()),
             link: FrameLink::new(Module(world.clone())),
             port: world.clone(),
             board: world.clone(),

@@ -12,11 +12,12 @@ use stairscan::drive::Drive;
 use stairscan::estimate::Estimate;
 use stairscan::radar::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
 use stairscan::report::command::Measure;
+use stairscan::scan::encoder::{AngleEncoder, EncoderError};
 use stairscan::scan::mirror::{PulseState, StepPort};
 use stairscan::scan::ramp::Ramp;
 use stairscan::scan::settings::MotorConfig;
 use stairscan::scan::store::StoreError;
-use stairscan::scan::{Board, BytePort, DataPath, Settings};
+use stairscan::scan::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
 
 /// What the module is set to: few samples, so that a scan is short.
 pub const RADAR: RadarConfig = RadarConfig {
@@ -96,6 +97,7 @@ pub struct World {
     pub enabled: bool,
     pub stalled: bool,
     pub switch: u8,
+    pub encoder: u8,
     // The data path.
     pub broken: bool,
     pub verdict: u8,
@@ -120,6 +122,7 @@ impl World {
             enabled: false,
             stalled: false,
             switch: 0,
+            encoder: 0,
             broken: false,
             verdict: 0,
         }
@@ -129,7 +132,7 @@ impl World {
     pub fn heal(&mut self) {
         self.mood = Mood::Well;
         (self.stalled, self.broken) = (false, false);
-        (self.switch, self.verdict) = (0, 0);
+        (self.switch, self.encoder, self.verdict) = (0, 0, 0);
         self.room = usize::MAX;
     }
 
@@ -225,6 +228,19 @@ impl World {
 /// One of the scanner's traits over the world.
 #[derive(Clone)]
 pub struct Shared(pub Rc<RefCell<World>>);
+
+impl AngleEncoder for Shared {
+    fn angle(&mut self) -> Result<u16, EncoderError> {
+        let w = self.0.borrow();
+        let off = match w.encoder {
+            1 => return Err(EncoderError::Silent),
+            2 => return Err(EncoderError::NoMagnet),
+            off => 20 * u16::from(off),
+        };
+        let seen = i64::from(w.place) * 65_536 / i64::from(MICROSTEPS_PER_TURN);
+        Ok((seen as u16).wrapping_add(off))
+    }
+}
 
 impl StepPort for Shared {
     fn begin(&mut self, target: i32, ramp: Ramp, until_home: bool) {
