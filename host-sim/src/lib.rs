@@ -2,6 +2,7 @@
 
 pub mod answer;
 pub mod budgets;
+pub mod cache;
 pub mod captures;
 pub mod commands;
 pub mod convert;

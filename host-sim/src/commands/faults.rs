@@ -13,13 +13,12 @@ use serde_json::json;
 use stairscan::answer::Status;
 use stairscan::config::to_fixed;
 
+use super::harness::{self, Drawn};
 use super::{Format, Settings, emit, progress};
 use crate::answer::Answer;
 use crate::faults::{ALL, Fault};
 use crate::recording::{self, Recording};
 use crate::replay::{self, Options};
-use crate::scene::command::random_scan;
-use crate::scene::random::Kind;
 use crate::score;
 use crate::seeds::Draw;
 
@@ -220,19 +219,10 @@ fn single(args: &Args) -> Result<Vec<Recording>> {
             .map(read)
             .collect::<Result<_>>()?,
         None => {
-            let seeds = args.draw.seeds().take(args.scenes as usize);
-            let jobs: Vec<(Kind, u64)> = seeds
-                .flat_map(|s| Kind::ALL.map(|kind| (kind, s)))
-                .collect();
-            let scan = |&(kind, seed): &(Kind, u64)| random_scan(kind, kind.variety(), seed);
-            let bar = progress(jobs.len() as u64);
-            let scans: Result<_> = jobs
-                .par_iter()
-                .progress_with(bar.clone())
-                .map(scan)
-                .collect();
-            bar.finish_and_clear();
-            scans?
+            let mut scenes = harness::scenes(args.draw, |_| args.scenes);
+            // Faults are drawn by a recording's number: more scenes of each kind leave the first as they were.
+            scenes.sort_by_key(|drawn| drawn.seed);
+            harness::each(&scenes, Drawn::scan)?
         }
     };
     let single = |r: &Recording| r.scans() == 1 && r.truth(0).is_some();

@@ -6,7 +6,6 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::Plane;
@@ -14,14 +13,13 @@ use stairscan::params::generative::Generative;
 use stairscan::params::hazard::{FEATURES, Map, Weights};
 use stairscan::params::measured;
 
-use super::{emit, progress};
+use super::{emit, harness};
 use crate::emulate::image::workspace;
 use crate::fit::logistic::Fit;
 use crate::fit::measurement::{self, Build};
 use crate::fit::{self, Lesson};
 use crate::recording::{self, Recording};
-use crate::scene::command::random_scan;
-use crate::scene::random::{Kind, random_with};
+use crate::scene::random::random_with;
 use crate::seeds::Draw;
 
 /// Scenes of each kind that hazards are counted from …
@@ -163,14 +161,15 @@ impl Source {
         let paths = match self {
             Self::Simulated([training, calibration]) => {
                 let look = |samples: &Vec<Sample>| -> Result<Vec<R>> {
-                    let made = in_parallel(samples, |(recording, build)| look(recording, *build))?;
+                    let made =
+                        harness::each(samples, |(recording, build)| look(recording, *build))?;
                     Ok(made.into_iter().flatten().collect())
                 };
                 return Ok([look(training)?, look(calibration)?]);
             }
             Self::Recorded(paths) => paths,
         };
-        let each = in_parallel(paths, |path| look(&Recording::read(path)?, None))?;
+        let each = harness::each(paths, |path| look(&Recording::read(path)?, None))?;
         let mut parts = [Vec::new(), Vec::new()];
         for (k, made) in each.into_iter().enumerate() {
             parts[usize::from(k % 3 == 2)].extend(made);
@@ -181,31 +180,11 @@ impl Source {
 
 /// Scenes of every kind, `count` of each.
 fn simulated(draw: Draw, count: u64) -> Result<Vec<Sample>> {
-    let seeds = || draw.seeds().take(count as usize);
-    let jobs: Vec<(Kind, u64)> = Kind::ALL
-        .iter()
-        .flat_map(|&kind| seeds().map(move |seed| (kind, seed)))
-        .collect();
-    let made = in_parallel(&jobs, |&(kind, seed)| {
+    harness::each(&harness::scenes(draw, |_| count), |drawn| {
+        let (kind, seed) = (drawn.kind, drawn.seed);
         let build = Build::of(&random_with(kind, kind.variety(), seed));
-        Ok(Some((random_scan(kind, kind.variety(), seed)?, build)))
-    })?;
-    Ok(made.into_iter().flatten().collect())
-}
-
-/// What `make` makes of each job, in their order.
-fn in_parallel<J: Sync, R: Send>(
-    jobs: &[J],
-    make: impl Fn(&J) -> Result<Option<R>> + Send + Sync,
-) -> Result<Vec<Option<R>>> {
-    let bar = progress(jobs.len() as u64);
-    let made = jobs
-        .par_iter()
-        .progress_with(bar.clone())
-        .map(make)
-        .collect();
-    bar.finish_and_clear();
-    made
+        Ok((drawn.scan()?, build))
+    })
 }
 
 /// Parts of the scans that the threshold is cross-validated over.

@@ -3,17 +3,15 @@
 use std::process::ExitCode;
 
 use anyhow::{Result, anyhow, ensure};
-use indicatif::ParallelProgressIterator;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use stairscan::config::Config;
 use stairscan::radar::wire::Wire;
 use stairscan::scan::pace::Cruise;
 use stairscan::scan::{MICROSTEPS_PER_TURN, Schedule, Settings};
 
-use super::{Format, emit, progress};
+use super::{Format, emit, harness};
 use crate::replay::{self, Options};
-use crate::scene::Scene;
+use crate::scene::command::scan_of;
 use crate::scene::maths::Random;
 use crate::scene::random::{Kind, random_with};
 use crate::score::{self, SceneScore, SetScore};
@@ -81,7 +79,7 @@ fn one(kind: Kind, seed: u64, turning: Option<Turning>) -> Result<SceneScore> {
         spec.mirror.vibration_deg = vibration;
         spec.mirror.vibration_phase_deg = Random::new(seed, PHASES).between(0.0, 360.0);
     }
-    let recording = Scene::new(spec)?.simulate(&format!("{kind}_{seed:03}"), seed);
+    let recording = scan_of(spec, &format!("{kind}_{seed:03}"), seed)?;
     let truth = recording.meta.truth.clone().unwrap_or_default();
     let options = Options {
         config: Config {
@@ -107,14 +105,9 @@ pub struct Comparison {
 /// Names a scene that cannot be scanned.
 pub fn compare(draw: Draw, kind: Kind, scenes: u32, turning: Turning) -> Result<Comparison> {
     let seeds: Vec<u64> = draw.seeds().take(scenes as usize).collect();
-    let bar = progress(seeds.len() as u64);
-    let scored: Result<Vec<(SceneScore, SceneScore)>> = seeds
-        .par_iter()
-        .progress_with(bar.clone())
-        .map(|&seed| Ok((one(kind, seed, None)?, one(kind, seed, Some(turning))?)))
-        .collect();
-    bar.finish_and_clear();
-    let (stop, continuous): (Vec<_>, Vec<_>) = scored?.into_iter().unzip();
+    let both = |&seed: &u64| Ok((one(kind, seed, None)?, one(kind, seed, Some(turning))?));
+    let scored: Vec<(SceneScore, SceneScore)> = harness::each(&seeds, both)?;
+    let (stop, continuous): (Vec<_>, Vec<_>) = scored.into_iter().unzip();
     Ok(Comparison {
         stop: SetScore::new("stop", stop.iter()),
         continuous: SetScore::new("continuous", continuous.iter()),

@@ -8,10 +8,8 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result};
 use clap::ValueEnum;
-use indicatif::ParallelProgressIterator;
-use rayon::prelude::*;
 
-use super::{emit, progress};
+use super::{emit, harness};
 use crate::answer::Answer;
 use crate::emulate::image::workspace;
 use crate::fit::sequences::{self, Taught};
@@ -162,14 +160,7 @@ fn in_parallel<R: Send>(
     jobs: &[Job],
     make: impl Fn(&Job, &Recording) -> Result<R> + Send + Sync,
 ) -> Result<Vec<R>> {
-    let bar = progress(jobs.len() as u64);
-    let made = jobs
-        .par_iter()
-        .progress_with(bar.clone())
-        .map(|job| make(job, &job.recording()?))
-        .collect();
-    bar.finish_and_clear();
-    made
+    harness::each(jobs, |job| make(job, &job.recording()?))
 }
 
 /// Counts or measures, and prints.

@@ -188,6 +188,15 @@ impl Recording {
         Ok(text)
     }
 
+    /// What the sample file holds.
+    pub fn sample_bytes(&self) -> Vec<u8> {
+        let samples = self.samples.iter().flat_map(|s| {
+            let ([a, b], [c, d]) = (s.i.to_le_bytes(), s.q.to_le_bytes());
+            [a, b, c, d]
+        });
+        samples.collect()
+    }
+
     /// The samples of chirp `k`.
     pub fn chirp(&self, k: usize) -> Option<&[Iq]> {
         let ns = self.meta.samples_per_chirp;
@@ -263,16 +272,8 @@ impl Recording {
     /// Names the file that cannot be written.
     pub fn write(&self, path: &Path) -> Result<()> {
         named(path)?;
-        let bytes: Vec<u8> = self
-            .samples
-            .iter()
-            .flat_map(|s| {
-                let ([a, b], [c, d]) = (s.i.to_le_bytes(), s.q.to_le_bytes());
-                [a, b, c, d]
-            })
-            .collect();
         let text = self.metadata_text()?;
-        write_whole(&with_suffix(path, DATA_SUFFIX), &bytes)?;
+        write_whole(&with_suffix(path, DATA_SUFFIX), &self.sample_bytes())?;
         write_whole(&with_suffix(path, META_SUFFIX), text.as_bytes())
     }
 }

@@ -15,6 +15,8 @@ use super::Scene;
 use super::driving::Drive;
 use super::random::{Kind, Spread, Variety, random_with};
 use super::sequence::{Approach, pushed};
+use super::spec::SceneSpec;
+use crate::cache;
 use crate::commands::{busy, emit, progress};
 use crate::recording::{DATA_SUFFIX, Recording, meta_path};
 
@@ -132,8 +134,14 @@ impl Source {
 
 /// Scan of the random scene `seed` of a kind, under the name `KIND_SEED`.
 pub fn random_scan(kind: Kind, variety: Variety, seed: u64) -> Result<Recording> {
-    let scene = Scene::new(random_with(kind, variety, seed))?;
-    Ok(scene.simulate(&format!("{kind}_{seed:03}"), seed))
+    let spec = random_with(kind, variety, seed);
+    scan_of(spec, &format!("{kind}_{seed:03}"), seed)
+}
+
+/// Scan of a scene, from the cache if it is there.
+pub fn scan_of(spec: SceneSpec, name: &str, seed: u64) -> Result<Recording> {
+    let key = format!("scan {seed} of {spec:?}");
+    cache::recording(name, &key, || Ok(Scene::new(spec)?.simulate(name, seed)))
 }
 
 /// An approach to the random scene `seed` of a kind, which is as far away as drawn at its last stop.
@@ -144,7 +152,11 @@ pub fn random_approach(
     approach: &Approach,
 ) -> Result<Recording> {
     let spec = pushed(random_with(kind, variety, seed), approach.length_m());
-    Scene::new(spec)?.simulate_approach(&format!("{kind}_{seed:03}"), seed, approach)
+    let name = format!("{kind}_{seed:03}");
+    let key = format!("approach {seed} {approach:?} of {spec:?}");
+    cache::recording(&name, &key, || {
+        Scene::new(spec)?.simulate_approach(&name, seed, approach)
+    })
 }
 
 /// A drive towards the random scene `seed` of a kind, which is as far away as drawn at its end: so many
@@ -156,10 +168,14 @@ pub fn random_drive(
     way: (usize, f64, Option<f64>),
 ) -> Result<Recording> {
     let drawn = random_with(kind, variety, seed);
-    let rows = Scene::new(drawn.clone())?.rows();
-    let drive = drive(seed, way, rows);
-    let scene = Scene::new(pushed(drawn, drive.length_m(rows)))?;
-    scene.simulate_drive(&format!("{kind}_{seed:03}"), seed, &drive)
+    let name = format!("{kind}_{seed:03}");
+    let key = format!("drive {seed} {way:?} to {drawn:?}");
+    cache::recording(&name, &key, || {
+        let rows = Scene::new(drawn.clone())?.rows();
+        let drive = drive(seed, way, rows);
+        let scene = Scene::new(pushed(drawn, drive.length_m(rows)))?;
+        scene.simulate_drive(&name, seed, &drive)
+    })
 }
 
 /// Runs the command.

@@ -1,0 +1,80 @@
+//! What the measuring commands share: scenes of a draw, simulated once, worked off in parallel.
+
+use std::ops::Range;
+
+use anyhow::Result;
+use indicatif::ParallelProgressIterator;
+use rayon::prelude::*;
+
+use super::instrument::Instrument;
+use super::progress;
+use crate::recording::Recording;
+use crate::scene::command::{random_scan, scan_of};
+use crate::scene::random::{Kind, random_with};
+use crate::seeds::Draw;
+
+/// A scene of a draw.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Drawn {
+    /// What it shows.
+    pub kind: Kind,
+    /// The seed that it is drawn with.
+    pub seed: u64,
+}
+
+impl Drawn {
+    /// Its scan by the kind's own instrument.
+    ///
+    /// # Errors
+    /// Says what no scene can be built of.
+    pub fn scan(&self) -> Result<Recording> {
+        random_scan(self.kind, self.kind.variety(), self.seed)
+    }
+
+    /// Its scan by another instrument.
+    ///
+    /// # Errors
+    /// Says what no scene can be built of.
+    pub fn scan_by(&self, instrument: &Instrument) -> Result<Recording> {
+        let mut spec = random_with(self.kind, self.kind.variety(), self.seed);
+        instrument.apply(&mut spec);
+        scan_of(spec, &self.name(), self.seed)
+    }
+
+    /// Name of its recording.
+    pub fn name(&self) -> String {
+        format!("{}_{:03}", self.kind, self.seed)
+    }
+}
+
+/// The first scenes of a draw, kind by kind, as many of each as `count` says.
+pub fn scenes(draw: Draw, count: impl Fn(Kind) -> u64) -> Vec<Drawn> {
+    scenes_of(draw.seeds(), count)
+}
+
+/// The first scenes with these seeds, kind by kind, as many of each as `count` says.
+pub fn scenes_of(seeds: Range<u64>, count: impl Fn(Kind) -> u64) -> Vec<Drawn> {
+    let of = |kind: Kind| {
+        let seeds = seeds.clone().take(count(kind) as usize);
+        seeds.map(move |seed| Drawn { kind, seed })
+    };
+    Kind::ALL.iter().flat_map(|&kind| of(kind)).collect()
+}
+
+/// What `make` gives for each job, in the order of the jobs, with a progress bar.
+///
+/// # Errors
+/// The first that `make` gives.
+pub fn each<J: Sync, R: Send>(
+    jobs: &[J],
+    make: impl Fn(&J) -> Result<R> + Send + Sync,
+) -> Result<Vec<R>> {
+    let bar = progress(jobs.len() as u64);
+    let made = jobs
+        .par_iter()
+        .progress_with(bar.clone())
+        .map(make)
+        .collect();
+    bar.finish_and_clear();
+    made
+}
