@@ -1,6 +1,6 @@
 //! Weighted particles, each a staircase, and what they say about an answer.
 
-use super::staircase::{Edge, MAX_STEPS, Sigmas, Staircase, View};
+use super::staircase::{MAX_STEPS, Sigmas, Staircase, ToldStep, View};
 use crate::math;
 use heapless::Vec;
 
@@ -37,7 +37,7 @@ pub struct Particle {
 #[derive(Clone, Debug)]
 pub struct Told<'a> {
     /// Its steps.
-    pub edges: &'a [Edge],
+    pub edges: &'a [ToldStep],
     /// What can be seen.
     pub view: View,
 }

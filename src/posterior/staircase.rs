@@ -1,5 +1,7 @@
 //! A staircase as a hypothesis: where its risers stand and how high their tops are.
 
+pub use crate::estimate::RIGHT_M;
+use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::grid::PolarMap;
 use crate::math;
 use heapless::Vec;
@@ -8,8 +10,6 @@ use heapless::Vec;
 pub const MAX_STEPS: usize = 10;
 /// Two steps are the same within this distance, metres: design contract of scoring.
 pub const SAME_M: f32 = 0.10;
-/// By so much a step may be off and still be right, metres: design contract of `ok`.
-pub const RIGHT_M: f32 = 0.03;
 
 /// Risers farther apart than this have a landing between them, metres: steps of parks and forecourts
 /// are the deepest.
@@ -113,6 +113,32 @@ pub struct Edge {
     pub y_m: f32,
     /// Whether it can be seen.
     pub seen: bool,
+}
+
+/// A step of an answer.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToldStep {
+    /// Horizontal distance, metres.
+    pub x_m: f32,
+    /// Height, metres.
+    pub y_m: f32,
+    /// Expanded uncertainty of the distance, metres.
+    pub x_within_m: f32,
+    /// Expanded uncertainty of the height, metres.
+    pub y_within_m: f32,
+}
+
+impl ToldStep {
+    /// From distance and height, metres, and their standard deviations.
+    pub fn new((x_m, y_m): (f32, f32), sigmas_m: (f32, f32)) -> Self {
+        let within = |sigma_m| math::min(expanded(sigma_m), MOST_UNCERTAIN_M);
+        Self {
+            x_m,
+            y_m,
+            x_within_m: within(sigmas_m.0),
+            y_within_m: within(sigmas_m.1),
+        }
+    }
 }
 
 /// Where a staircase, if it is true, makes an answer wrong, and how likely.
@@ -261,9 +287,9 @@ impl Staircase {
     }
 
     /// Where this, if it is true with levels known to `sigmas`, makes an answer wrong: steps that are
-    /// missing, made up, or farther off than 3 cm.
+    /// missing, made up, or off by more than their expanded uncertainty.
     #[inline(never)]
-    pub fn conflicts(&self, told: &[Edge], view: &View, sigmas: &Sigmas) -> Conflicts {
+    pub fn conflicts(&self, told: &[ToldStep], view: &View, sigmas: &Sigmas) -> Conflicts {
         let mut conflicts = Conflicts::new();
         let mut used = [false; MAX_STEPS];
         let mut push = |x_m, probability| {
@@ -271,7 +297,7 @@ impl Staircase {
             let _ = conflicts.push(Conflict { x_m, probability });
         };
         for (edge, &sigma_m) in self.edges(view).zip(sigmas) {
-            let off = |t: &Edge| (t.x_m - edge.x_m).abs();
+            let off = |t: &ToldStep| (t.x_m - edge.x_m).abs();
             let near = told.iter().zip(&mut used);
             let near = near.filter(|(t, used)| !**used && off(t) <= SAME_M);
             match near.min_by(|a, b| off(a.0).total_cmp(&off(b.0))) {
@@ -280,11 +306,11 @@ impl Staircase {
                     if !edge.seen {
                         continue;
                     }
-                    if off(t) > RIGHT_M {
+                    if off(t) > t.x_within_m {
                         push(math::min(edge.x_m, t.x_m), 1.0);
                     } else {
                         let x_m = math::min(edge.x_m, t.x_m);
-                        push(x_m, outside(t.y_m - edge.y_m, sigma_m));
+                        push(x_m, outside(t.y_m - edge.y_m, sigma_m, t.y_within_m));
                     }
                 }
                 None if edge.seen => push(edge.x_m, 1.0),
@@ -304,11 +330,11 @@ impl Staircase {
     }
 }
 
-/// Probability that a normal deviate of standard deviation `sigma_m` about `off_m` is outside of
-/// what is right.
-fn outside(off_m: f32, sigma_m: f32) -> f32 {
+/// Probability that a normal deviate of standard deviation `sigma_m` about `off_m` is farther than
+/// `within_m` from 0.
+fn outside(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
     let sigma_m = math::max(sigma_m, 1e-4);
-    tail((RIGHT_M - off_m) / sigma_m) + tail((RIGHT_M + off_m) / sigma_m)
+    tail((within_m - off_m) / sigma_m) + tail((within_m + off_m) / sigma_m)
 }
 
 /// Upper tail of the normal distribution by the logistic function: within 0.01 of it.

@@ -133,6 +133,8 @@ pub struct World {
     pub up: Vec<BuiltStep>,
     /// Steps going down.
     pub down: Vec<BuiltStep>,
+    /// Fronts of boxes that no chair could mount.
+    pub boxes: Vec<BuiltStep>,
     /// Heading of the scanner against the perpendicular of the edges, radians.
     pub yaw: f64,
     outlines: usize,
@@ -222,7 +224,10 @@ impl World {
         for w in &mut world.wedges {
             w.at = w.at - across;
         }
-        for step in world.up.iter_mut().chain(&mut world.down) {
+        let World {
+            up, down, boxes, ..
+        } = &mut world;
+        for step in up.iter_mut().chain(down).chain(boxes) {
             step.distance -= travel;
             step.edge = step.edge - ahead;
             step.below = step.below.map(|(from, to)| (from - ahead, to - ahead));

@@ -108,6 +108,22 @@ fn solid(world: &mut World, b: &BoxSpec, material: Lookup) {
     };
     let corners = [(b.from_m, b.bottom_m), (b.to_m, b.top_m)];
     world.outline(&rectangle(corners), true, |_| skin);
+    if b.bottom_m > 0.0 {
+        return;
+    }
+    let front = BuiltStep {
+        distance: b.from_m,
+        height: b.top_m,
+        rise: b.top_m,
+        edge: Vec2::new(b.from_m, b.top_m),
+        span: (b.bottom_m, b.top_m),
+        below: None,
+    };
+    if b.mountable {
+        world.up.push(front);
+    } else {
+        world.boxes.push(front);
+    }
 }
 
 fn door(world: &mut World, d: &DoorSpec, material: Lookup) {
@@ -118,6 +134,7 @@ fn door(world: &mut World, d: &DoorSpec, material: Lookup) {
         top_m: top,
         width_m: width,
         lateral_m: lateral,
+        mountable: false,
         material: d.material.clone(),
     };
     let beside = 0.5 * (d.width_m + d.frame_m);

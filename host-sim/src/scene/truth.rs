@@ -17,6 +17,9 @@ const NEAR: f64 = 0.03;
 /// wheelchairs drive over lower ones.
 const LEAST_RISE: f64 = 0.06;
 
+/// A single rise that is higher, in metres, is an obstacle and no step.
+const MOST_SINGLE_RISE: f64 = 0.30;
+
 /// Cells of the polar map that the far end of the range axis keeps from being looked at: the width of
 /// the window's main lobe.
 const EDGE_CELLS: f64 = 4.0;
@@ -139,6 +142,9 @@ impl ScanGeometry<'_> {
     /// the floor) is no step of that scan: its truth has no direction and lists the drops as `uncounted`,
     /// with negative heights, for telling them is neither right nor wrong. Clear it is not: an `ok` whose
     /// horizon lies beyond the first of them is wrong.
+    ///
+    /// A box of 6 to 30 cm is `uncounted` unless the scene says that a chair could mount it: one scan cannot
+    /// tell it from a platform.
     pub fn truth(&self, world: &World, snr: impl Fn(&[BuiltStep]) -> Vec<Option<f64>>) -> Truth {
         let (name, mine, others) = match self.spec.mount.plane {
             PlaneSpec::Depth => ("up", &world.up, &world.down),
@@ -149,10 +155,18 @@ impl ScanGeometry<'_> {
             .filter(|s| self.counted(world, s))
             .copied()
             .collect();
+        // In the height plane a box is no step down.
+        let climbable = |b: &&BuiltStep| (LEAST_RISE..=MOST_SINGLE_RISE).contains(&b.rise);
+        let boxes = world
+            .boxes
+            .iter()
+            .filter(|_| name == "up")
+            .filter(climbable);
         let rest = mine
             .iter()
             .filter(|s| !self.counted(world, s))
-            .chain(others);
+            .chain(others)
+            .chain(boxes);
         let steps: Vec<TrueStep> = counted
             .iter()
             .zip(snr(&counted))

@@ -7,7 +7,8 @@
 //! direction are reported.
 //!
 //! An answer is wrong when, among what lies up to its horizon (plus 3 cm), a true step is missing,
-//! something else is reported, or a matched step is off by more than 3 cm in distance or height.
+//! something else is reported, or a matched step is off by more than its expanded uncertainty
+//! U = max(3 cm, 3σ), at most 8 cm, in distance or height.
 //! A drop where there are no steps to count (a brink, a hole) must not lie before the horizon either.
 //! An answer without a horizon vouches for everything. Coverage is the share of true steps that lie
 //! within the horizon or are reported.
@@ -17,6 +18,7 @@
 //! within 10 cm of it, counted or out of sight; where it says that the ground may end, a step down or a
 //! drop. Its height is not judged.
 
+mod compare;
 mod reliability;
 mod set;
 mod share;
@@ -28,6 +30,7 @@ use stairscan::report::MaybeLine;
 use crate::answer::{Answer, metres};
 use crate::recording::{TrueStep, Truth};
 
+pub use compare::{Change, Comparison};
 pub use reliability::{Bin, Prediction, Reliability};
 pub use set::{SetScore, Spread, by_set, quantile};
 pub use share::Share;
@@ -35,9 +38,11 @@ pub use text::{confusions, confusions_json, median_table, table};
 
 /// Farthest that a reported step may lie from the true step that it matches, metres.
 pub const MATCH_M: f64 = 0.10;
-/// Most that a matched step of an answer that is not wrong is off in distance or height, metres.
+/// Least expanded uncertainty of a reported step, metres.
 /// What lies so little beyond the horizon still counts as before it.
 pub const LIMIT_M: f64 = 0.03;
+/// Largest expanded uncertainty of a reported step, metres.
+pub const MOST_M: f64 = 0.08;
 /// Steps of this signal-to-noise ratio and more must not be missed, decibels.
 const STRONG_DB: f64 = 15.0;
 /// An answer's confidence reaches as far as this at least, metres: design contract of the report.
@@ -86,7 +91,7 @@ pub struct SceneScore {
     pub invented: Vec<f64>,
     /// Whether every true step is matched and nothing else reported.
     pub exact: bool,
-    /// Whether something up to the horizon is missing, made up, or off by more than [`LIMIT_M`].
+    /// Whether something up to the horizon is missing, made up, or off by more than its expanded uncertainty.
     pub wrong: bool,
     /// True steps within the horizon or reported; none of a `fault`.
     pub covered: usize,
@@ -187,7 +192,9 @@ fn is_wrong(reported: &[Reported], truth: &Truth, end: f64) -> bool {
     let sorted = Sorted::new(&told, &real, &uncounted);
     let off = sorted.pairs.iter().any(|&(r, t)| {
         let (distance, height) = errors(&told[r], &real[t]);
-        distance.abs().max(height.abs()) > LIMIT_M
+        let within = |sigma: f64| (3.0 * sigma).clamp(LIMIT_M, MOST_M);
+        distance.abs() > within(told[r].distance_sigma)
+            || height.abs() > within(told[r].height_sigma)
     });
     off || !sorted.exact() || truth.drops().any(|distance| distance <= end)
 }

@@ -139,6 +139,7 @@ fn ceiling(scene: &mut SceneSpec, s: &StairsSpec, rng: &mut Random) {
         top_m: bottom + rng.between(0.1, 0.4),
         width_m: None,
         lateral_m: 0.0,
+        mountable: false,
         material: pick(rng, &["concrete", "plaster", "painted-wood"]),
     });
 }

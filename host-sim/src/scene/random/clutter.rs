@@ -103,6 +103,7 @@ fn boxes(scene: &mut SceneSpec, rng: &mut Random) {
         top_m: rng.between(0.33, 1.2),
         width_m: Some(rng.between(0.2, 1.2)),
         lateral_m: rng.between(-0.25, 0.25),
+        mountable: false,
         material: pick(rng, &["painted-wood", "metal", "fabric", "concrete"]),
     });
 }
@@ -137,6 +138,7 @@ pub fn person(scene: &mut SceneSpec, (at, lateral): (f64, f64), stride: f64, rng
             top_m: sole,
             width_m: Some(rng.between(0.08, 0.11)),
             lateral_m: z,
+            mountable: false,
             material: "fabric".into(),
         });
     }
@@ -167,6 +169,7 @@ fn post(scene: &mut SceneSpec, at: f64, rng: &mut Random) {
             top_m: height,
             width_m: Some(2.0 * half),
             lateral_m: lateral,
+            mountable: false,
             material: if plate { "metal" } else { "concrete" }.into(),
         });
     }
@@ -218,6 +221,7 @@ fn plate(
         top_m: top,
         width_m: Some(width),
         lateral_m: lateral,
+        mountable: false,
         material,
     });
 }

@@ -98,6 +98,7 @@ fn boxes(scene: &mut SceneSpec, rng: &mut Random) {
         top_m: rng.between(0.25, 0.8),
         width_m: Some(rng.between(0.2, 0.8)),
         lateral_m: rng.between(-0.1, 0.1),
+        mountable: false,
         material: pick(rng, &["painted-wood", "metal", "fabric"]),
     });
 }
@@ -163,6 +164,7 @@ fn threshold(scene: &mut SceneSpec, rng: &mut Random) {
         top_m: rng.between(0.006, 0.019),
         width_m: None,
         lateral_m: 0.0,
+        mountable: false,
         material: pick(rng, &["metal", "painted-wood", "dark-ceramic"]),
     });
 }

@@ -192,6 +192,9 @@ pub struct BoxSpec {
     /// How far its middle lies beside the plane that the mirror sweeps.
     #[serde(default)]
     pub lateral_m: f64,
+    /// Whether a chair could mount it: of 6 to 30 cm it then is a step of the truth, else an uncounted one.
+    #[serde(default)]
+    pub mountable: bool,
     /// Its material.
     pub material: String,
 }
