@@ -23,7 +23,7 @@ use crate::echoes::Echo;
 use crate::estimate::Estimate;
 use crate::health::MirrorEcho;
 use crate::math::{self, RAD_PER_DEG};
-use crate::params::Params;
+use crate::params::{Params, current};
 
 /// Nearest and farthest wall, metres: beyond the mirror's own echo with floor before it, and within the
 /// range of 3 m.
@@ -429,7 +429,7 @@ pub fn calibrate(
     mirror: MirrorEcho,
     wall_m: f32,
 ) -> Result<Mounting, Refusal> {
-    let p = &Params::DEFAULT;
+    let p = current();
     if config.mount.plane != Plane::Depth {
         return Err(Refusal::Plane);
     }

@@ -10,6 +10,7 @@ use crate::grid::{PolarMap, Row};
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
 use crate::paper::Paper;
+use crate::params::current;
 
 /// What one estimator keeps beside the map, during the scan and after it. Only one works at a
 /// time, so they share their memory.
@@ -43,7 +44,7 @@ impl Scratch {
     /// The default estimator, without anything. By itself, because it comes over the stack.
     #[inline(never)]
     fn renew(&mut self) {
-        *self = Self::Likelihood(Likelihood::new());
+        *self = Self::Likelihood(Likelihood::with(current()));
     }
 
     fn estimator(&mut self) -> Option<&mut dyn Estimator> {

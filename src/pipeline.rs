@@ -10,7 +10,7 @@ use crate::fusion;
 use crate::grid::PolarMap;
 use crate::health::Health;
 use crate::observer::Observer;
-use crate::params::Params;
+use crate::params::current;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
 use core::cell::RefCell;
@@ -147,7 +147,7 @@ impl Default for Pipeline {
 
 /// Whether the chair moved along this track.
 fn moves(track: &Track) -> bool {
-    let p = &Params::DEFAULT;
+    let p = current();
     track.moves(p.stood_m, p.stood_rad)
 }
 

@@ -44,6 +44,10 @@ enum Command {
     Report(commands::report::Args),
     /// Turn other programs' files into recordings, and recordings into NumPy, CSV or MCAP (ROS 2)
     Convert(commands::convert::Args),
+    /// Turn the rules of the estimator off, one at a time, and count what that changes
+    Ablate(commands::ablate::Args),
+    /// Compare two files of `accuracy --each`, scene by scene
+    Compare(commands::compare::Args),
     /// Measure the estimators on random scenes of the simulator: the tables of docs/accuracy.md
     Accuracy(commands::accuracy::Args),
     /// Measure the answers to all recordings of a directory against their truth
@@ -101,6 +105,8 @@ fn main() -> ExitCode {
         Command::Report(args) => commands::report::run(&args),
         Command::Convert(args) => commands::convert::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
+        Command::Ablate(args) => commands::ablate::run(&args),
+        Command::Compare(args) => commands::compare::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Faults(args) => commands::faults::run(&args),

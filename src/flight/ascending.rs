@@ -193,9 +193,13 @@ impl<'e> Ascending<'e> {
         for (wall, column) in ascending.walls.iter_mut().zip(&scene.columns) {
             let beyond = column.along_m + scene.params.landing_m;
             let behind = gains.clone().filter(|(c, _)| c.along_m > beyond);
-            *wall = behind.map(|(_, &gain)| gain).fold(0.0, math::max);
+            if scene.params.rules.wall_behind {
+                *wall = behind.map(|(_, &gain)| gain).fold(0.0, math::max);
+            }
         }
-        ascending.null = ramp + tall.iter().copied().fold(0.0, math::max);
+        if scene.params.rules.tall_thing {
+            ascending.null = ramp + tall.iter().copied().fold(0.0, math::max);
+        }
         ascending
     }
 
@@ -232,7 +236,7 @@ impl<'e> Ascending<'e> {
         let (mut total, mut strongest_db, mut clutter) = (0.0, p.tread_background_db, 0.0f32);
         for m in scene.marks.get(range).unwrap_or(&[]) {
             let (role, gain) = scene.on_tread(m, riser);
-            if role == Role::Clutter {
+            if role == Role::Clutter && p.rules.clutter_once {
                 // What stands on one tread is one thing, however many echoes it has.
                 total += p.again * math::max(clutter, gain);
                 clutter = math::min(clutter, gain);

@@ -7,7 +7,7 @@ use crate::echoes::Echo;
 use crate::fusion::Memory;
 use crate::grid::PolarMap;
 use crate::math;
-use crate::params::carried;
+use crate::params::current;
 use crate::params::generative::Generative;
 use crate::posterior::{
     Base, Cloud, FLOOR, Kind, LONGEST_GOING_M, Model, RIGHT_M, Staircase, View, refine, weight,
@@ -168,26 +168,33 @@ impl Posterior {
             expected: f32::NEG_INFINITY,
         };
         let l = &mut looking;
+        let rules = &search.stairs.scene().params.rules;
+        let (gate, most) = match rules.search_gate {
+            true => (RIVAL_NATS, LEADERS),
+            false => (4.0 * RIVAL_NATS, MAX_FLIGHT),
+        };
         // Shorter ones come first: longer ones begin from them.
         for leader in &search.leaders {
             let better = search.leaders.iter().filter(|l| l.score > leader.score);
-            if better.count() < LEADERS {
-                self.look(l, leader.clone(), (RIVAL_NATS, None), past.as_deref_mut());
+            if better.count() < most {
+                self.look(l, leader.clone(), (gate, None), past.as_deref_mut());
             }
         }
         if let Some(past) = past.as_deref_mut() {
             self.look_back(l, search, past);
         }
         if let Some(leader) = search.leaders.iter().find(|l| l.score >= top) {
-            for unseen in 1..=UNSEEN {
+            for unseen in (1..=UNSEEN).filter(|_| rules.fronted) {
                 if let Some(flight) = fronted(search, leader, unseen) {
                     self.look(l, flight, (RIVAL_NATS, None), past.as_deref_mut());
                 }
             }
-            let mut other = leader.clone();
-            other.shape.open = !leader.shape.open;
-            other.score = search.stairs.whole(&other.chain, other.shape);
-            self.look(l, other, (SURE_NATS, None), past.as_deref_mut());
+            if rules.other_build {
+                let mut other = leader.clone();
+                other.shape.open = !leader.shape.open;
+                other.score = search.stairs.whole(&other.chain, other.shape);
+                self.look(l, other, (SURE_NATS, None), past.as_deref_mut());
+            }
         }
         let mut chosen = looking.best.take().map(|(_, chosen)| chosen);
         if let Some(chosen) = &mut chosen {
@@ -214,13 +221,16 @@ impl Posterior {
             return;
         }
         looking.looked += 1;
-        let from = from.or_else(|| self.longer(&flight));
+        let from = from.or_else(|| {
+            self.longer(&flight)
+                .filter(|_| current().rules.from_shorter)
+        });
         let base = self.refined(&staircase(&flight), from);
         let mut worth = flight.score + SHARE * base.log_weight;
         if let Some(past) = past {
             let word = past.hypotheses.word(&base.staircase);
             looking.alone = math::max(looking.alone, worth);
-            if word > -carried::MOST_NATS {
+            if word > -current().carried_most_nats {
                 looking.expected = math::max(looking.expected, worth);
             }
             worth += word;
@@ -289,12 +299,12 @@ impl Posterior {
         let word = past.hypotheses.word(&nothing);
         let (mut alone, mut expected) = (looking.alone, looking.expected);
         alone = math::max(alone, worth);
-        if word > -carried::MOST_NATS {
+        if word > -current().carried_most_nats {
             expected = math::max(expected, worth);
         }
         past.hypotheses.keep(&nothing, worth + word);
         past.hypotheses.settle();
-        let changed = !past.is_empty() && alone > expected + carried::CHANGED_NATS;
+        let changed = !past.is_empty() && alone > expected + current().scene_changed_nats;
         if let Some(chosen) = chosen {
             let flight = staircase(&chosen.flight);
             chosen.odds += past.hypotheses.word(&flight) - word;
@@ -316,7 +326,8 @@ impl Posterior {
                 ..Staircase::nothing()
             };
             most = math::max(most, weight(&self.model, &ground));
-            if let [link] = chain
+            if current().rules.box_rival
+                && let [link] = chain
                 && link.along_m + LANDING_M < wall_m
             {
                 for (top_m, _, kind) in FLOOR.iter().filter(|f| f.2 != Kind::Stairs) {
@@ -327,7 +338,8 @@ impl Posterior {
             }
         }
         let (going_m, _) = regular(chain, LONGEST_GOING_M);
-        if let [first, ..] = chain
+        if current().rules.ramp_rival
+            && let [first, ..] = chain
             && rise_m < STEEPEST_RAMP * going_m
         {
             // Its surface may run through the nosings, through the feet of the risers, or between.
@@ -388,7 +400,10 @@ impl Posterior {
             }
         };
         let mut best = top;
-        for overhang_m in OVERHANGS_M.into_iter().filter(|_| !start.open) {
+        for overhang_m in OVERHANGS_M
+            .into_iter()
+            .filter(|_| !start.open && current().rules.overhang_starts)
+        {
             let s = Staircase {
                 overhang_m,
                 ..top.staircase
@@ -397,7 +412,11 @@ impl Posterior {
         }
         let open_air = best;
         let behind_m = best.staircase.last_x() + LANDING_M;
-        for &wall_m in walls(&self.model, behind_m).iter().skip(1) {
+        for &wall_m in walls(&self.model, behind_m)
+            .iter()
+            .skip(1)
+            .filter(|_| current().rules.walls_behind)
+        {
             best = likelier(best, open_air.walled(&self.model, wall_m));
         }
         best

@@ -70,7 +70,8 @@ pub fn ascending(
     };
     let mut levels = heights::straight(rise);
     let (mut roles, mut readings) = (Roles::new(), Readings::default());
-    for _ in 0..ROUNDS {
+    let rounds = if p.rules.second_round { ROUNDS } else { 1 };
+    for _ in 0..rounds {
         roles = readings::roles(scene, flight, &levels);
         readings = readings::read(scene, chart, flight, &levels, &roles);
         let _ = readings.slopes.push(overall);
@@ -87,7 +88,12 @@ pub fn ascending(
         };
     }
     let overhang_known = readings.faces.iter().any(|f| f.overhang_seen);
-    let nosings = nosings::locate(scene, flight, &levels);
+    let mut nosings = nosings::locate(scene, flight, &levels);
+    if !p.rules.nosing_lines {
+        for (nosing, face) in nosings.iter_mut().zip(&readings.faces) {
+            *nosing = face.x_m.map(|x| Estimate::new(x, p.inferred_x_sigma_m));
+        }
+    }
     let landings = landings(&flight.chain, p.most_going_m);
     let regular = nosings.iter().zip(&landings);
     let line = fit_line(regular.map(|(x, landing)| x.map(|x| x.value - landing)));

@@ -4,7 +4,7 @@
 use super::stairs::MAX_FLIGHT;
 use crate::estimate::Estimate;
 use crate::math;
-use crate::params::Params;
+use crate::params::{Params, current};
 
 /// Likelihood ratios count e to this at most: e⁴⁰ is 10¹⁷, far more than any prior outweighs,
 /// and its sums stay within an f32.
@@ -44,7 +44,8 @@ impl Fusion {
             };
         }
         let spread = self.squares - self.sum * self.sum / self.weight;
-        let excess = spread / f32::from(self.readings.max(2) - 1);
+        let birge = f32::from(u8::from(current().rules.birge));
+        let excess = birge * spread / f32::from(self.readings.max(2) - 1);
         Estimate {
             value: self.sum / self.weight,
             variance: math::max(excess, 1.0) / self.weight,

@@ -14,6 +14,7 @@ use super::trace::Cell;
 use super::verdict::Support;
 use crate::answer::Step;
 use crate::config::Plane;
+use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::fusion::Outlook;
 use crate::grid::Geometry;
 use crate::math;
@@ -514,9 +515,24 @@ impl Vouch {
                 vouch.confidence = right;
             }
         }
-        vouch.horizon_m = clear_of(vouch.horizon_m, ground.steps);
+        let rules = &ground.scene.params.rules;
+        if rules.measured_to {
+            vouch.horizon_m = measured_to(vouch.horizon_m, ground.steps);
+        }
+        if rules.clear_of_steps {
+            vouch.horizon_m = clear_of(vouch.horizon_m, ground.steps);
+        }
         vouch
     }
+}
+
+/// A horizon, metres, that ends before the first step whose expanded uncertainty is larger than what counts as
+/// measured.
+fn measured_to(horizon_m: f32, steps: &[Step]) -> f32 {
+    let vague =
+        |s: &&Step| expanded(math::max(s.distance_sigma_m, s.height_sigma_m)) > MOST_UNCERTAIN_M;
+    let first = steps.iter().find(vague);
+    first.map_or(horizon_m, |s| math::min(horizon_m, s.distance_m - RIGHT_M))
 }
 
 /// A horizon, metres, drawn back from where it would end so near a step that an error of millimetres

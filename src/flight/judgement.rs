@@ -5,8 +5,10 @@ use super::dimensions::Measured;
 use crate::answer::{MAX_MAYBES, Maybe, Step};
 use crate::math;
 use crate::observer::{Event, Observer};
+use crate::params::current;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Proposals, SAME_M, Sigmas, Staircase, Told, weight,
+    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Proposals, SAME_M, Sigmas, Staircase, Told,
+    ToldStep, weight,
 };
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -44,7 +46,7 @@ impl Posterior {
     /// on the stack.
     #[inline(never)]
     pub fn judge(&mut self, measured: Option<&Measured>, belief: &mut Belief) {
-        let mut edges: Vec<Edge, MAX_STEPS> = Vec::new();
+        let mut edges: Vec<ToldStep, MAX_STEPS> = Vec::new();
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
         if let Some(m) = measured {
@@ -62,11 +64,10 @@ impl Posterior {
             let levels = answer.top_m.iter_mut().zip(&mut sigmas);
             for (step, (top, sigma)) in steps.iter().zip(levels) {
                 // As many as a staircase has.
-                let _ = edges.push(Edge {
-                    x_m: step.distance_m,
-                    y_m: step.height_m,
-                    seen: true,
-                });
+                let _ = edges.push(ToldStep::new(
+                    (step.distance_m, step.height_m),
+                    (step.distance_sigma_m, step.height_sigma_m),
+                ));
                 (*top, *sigma) = (step.height_m, step.height_sigma_m);
             }
         }
@@ -137,7 +138,10 @@ impl Posterior {
         } = self;
         cloud.clear();
         let sigmas = [0.0; MAX_STEPS];
-        for from in RAMPS_FROM_M {
+        for from in RAMPS_FROM_M
+            .into_iter()
+            .filter(|_| current().rules.ramp_particles)
+        {
             for slope in SLOPES {
                 let mut ramp = Staircase::nothing();
                 (ramp.kind, ramp.slope, ramp.wall_m) = (Kind::Ramp, slope, from);

@@ -55,7 +55,7 @@ use crate::math;
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
-use crate::params::measured;
+use crate::params::{current, measured};
 use crate::posterior::{RIGHT_M, View};
 use ascending::Ascending;
 use belief::{Chosen, Posterior};
@@ -306,11 +306,12 @@ fn ascend(
     let mut belief = Belief::default();
     if let Some(posterior) = posterior {
         posterior.judge(measured.as_ref(), &mut belief);
-        if belief.unfounded {
+        if belief.unfounded && p.rules.unfounded {
             measured = None;
             posterior.judge(None, &mut belief);
         }
-        let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior);
+        let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior)
+            .filter(|_| p.rules.next_step);
         if let Some((flight, rise)) = &longer {
             measure(&stairs, flight, (*rise, odds), instrument, &mut measured);
             posterior.judge(measured.as_ref(), &mut belief);
@@ -336,7 +337,7 @@ fn ascend(
         belief: &belief,
         strained: !found.fits(p),
         firm,
-        floor_line: clear.then_some(&*floor_line),
+        floor_line: (clear && p.rules.floor_line).then_some(&*floor_line),
     };
     ended.tell(echoes, observer);
     ended.conclude(past.map(|past| &mut past.outlook), observer)
@@ -491,6 +492,9 @@ impl<S: Stairs> Ended<'_, S> {
         };
         let scene = self.search.stairs.scene();
         let p = scene.params;
+        if !p.rules.corner_astray {
+            return false;
+        }
         let Some(first) = measured.outcome.steps.first() else {
             return false;
         };
@@ -563,7 +567,9 @@ pub fn doubted_from_m(outcome: &Outcome) -> Option<f32> {
 fn promise(outcome: &mut Outcome, vouch: Vouch) {
     outcome.horizon_m = Some(vouch.horizon_m);
     outcome.confidence = Some(vouch.confidence);
-    let first_m = doubted_from_m(outcome).unwrap_or(0.0);
+    let first_m = doubted_from_m(outcome)
+        .filter(|_| current().rules.doubted_step)
+        .unwrap_or(0.0);
     if vouch.horizon_m < math::max(LEAST_HORIZON_M, first_m) {
         outcome.status = Status::Degraded;
         outcome.reasons.add(Reason::ShortHorizon);

@@ -42,7 +42,7 @@ impl Scene<'_> {
             let split = rest.partition_point(|m| m.x_m <= from);
             let (before, behind) = rest.split_at_checked(split).unwrap_or((rest, &[]));
             (flat, rest) = (self.ramp(before, 0.0, 0.0, flat), behind);
-            for slope in RAMP_SLOPES {
+            for slope in RAMP_SLOPES.into_iter().filter(|_| p.rules.ramps) {
                 best = math::max(best, self.ramp(rest, from, slope, flat));
             }
         }

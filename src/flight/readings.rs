@@ -103,7 +103,7 @@ impl<'e> RiserMarks<'e> {
             let variance = m.y_sigma_m * m.y_sigma_m + self.top_variance;
             let reach = self.p.level_sigmas * math::sqrt(variance);
             // Floating treads show nothing below their edge that could be taken for it.
-            self.riser.open && (m.y_m - self.riser.top_m).abs() < reach
+            self.p.rules.face_as_edge && self.riser.open && (m.y_m - self.riser.top_m).abs() < reach
         };
         let tops = self.with(|m, role| role == Role::Nosing || (role == Role::Face && unsure(m)));
         if self.scene.hides_foot(&self.riser) {
@@ -263,6 +263,7 @@ pub fn read(
         let face = place.read(out.faces.last_mut());
         if let (Some(before), Some(x), Some(all)) =
             (before_x, face.x_m, strongest(place.marks.iter()))
+            && scene.params.rules.hidden_slope
             && scene.hides_foot(&place.riser)
             && !place.riser.open
             && let Some(slope) = place.hidden_slope(all.y_m, x / before, k as f32)

@@ -77,6 +77,12 @@ pub struct Search<'s, S: Stairs> {
 }
 
 impl<'s, S: Stairs> Search<'s, S> {
+    /// How many faces may go unseen between two that are seen.
+    fn skipped(&self) -> impl Iterator<Item = usize> {
+        let most = usize::from(self.stairs.scene().params.rules.skipped_face);
+        SKIPPED.into_iter().filter(move |skipped| *skipped <= most)
+    }
+
     /// A search among `stairs`.
     pub fn new(stairs: &'s S) -> Self {
         Self {
@@ -162,7 +168,7 @@ impl<'s, S: Stairs> Search<'s, S> {
         if spacing <= 0.0 {
             return self.grow_second(flight, *last, next);
         }
-        for skipped in SKIPPED {
+        for skipped in self.skipped() {
             let aim = last.along_m + (skipped + 1) as f32 * spacing;
             if let Some(link) = self.near(aim) {
                 let spacing = (link.along_m - last.along_m) / (skipped + 1) as f32;
@@ -195,7 +201,7 @@ impl<'s, S: Stairs> Search<'s, S> {
         let bounds = self.stairs.spacing();
         for c in 0..self.stairs.scene().columns.len() {
             let link = self.link(c);
-            for skipped in SKIPPED {
+            for skipped in self.skipped() {
                 let spacing = (link.along_m - first.along_m) / (skipped + 1) as f32;
                 if (bounds.least_m..=bounds.most_m).contains(&spacing) {
                     self.grow_to(flight, link, spacing, skipped, next);
@@ -219,7 +225,7 @@ impl<'s, S: Stairs> Search<'s, S> {
             return;
         };
         let along_m = first.along_m - spacing;
-        if !self.stairs.out_of_view(along_m) {
+        if !self.stairs.out_of_view(along_m) || !self.stairs.scene().params.rules.face_out_of_view {
             return;
         }
         let mut longer = Flight {

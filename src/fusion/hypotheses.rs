@@ -1,7 +1,7 @@
 //! The staircases that earlier scans found likeliest, and what their word counts in this one.
 
 use crate::math;
-use crate::params::carried::{self, SAME_M};
+use crate::params::current;
 use crate::posterior::{Edge, Kind, MAX_STEPS, Staircase, View};
 use heapless::Vec;
 
@@ -105,7 +105,7 @@ impl Hypotheses {
         let best = like
             .map(|h| h.log_weight)
             .fold(f32::NEG_INFINITY, math::max);
-        math::max(carried::TEMPER * best, -carried::MOST_NATS)
+        math::max(current().carried_share * best, -current().carried_most_nats)
     }
 
     /// Whether two staircases have the same steps, as far as these could be seen from where the chair
@@ -128,7 +128,10 @@ impl Hypotheses {
         let has = edges(a, &self.then);
         let wanted = edges(b, &self.then);
         let mut seen = wanted.iter().filter(|e| e.seen);
-        seen.all(|e| has.iter().any(|other| (other.x_m - e.x_m).abs() <= SAME_M))
+        seen.all(|e| {
+            has.iter()
+                .any(|other| (other.x_m - e.x_m).abs() <= current().same_step_m)
+        })
     }
 
     /// This scan and all before are for a staircase by so many nats.
@@ -176,7 +179,9 @@ fn edges(s: &Staircase, view: &View) -> Vec<Edge, MAX_STEPS> {
 /// Whether the risers stand in the same places.
 fn self_alike(a: &Staircase, b: &Staircase) -> bool {
     let places = a.x_m.iter().zip(&b.x_m).take(a.len());
-    places.map(|(a, b)| (a - b).abs()).all(|off| off < SAME_M)
+    places
+        .map(|(a, b)| (a - b).abs())
+        .all(|off| off < current().same_step_m)
 }
 
 /// The staircase as it is seen from `by_m` farther back.

@@ -2,7 +2,8 @@
 
 use crate::answer::Step;
 use crate::math;
-use crate::params::carried::{PastFeatures, SAME_M};
+use crate::params::carried::PastFeatures;
+use crate::params::current;
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, RIGHT_M};
 
 /// Log-odds of an error count up to here either way: e^9 to one is certain.
@@ -145,14 +146,18 @@ impl Outlook {
         };
         for step in steps {
             let same = |(x, y): (f32, f32)| {
-                (x - step.distance_m).abs() <= SAME_M && (y - step.height_m).abs() <= RIGHT_M
+                (x - step.distance_m).abs() <= current().same_step_m
+                    && (y - step.height_m).abs() <= RIGHT_M
             };
             if seen(step.distance_m, step.height_m) && !told.clone().any(same) {
                 mark(step.distance_m);
             }
         }
         for (x_m, _) in told {
-            if !steps.iter().any(|s| (x_m - s.distance_m).abs() <= SAME_M) {
+            if !steps
+                .iter()
+                .any(|s| (x_m - s.distance_m).abs() <= current().same_step_m)
+            {
                 mark(x_m);
             }
         }

@@ -61,7 +61,7 @@ fn what_was_told_before_has_a_say_where_the_chair_is_now() {
     let told = scan(&mut memory, 2, 1.1, Some(0.1));
     assert!(memory.confirms());
     assert_eq!(memory.hypotheses.word(&flight(1.1)), 0.0);
-    let worst = -crate::params::carried::MOST_NATS;
+    let worst = -current().carried_most_nats;
     assert_eq!(memory.hypotheses.word(&flight(1.2)), worst);
     assert_eq!(memory.hypotheses.word(&Staircase::nothing()), worst);
     for (told, alone) in told.iter().zip(&steps(1.1, 0.01)) {

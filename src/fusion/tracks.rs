@@ -14,8 +14,9 @@
 use crate::answer::Step;
 use crate::estimate::Estimate;
 use crate::math;
-use crate::params::carried::{Correlation, SAME_M};
+use crate::params::carried::Correlation;
 use crate::params::counted;
+use crate::params::current;
 use crate::posterior::MAX_STEPS;
 use heapless::Vec;
 
@@ -149,7 +150,7 @@ impl Tracks {
     #[inline(never)]
     fn of(&self, step: &Step) -> Option<&Track> {
         let off = |t: &Track| (t.place.value - step.distance_m).abs();
-        let near = self.past.iter().filter(|t| off(t) <= SAME_M);
+        let near = self.past.iter().filter(|t| off(t) <= current().same_step_m);
         near.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
 

@@ -4,7 +4,7 @@
 use super::sign::{PER_CENT, Sign};
 use crate::Iq;
 use crate::answer::Reason;
-use crate::params::Params;
+use crate::params::current as p;
 use crate::range::RowStats;
 
 /// Chirps back to which one is compared.
@@ -112,7 +112,7 @@ impl Converter {
                 at_extremes(chirp, stats.extremes, |x| x.i)
             };
             let share = STRIDE as u32 * count * SHARE;
-            self.clipped += u32::from(share > CLIPPED * chirp.len() as u32);
+            self.clipped += u32::from(share > clipped() * chirp.len() as u32);
         }
         self.rows += 1;
     }
@@ -126,7 +126,7 @@ impl Converter {
                 limit,
             });
         };
-        sign(Reason::AdcBit, self.lame as i32, LAME_ROWS);
+        sign(Reason::AdcBit, self.lame as i32, lame_rows());
         sign(Reason::StaleChirp, self.stale as i32, 0);
         let walked = self
             .most
@@ -134,7 +134,7 @@ impl Converter {
             .zip(&self.least)
             .map(|(&most, &least)| i32::from(most) - i32::from(least))
             .fold(0, i32::max);
-        sign(Reason::DcDrift, walked, OFFSET_WALK);
+        sign(Reason::DcDrift, walked, offset_walk());
         let clipped = PER_CENT * self.clipped / self.looked.max(1);
         sign(Reason::Clipped, clipped as i32, SOME);
     }
@@ -145,11 +145,17 @@ const SOME: i32 = 35;
 /// Parts of one in which shares of samples are counted.
 const SHARE: u32 = 1000;
 /// A chirp of which more than this share stands at one of its own extremes is cut off.
-const CLIPPED: u32 = (Params::DEFAULT.clipped_share * SHARE as f32) as u32;
+fn clipped() -> u32 {
+    (p().clipped_share * SHARE as f32) as u32
+}
 /// So many rows may have a bit at rest by chance.
-const LAME_ROWS: i32 = Params::DEFAULT.lame_rows as i32;
+fn lame_rows() -> i32 {
+    p().lame_rows as i32
+}
 /// The offset may walk so far, units of a sample.
-const OFFSET_WALK: i32 = (Params::DEFAULT.offset_walk * 32_768.0) as i32;
+fn offset_walk() -> i32 {
+    (p().offset_walk * 32_768.0) as i32
+}
 
 #[cfg(test)]
 mod tests {

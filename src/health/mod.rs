@@ -24,7 +24,7 @@ use crate::Iq;
 use crate::answer::{Reason, Reasons};
 use crate::config::Config;
 use crate::grid::{DB_PER_UNIT, PolarMap};
-use crate::params::Params;
+use crate::params::current as p;
 use crate::range::{FULL_SCALE, RowStats};
 use converter::Converter;
 pub use mirror::MirrorEcho;
@@ -52,8 +52,6 @@ const YARDSTICK_ROWS: u32 = 8;
 const CELL_STRIDE: usize = 6;
 /// Cells of one class of the histogram behind a row's noise, as a power of two: 1.5 dB.
 const CLASS_SHIFT: u32 = 2;
-
-const P: Params = Params::DEFAULT;
 
 /// What is seen in more than so many per cent of the rows is no chance.
 const MOST: i32 = 75;
@@ -121,19 +119,19 @@ impl Levels {
             self.inside = inside;
             self.noise = 16 * noise;
         }
-        self.strayed += u32::from((inside - self.inside).abs() > units(P.inside_drift_db));
+        self.strayed += u32::from((inside - self.inside).abs() > units(p().inside_drift_db));
         self.place = self.place.saturating_add(stats.mirror_place.into());
         let mirror = i32::from(stats.mirror_echo);
         let image = i32::from(stats.image);
-        let clear = image.max(mirror) > noise + units(P.image_clear_db);
+        let clear = image.max(mirror) > noise + units(p().image_clear_db);
         let apart = image - mirror;
-        self.backwards += u32::from(clear && apart > units(P.twin_db));
-        self.twins += u32::from(clear && apart.abs() <= units(P.twin_db));
+        self.backwards += u32::from(clear && apart > units(p().twin_db));
+        self.twins += u32::from(clear && apart.abs() <= units(p().twin_db));
         self.images +=
-            u32::from(apart > -units(P.image_db) && image > noise + units(P.image_clear_db));
-        self.near += u32::from(i32::from(stats.near) > mirror + units(P.near_db));
+            u32::from(apart > -units(p().image_db) && image > noise + units(p().image_clear_db));
+        self.near += u32::from(i32::from(stats.near) > mirror + units(p().near_db));
         let above = 16 * noise - self.noise;
-        let burst = above > 16 * units(P.burst_db) && self.since < YARDSTICK_ROWS;
+        let burst = above > 16 * units(p().burst_db) && self.since < YARDSTICK_ROWS;
         if burst {
             self.since += 1;
             self.bursts += 1;
@@ -300,7 +298,7 @@ impl Health {
         sign(
             Reason::GainDrift,
             levels.strayed as i32,
-            P.strayed_rows as i32,
+            p().strayed_rows as i32,
         );
         sign(Reason::Interference, levels.bursts as i32, 0);
         if config.mount.mirror_offset > 0 {
@@ -312,7 +310,11 @@ impl Health {
                 if twins > MOST { 0 } else { images },
                 MOST,
             );
-            sign(Reason::BlockedView, levels.near as i32, P.near_rows as i32);
+            sign(
+                Reason::BlockedView,
+                levels.near as i32,
+                p().near_rows as i32,
+            );
             self.mirror_seen(config).signs(config, &mut sign);
         }
         self.converter.signs(each);
@@ -330,7 +332,7 @@ impl Health {
         let mut doubts = Reasons::NONE;
         self.signs(config, map, &mut |sign| {
             let expected = sign.reason == Reason::Moving && !stands;
-            if sign.seen > sign.limit && !expected {
+            if sign.seen > sign.limit && !expected && !p().rules.muted.has(sign.reason) {
                 doubts.add(sign.reason);
             }
         });
@@ -442,7 +444,7 @@ mod tests {
             stats.mirror_place = place;
             health.row(1, &[sample; 64], &stats, &[cell; 64]);
             let seen_m = health.mirror_echo_m(&config);
-            assert_eq!(seen_m - 0.22 > P.mirror_place_m, doubted, "{seen_m}");
+            assert_eq!(seen_m - 0.22 > p().mirror_place_m, doubted, "{seen_m}");
             config.mount.mirror_echo = (seen_m * 1e5) as i32;
             let doubts = health.doubts(&config, &map, true);
             assert_eq!(doubts.has(Reason::RangeScale), doubted);

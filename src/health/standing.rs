@@ -8,15 +8,16 @@
 use super::sign::{Sign, units};
 use crate::answer::Reason;
 use crate::grid::PolarMap;
-use crate::params::Params;
+use crate::params::current as p;
 
-const P: Params = Params::DEFAULT;
 /// Rows for which one echo is followed: less than a lobe.
 const FOLLOWED: u8 = 8;
 /// Parts of a degree in which turns are told.
 const PARTS: f32 = 100.0;
 /// More of these on the mean is a chair that moves.
-const LIMIT: i32 = (PARTS * P.phase_turned_deg) as i32;
+fn limit() -> i32 {
+    (PARTS * p().phase_turned_deg) as i32
+}
 /// A chair is seen to stand where the turns' mean phasor is so long: they spread by 26 degrees at most.
 const TOGETHER: f32 = 0.9;
 
@@ -58,7 +59,7 @@ impl Standing {
         strongest: u8,
         noise: i32,
     ) {
-        let seen = i32::from(map.cell(k.into(), self.bin.into())) > noise + units(P.phase_db);
+        let seen = i32::from(map.cell(k.into(), self.bin.into())) > noise + units(p().phase_db);
         let now = if seen {
             let [echo, mirror] = phasors(self.bin);
             times_conjugate(echo, mirror)
@@ -85,7 +86,7 @@ impl Standing {
     fn turned(&self) -> Option<i32> {
         let [cos, sin] = self.sum;
         let degrees = crate::math::atan2(sin.abs(), cos) / crate::math::RAD_PER_DEG;
-        let enough = self.turns >= P.phase_turns as u16;
+        let enough = self.turns >= p().phase_turns as u16;
         enough.then_some((PARTS * degrees) as i32)
     }
 
@@ -93,7 +94,7 @@ impl Standing {
     /// as they do while a chair drives so fast that the mean says nothing.
     pub fn stood(&self) -> bool {
         let together = self.sum[0] >= TOGETHER * f32::from(self.turns);
-        together && self.turned().is_some_and(|turned| turned < LIMIT)
+        together && self.turned().is_some_and(|turned| turned < limit())
     }
 
     /// What the echoes tell.
@@ -101,7 +102,7 @@ impl Standing {
         each(Sign {
             reason: Reason::Moving,
             seen: self.turned().unwrap_or(0),
-            limit: LIMIT,
+            limit: limit(),
         });
     }
 }

@@ -12,9 +12,7 @@ use super::sign::{Sign, units};
 use crate::answer::Reason;
 use crate::config::Config;
 use crate::grid::{Geometry, PolarMap};
-use crate::params::Params;
-
-const P: Params = Params::DEFAULT;
+use crate::params::current as p;
 
 /// Rows to both sides at which what lies around is looked at: a null is narrower.
 const AROUND: usize = 4;
@@ -85,7 +83,7 @@ impl Pairs {
             let pair = Pair {
                 bin: bin as u8,
                 stronger,
-                difference: a.abs_diff(b).min(units(P.jump_clip_db) as u8),
+                difference: a.abs_diff(b).min(units(p().jump_clip_db) as u8),
             };
             if pairs.list.push(pair).is_err() {
                 break;
@@ -139,11 +137,11 @@ impl Turning {
         let Some(here) = back(0) else {
             return self.strongest;
         };
-        let floor = (noise + units(P.turning_db)).clamp(0, u8::MAX.into()) as u8;
+        let floor = (noise + units(p().turning_db)).clamp(0, u8::MAX.into()) as u8;
         let beam = beam(map.geometry());
         self.rows = self.rows.wrapping_add(1);
         // `as` saturates.
-        let lag = ((P.still_lag_beams * beam + 0.5) as usize).max(2);
+        let lag = ((p().still_lag_beams * beam + 0.5) as usize).max(2);
         // Every other row is enough for what lasts.
         if let Some(old) = back(lag).filter(|_| self.rows % STILL_ROWS == 1) {
             let before = map.row(old);
@@ -151,8 +149,8 @@ impl Turning {
             let hits = map.hits(here).step_by(2);
             let both = hits.filter_map(|(bin, now)| Some((bin, *before.get(bin)?, now)));
             let Pairs { list, sum, .. } = Pairs::of(both, floor);
-            let unmoved = list.len() >= P.still_cells as usize
-                && sum < units(P.still_db) as u32 * list.len() as u32;
+            let unmoved = list.len() >= p().still_cells as usize
+                && sum < units(p().still_db) as u32 * list.len() as u32;
             self.still = if unmoved { self.still + STILL_ROWS } else { 0 };
             self.longest = self.longest.max(self.still);
         }
@@ -175,7 +173,7 @@ impl Turning {
         if found.sum <= steepest {
             return;
         }
-        let near = units(P.jump_near_db) as u8;
+        let near = units(p().jump_near_db) as u8;
         let around = [
             a.min(b).checked_sub(AROUND).map_or(&[][..], |k| map.row(k)),
             map.row(a.max(b) + AROUND),
@@ -190,8 +188,8 @@ impl Turning {
                 differ += u32::from(pair.difference);
             }
         }
-        if cells >= P.jump_cells as u32 {
-            let usual = units(P.jump_usual_db) as u32 * cells;
+        if cells >= p().jump_cells as u32 {
+            let usual = units(p().jump_usual_db) as u32 * cells;
             let beyond = (differ as f32 / scale) as u32;
             self.steepest = self.steepest.max(beyond.saturating_sub(usual) as u16);
         }
@@ -200,7 +198,7 @@ impl Turning {
     /// What the rows tell.
     pub fn signs(&self, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
         let beam = beam(map.geometry());
-        let patience = ((P.still_beams * beam) as i32).max(P.still_rows as i32);
+        let patience = ((p().still_beams * beam) as i32).max(p().still_rows as i32);
         each(Sign {
             reason: Reason::MirrorStuck,
             seen: (f32::from(self.longest) * PARTS / beam.max(1.0)) as i32,
@@ -209,7 +207,7 @@ impl Turning {
         each(Sign {
             reason: Reason::AngleJump,
             seen: self.steepest.into(),
-            limit: units(P.jump_db),
+            limit: units(p().jump_db),
         });
     }
 }
@@ -221,22 +219,22 @@ pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Si
     let (geometry, radar) = (map.geometry(), &config.radar);
     // From here on lie the images of mirror and leakage.
     let axis_m = radar.fft_len() as f32 * geometry.bin_m;
-    let lobe_m = P.range_lobe_bins * radar.range_resolution_m();
+    let lobe_m = p().range_lobe_bins * radar.range_resolution_m();
     let end_m = axis_m - 2.0 * config.mount.mirror_offset_m() - 2.0 * lobe_m;
     let rows = |every: usize| (0..map.rows()).step_by(every).filter(|&k| map.present(k));
     let mean = |bin: usize, every: usize| {
         let sum: usize = rows(every).map(|k| usize::from(map.cell(k, bin))).sum();
         (sum / rows(every).count().max(1)) as i32
     };
-    let least = i32::from(noise) + units(P.line_db);
+    let least = i32::from(noise) + units(p().line_db);
     let count = rows(LINE_ROWS).count().max(1);
     let mut most = [0, 0];
     for bin in 0..map.bins() {
         let range_m = geometry.first_range_m + bin as f32 * geometry.bin_m;
         // The floor straight below shows by side lobes in every row.
-        let below = (range_m - geometry.mount_height_m).abs() < P.plumb_m;
+        let below = (range_m - geometry.mount_height_m).abs() < p().plumb_m;
         // A few rows tell of most bins that there is no line.
-        let few = units(P.line_spread_db);
+        let few = units(p().line_spread_db);
         if below || range_m >= end_m || mean(bin, FEW_LINE_ROWS) + few <= least {
             continue;
         }
@@ -245,13 +243,13 @@ pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Si
             continue;
         }
         let alike =
-            |k: &usize| (i32::from(map.cell(*k, bin)) - mean).abs() <= units(P.line_spread_db);
+            |k: &usize| (i32::from(map.cell(*k, bin)) - mean).abs() <= units(p().line_spread_db);
         let share = rows(LINE_ROWS).filter(alike).count() * PER_CENT / count;
         let [near, far] = &mut most;
-        let place = if range_m < P.blocked_m { near } else { far };
+        let place = if range_m < p().blocked_m { near } else { far };
         *place = share.max(*place);
     }
-    let limit = (P.line_share * PER_CENT as f32) as i32;
+    let limit = (p().line_share * PER_CENT as f32) as i32;
     for (reason, share) in [Reason::BlockedView, Reason::Interference]
         .into_iter()
         .zip(most)

@@ -2,18 +2,7 @@
 //! correlations (`counted.rs`); the rest says where it comes from.
 
 use super::hazard::Map;
-use super::table::Params;
 use crate::math;
-
-/// How much the logarithm of a weight carried on counts in the next scan.
-pub const TEMPER: f32 = Params::DEFAULT.carried_share;
-/// What is carried on counts so much at most, nats of the search's score.
-pub const MOST_NATS: f32 = Params::DEFAULT.carried_most_nats;
-/// A staircase that was not thought of before explains a scan better by so much: the scene has changed,
-/// nats.
-pub const CHANGED_NATS: f32 = Params::DEFAULT.scene_changed_nats;
-/// Two steps of two scans are the same within this distance, metres.
-pub const SAME_M: f32 = Params::DEFAULT.same_step_m;
 
 /// How alike two readings' errors are.
 #[derive(Clone, Copy, Debug, PartialEq)]

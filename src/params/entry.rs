@@ -54,11 +54,14 @@ macro_rules! params {
         pub struct Params { $($(
             #[doc = $meaning]
             pub $name: f32,
-        )*)* }
+        )*)*
+            /// Switches of the rules.
+            pub rules: Rules,
+        }
 
         impl Params {
             /// What is flashed.
-            pub const DEFAULT: Self = Self { $($($name: $value,)*)* };
+            pub const DEFAULT: Self = Self { $($($name: $value,)*)* rules: Rules::ALL };
 
             /// Every number with what is known of it, in the order of the stages that use it.
             pub const TABLE: &'static [Entry<Self>] = &[$($(Entry {

@@ -12,10 +12,42 @@ pub mod fitted;
 pub mod generative;
 pub mod hazard;
 pub mod measured;
+pub mod rules;
 mod table;
 
 pub use entry::{Entry, Origin};
+pub use rules::{DOUBTS, RULES, Rule, Rules};
 pub use table::Params;
+
+/// The numbers that everything is worked off with.
+#[cfg(not(feature = "ablation"))]
+pub const fn current() -> &'static Params {
+    &Params::DEFAULT
+}
+
+#[cfg(feature = "ablation")]
+pub use replaced::{current, replace};
+
+/// Other numbers than those that are flashed, for the whole program: to measure what each is worth.
+#[cfg(feature = "ablation")]
+mod replaced {
+    use super::Params;
+    use core::sync::atomic::{AtomicPtr, Ordering};
+
+    static CURRENT: AtomicPtr<Params> = AtomicPtr::new(core::ptr::null_mut());
+
+    /// The numbers that everything is worked off with.
+    pub fn current() -> &'static Params {
+        let set = CURRENT.load(Ordering::Acquire);
+        // SAFETY: null, or made of a `&'static Params` by `replace`, which is never written through.
+        unsafe { set.as_ref() }.unwrap_or(&Params::DEFAULT)
+    }
+
+    /// Puts other numbers in their place, for all threads; estimators that are made later use them.
+    pub fn replace(params: &'static Params) {
+        CURRENT.store(core::ptr::from_ref(params).cast_mut(), Ordering::Release);
+    }
+}
 
 #[cfg(test)]
 mod tests {

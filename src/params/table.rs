@@ -1,6 +1,7 @@
 //! The numbers of the default estimator, in the order of the stages that use them.
 
 use super::entry::{Entry, Origin, params};
+use super::rules::Rules;
 use crate::math::RAD_PER_DEG;
 
 params! {
@@ -275,8 +276,8 @@ params! {
         lowest_step_m = 0.055, "m", Custom, "steps count from 6 cm on, less the error of a low riser's height";
         /// A single riser that shows no height of its own counts from these odds on: what is behind does.
         sure_step_nats = 1.5, "nats", Hand;
-        /// A single riser higher than this is a box.
-        highest_step_m = 0.23, "m", Hand;
+        /// A single riser higher than this is an obstacle.
+        highest_step_m = 0.30, "m", Custom, "design contract of single rises: what rises by 6 to 30 cm is a step";
     }
     "heights: levels of the steps" {
         /// A step's own departure from the straight flight.

@@ -8,6 +8,7 @@ use super::model::{BEHIND_M, Model, Sums};
 use super::prior::{GOES_ON, LANDING, going, ln, overhang, prior};
 use super::staircase::{Kind, MAX_STEPS, Sigmas, Staircase};
 use crate::math;
+use crate::params::current;
 use heapless::Vec;
 
 /// Places for one more riser that are tried at most.
@@ -96,12 +97,19 @@ impl Proposals<'_> {
     pub fn around(&mut self, base: &Base) {
         match base.staircase.kind {
             Kind::Stairs => {
-                self.less(base);
-                self.behind(base);
-                self.front(base);
-                self.between(base);
-                self.odd(base);
-                self.overhangs(base);
+                let rules = &current().rules;
+                type Proposal<'a> = fn(&mut Proposals<'a>, &Base);
+                let proposals: [(bool, Proposal<'_>); 6] = [
+                    (rules.less, Self::less),
+                    (rules.behind, Self::behind),
+                    (rules.front, Self::front),
+                    (rules.between, Self::between),
+                    (rules.odd, Self::odd),
+                    (rules.overhangs, Self::overhangs),
+                ];
+                for (_, propose) in proposals.into_iter().filter(|(on, _)| *on) {
+                    propose(self, base);
+                }
             }
             Kind::Nothing => self.floor(base),
             _ => {}
@@ -381,7 +389,8 @@ impl Proposals<'_> {
         let sigmas = [PLACED_M; MAX_STEPS];
         let spots = self.spots(0.24, end, 0.16, 0.006);
         let before = self.before(base, 0.0);
-        for (h, [seen, unseen], kind) in FLOOR {
+        let rules = &current().rules;
+        for (h, [seen, unseen], kind) in FLOOR.into_iter().filter(|_| rules.single) {
             let more = self.more(base, h, kind, before.as_ref());
             for &(x, dx) in &spots {
                 let share = if dx < ECHO_M { seen } else { unseen };
@@ -391,8 +400,10 @@ impl Proposals<'_> {
                 }
             }
         }
-        self.drops(base, &spots);
-        for &(x, dx) in &spots {
+        if rules.drops {
+            self.drops(base, &spots);
+        }
+        for &(x, dx) in spots.iter().filter(|_| rules.unseen_flights) {
             // Flights whose first riser shows an echo are the search's.
             let flights = [(0.17, false), (0.17, true)];
             for (rise, open) in flights.into_iter().filter(|_| dx > ECHO_M) {

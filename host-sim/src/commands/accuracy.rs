@@ -3,19 +3,19 @@
 mod reliability;
 
 use std::fmt::Write as _;
+use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
-use indicatif::ParallelProgressIterator;
-use rayon::prelude::*;
 use serde_json::{Value, json};
 use stairscan::config::{Config, EstimatorKind};
 
+use super::compare;
+use super::harness::{self, Drawn};
 use super::instrument::Instrument;
-use super::{Format, emit, progress};
+use super::{Format, emit};
 use crate::replay::{self, Options};
-use crate::scene::Scene;
-use crate::scene::random::{Kind, random_with};
+use crate::scene::random::Kind;
 use crate::score::{self, SceneScore, SetScore, Share};
 use crate::seeds::Draw;
 
@@ -35,6 +35,9 @@ pub struct Args {
     /// look at
     #[arg(long)]
     list: bool,
+    /// Write one line of JSON for each scene to this file, for `compare`; not of those for reporting
+    #[arg(long, value_name = "FILE")]
+    each: Option<PathBuf>,
     #[command(flatten)]
     instrument: Instrument,
     /// How to print
@@ -64,26 +67,15 @@ fn count(draw: Draw, scenes: Option<u64>, kind: Kind) -> u64 {
 /// # Errors
 /// Names a scene that cannot be scanned.
 pub fn measure(draw: Draw, scenes: Option<u64>, instrument: &Instrument) -> Result<Vec<Row>> {
-    let seeds = |kind| draw.seeds().take(count(draw, scenes, kind) as usize);
-    let jobs: Vec<(Kind, u64)> = Kind::ALL
-        .iter()
-        .flat_map(|&kind| seeds(kind).map(move |seed| (kind, seed)))
-        .collect();
-    let bar = progress(jobs.len() as u64);
-    let scored: Result<Vec<Vec<SceneScore>>> = jobs
-        .par_iter()
-        .progress_with(bar.clone())
-        .map(|&(kind, seed)| one(kind, seed, instrument))
-        .collect();
-    bar.finish_and_clear();
-    let scored = scored?;
+    let jobs = harness::scenes(draw, |kind| count(draw, scenes, kind));
+    let scored = harness::each(&jobs, |drawn| one(drawn, instrument))?;
     let row = |kind: Kind, column: usize| Row {
         kind,
         estimator: EstimatorKind::ALL[column],
         scenes: jobs
             .iter()
             .zip(&scored)
-            .filter(|(job, _)| job.0 == kind)
+            .filter(|(job, _)| job.kind == kind)
             .map(|(_, scores)| scores[column].clone())
             .collect(),
     };
@@ -94,10 +86,8 @@ pub fn measure(draw: Draw, scenes: Option<u64>, instrument: &Instrument) -> Resu
 }
 
 /// One scene with every estimator.
-fn one(kind: Kind, seed: u64, instrument: &Instrument) -> Result<Vec<SceneScore>> {
-    let mut spec = random_with(kind, kind.variety(), seed);
-    instrument.apply(&mut spec);
-    let recording = Scene::new(spec)?.simulate(&format!("{kind}_{seed:03}"), seed);
+fn one(drawn: &Drawn, instrument: &Instrument) -> Result<Vec<SceneScore>> {
+    let recording = drawn.scan_by(instrument)?;
     let truth = recording.meta.truth.clone().unwrap_or_default();
     let score = |&estimator: &EstimatorKind| {
         let config = Config {
@@ -125,7 +115,8 @@ pub fn heading(draw: Draw, scenes: Option<u64>, instrument: &Instrument) -> Stri
          simulator, {}, each kind with the seeds from {} on (`host-sim/src/seeds.rs` says which \
          seeds serve what). Materials and signal-to-noise ratios are mixed; \"none\" holds scenes in \
          which the instrument is blind, where a `fault` is right. An answer is wrong when something up \
-         to its horizon is missing, made up or off by more than 3 cm; covered are true steps within the \
+         to its horizon is missing, made up or off by more than its expanded uncertainty \
+         U = max(3 cm, 3σ), at most 8 cm; covered are true steps within the \
          horizon or reported. Without a horizon an answer vouches for everything.\n\n\
          In brackets: 95 % intervals, of shares by Wilson's score, of quantiles between ranks. They \
          take scenes, or steps, as drawn independently; the steps of one scene are not quite, so \
@@ -277,13 +268,19 @@ fn harmless(scenes: &[SceneScore]) -> Share {
 /// Prints the tables.
 pub fn run(args: &Args) -> Result<ExitCode> {
     ensure!(
-        !(args.list && args.draw == Draw::Reporting),
-        "--list: shows scenes to look at, and those of the draw {} are to stay unseen; --draw {} \
+        !((args.list || args.each.is_some()) && args.draw == Draw::Reporting),
+        "--list, --each: show scenes to look at, and those of the draw {} are to stay unseen; --draw {} \
          holds others like them",
         Draw::Reporting,
         Draw::Tuning
     );
     let rows = measure(args.draw, args.scenes, &args.instrument)?;
+    if let Some(path) = &args.each {
+        let default = rows
+            .iter()
+            .filter(|row| row.estimator == EstimatorKind::default());
+        compare::write(path, default.flat_map(|row| &row.scenes))?;
+    }
     let out = match args.format {
         Format::Text => text(args, &rows),
         Format::Json => {

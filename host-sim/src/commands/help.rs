@@ -37,6 +37,8 @@ pub const GROUPS: &[(&str, &[&str])] = &[
             "soak",
             "table1",
             "convergence",
+            "ablate",
+            "compare",
             "params",
             "fit",
         ],

@@ -1,14 +1,17 @@
 //! The program's commands, one module each.
 
+pub mod ablate;
 pub mod accuracy;
 pub mod bench;
 pub mod budget;
 pub mod calibrate;
+pub mod compare;
 pub mod convergence;
 pub mod convert;
 pub mod emulate;
 pub mod faults;
 pub mod fit;
+pub mod harness;
 pub mod help;
 pub mod inspect;
 pub mod instrument;

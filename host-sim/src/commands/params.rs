@@ -4,23 +4,13 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use indicatif::ParallelProgressIterator;
-use rayon::prelude::*;
-use stairscan::answer::Outcome;
-use stairscan::config::Config;
-use stairscan::estimator::Estimator;
-use stairscan::flight::{Likelihood, Params};
-use stairscan::grid::PolarMap;
-use stairscan::params::Entry;
-use stairscan::report::sentence::write_scan;
+use stairscan::answer::Status;
+use stairscan::params::Params;
 
-use super::{emit, progress};
-use crate::answer::Answer;
-use crate::recording::Truth;
-use crate::replay::{self, Options};
-use crate::scene::command::random_scan;
-use crate::scene::random::Kind;
-use crate::score::{self, SceneScore};
+use super::ablate;
+use super::emit;
+use super::harness::{self, Drawn};
+use crate::score::SceneScore;
 use crate::seeds::Draw;
 
 /// Scenes of each kind that a number's effect is measured on.
@@ -39,37 +29,46 @@ pub struct Args {
     scenes: u64,
 }
 
-/// A scan that is to be worked off again and again.
-struct Case {
-    map: PolarMap,
-    config: Config,
-    truth: Truth,
-}
-
 /// What a set of numbers makes of all scans.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
     exact: i64,
-    /// Matched steps that are off by more than 3 cm.
-    off: i64,
+    ok: i64,
+    wrong: i64,
+}
+
+impl Tally {
+    fn new(scores: &[SceneScore]) -> Self {
+        let count =
+            |has: &dyn Fn(&SceneScore) -> bool| scores.iter().filter(|s| has(s)).count() as i64;
+        Self {
+            exact: count(&|s| s.exact),
+            ok: count(&|s| s.status == Status::Ok),
+            wrong: count(&SceneScore::ok_and_wrong),
+        }
+    }
 }
 
 /// Prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let cases = if args.sensitivity {
-        cases(args.scenes)?
-    } else {
-        Vec::new()
+    let scans = match args.sensitivity {
+        true => harness::each(&harness::scenes(Draw::Tuning, |_| args.scenes), Drawn::scan)?,
+        false => Vec::new(),
     };
-    let base = tally(&cases, &Params::DEFAULT);
-    let bar = progress(Params::TABLE.len() as u64);
-    let moved: Vec<[Tally; 2]> = Params::TABLE
-        .par_iter()
-        .progress_with(bar.clone())
-        .map(|entry| FACTORS.map(|factor| with(&cases, entry, factor)))
-        .collect();
-    bar.finish_and_clear();
-    let mut out = heading(args, cases.len(), base);
+    let base = Tally::new(&ablate::answers(&scans, &Params::DEFAULT)?);
+    let mut moved = Vec::new();
+    for entry in Params::TABLE {
+        let tally = |factor| -> Result<Tally> {
+            let mut params = Params::DEFAULT;
+            (entry.set)(&mut params, factor * (entry.get)(&Params::DEFAULT));
+            // For as long as the program runs: estimators keep them.
+            let params = Box::leak(Box::new(params));
+            Ok(Tally::new(&ablate::answers(&scans, params)?))
+        };
+        let [less, plus] = FACTORS;
+        moved.push([tally(less)?, tally(plus)?]);
+    }
+    let mut out = heading(args, scans.len(), base);
     let mut group = "";
     for (entry, moved) in Params::TABLE.iter().zip(&moved) {
         if entry.group != group {
@@ -106,9 +105,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 };
                 let _ = write!(
                     out,
-                    " {}, {} |",
+                    " {}, {}, {} |",
                     change(now.exact, base.exact),
-                    change(now.off, base.off)
+                    change(now.ok, base.ok),
+                    change(now.wrong, base.wrong)
                 );
             }
         }
@@ -126,87 +126,11 @@ fn heading(args: &Args, scans: usize, base: Tally) -> String {
     if args.sensitivity {
         let _ = write!(
             out,
-            "\nMade by `cargo sim params --sensitivity --scenes {}`: {scans} scans of tuning seeds, {} \
-             of each kind. The last two columns say by how much a fifth less and a fifth more of a \
-             number change the exact scans (now {}) and the steps off by more than 3 cm (now {}).\n",
-            args.scenes, args.scenes, base.exact, base.off
+            "\nMade by `cargo sim params --sensitivity --scenes {}`: {scans} scans of tuning seeds, {} of each kind, \
+             through the whole scanner. The last two columns say by how much a fifth less and a fifth more of a number \
+             change the exact scans (now {}), those that are `ok` (now {}) and those that are `ok` and wrong (now {}).\n",
+            args.scenes, args.scenes, base.exact, base.ok, base.wrong
         );
     }
     out
-}
-
-/// The scans of all kinds.
-fn cases(scenes: u64) -> Result<Vec<Case>> {
-    let jobs: Vec<(Kind, u64)> = Kind::ALL
-        .iter()
-        .flat_map(|&kind| {
-            Draw::Tuning
-                .seeds()
-                .take(scenes as usize)
-                .map(move |s| (kind, s))
-        })
-        .collect();
-    let bar = progress(jobs.len() as u64);
-    let cases: Result<Vec<Option<Case>>> = jobs
-        .par_iter()
-        .progress_with(bar.clone())
-        .map(|&(kind, seed)| case(kind, seed))
-        .collect();
-    bar.finish_and_clear();
-    Ok(cases?.into_iter().flatten().collect())
-}
-
-/// One scan; none if the scanner would not work it off.
-fn case(kind: Kind, seed: u64) -> Result<Option<Case>> {
-    let recording = random_scan(kind, kind.variety(), seed)?;
-    let mut case = None;
-    replay::answers(&recording, &Options::default(), |scanned| {
-        case = (!scanned.answer.is_fault()).then(|| Case {
-            map: scanned.pipeline.map().clone(),
-            config: *scanned.config,
-            truth: recording.meta.truth.clone().unwrap_or_default(),
-        });
-    })?;
-    Ok(case)
-}
-
-/// All scans with one number moved.
-fn with(cases: &[Case], entry: &Entry<Params>, factor: f32) -> Tally {
-    let mut params = Params::DEFAULT;
-    let moved = factor * (entry.get)(&params);
-    (entry.set)(&mut params, moved);
-    tally(cases, &params)
-}
-
-/// All scans with these numbers.
-fn tally(cases: &[Case], params: &Params) -> Tally {
-    // The estimator keeps its numbers for as long as it likes, and there are a few hundred sets.
-    let params: &'static Params = Box::leak(Box::new(params.clone()));
-    let mut estimator = Box::new(Likelihood::with(params));
-    let mut tally = Tally::default();
-    for case in cases {
-        estimator.begin(&case.map);
-        for k in 0..case.map.rows() {
-            estimator.row(&case.map, k);
-        }
-        let mut outcome = estimator.finish(&case.map, &case.config, 1, &mut ());
-        outcome.link();
-        let Some(score) = score_of(&outcome, &case.truth) else {
-            continue;
-        };
-        tally.exact += i64::from(score.exact);
-        let off =
-            |m: &&score::Match| m.height_error.abs().max(m.distance_error.abs()) > score::LIMIT_M;
-        tally.off += score.matches.iter().filter(off).count() as i64;
-    }
-    tally
-}
-
-fn score_of(outcome: &Outcome, truth: &Truth) -> Option<SceneScore> {
-    let mut sentences = Vec::new();
-    write_scan((1, 0), 0, outcome, |line| {
-        sentences.push(line.trim_end().to_owned())
-    });
-    let answer = Answer::parse("", sentences).ok()?;
-    Some(score::scene(&answer, truth))
 }

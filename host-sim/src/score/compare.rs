@@ -1,0 +1,114 @@
+//! Two sets of answers to the same scenes, compared scene by scene.
+
+use stairscan::answer::Status;
+
+use super::SceneScore;
+
+/// How many scenes an answer has one property in with the first set and not with the second, and the other way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Change {
+    /// Scenes that have it only in the second set.
+    pub gained: u64,
+    /// Scenes that have it only in the first set.
+    pub lost: u64,
+}
+
+impl Change {
+    /// Of pairs (before, after).
+    pub fn of(pairs: impl Iterator<Item = (bool, bool)>) -> Self {
+        let mut change = Self::default();
+        for (before, after) in pairs {
+            change.gained += u64::from(after && !before);
+            change.lost += u64::from(before && !after);
+        }
+        change
+    }
+
+    /// Two-sided p of the hypothesis that gains and losses are equally likely: McNemar's test in its exact
+    /// form (binomial, both tails).
+    pub fn p(self) -> f64 {
+        let n = self.gained + self.lost;
+        let fewer = self.gained.min(self.lost);
+        let ln_half = -(n as f64) * core::f64::consts::LN_2;
+        let mut ln_choose = 0.0;
+        let mut tail = 0.0;
+        for k in 0..=fewer {
+            if k > 0 {
+                ln_choose += libm::log((n - k + 1) as f64 / k as f64);
+            }
+            tail += libm::exp(ln_choose + ln_half);
+        }
+        (2.0 * tail).min(1.0)
+    }
+}
+
+/// What differs between two sets of answers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Comparison {
+    /// Exact answers.
+    pub exact: Change,
+    /// `ok` answers.
+    pub ok: Change,
+    /// `ok` and right.
+    pub ok_right: Change,
+    /// `ok` and wrong.
+    pub ok_wrong: Change,
+    /// 95th percentile of absolute distance and height errors, metres: before, after.
+    pub errors_m: [[f64; 2]; 2],
+}
+
+impl Comparison {
+    /// Compares the answers of `after` with those of `before`, scene by scene in the same order.
+    pub fn new(before: &[SceneScore], after: &[SceneScore]) -> Self {
+        let change = |has: &dyn Fn(&SceneScore) -> bool| {
+            Change::of(before.iter().zip(after).map(|(a, b)| (has(a), has(b))))
+        };
+        let ok = |s: &SceneScore| s.status == Status::Ok;
+        Self {
+            exact: change(&|s| s.exact),
+            ok: change(&ok),
+            ok_right: change(&|s| ok(s) && !s.wrong),
+            ok_wrong: change(&SceneScore::ok_and_wrong),
+            errors_m: [before, after].map(errors),
+        }
+    }
+}
+
+/// 95th percentiles of distance and height errors, metres.
+fn errors(scores: &[SceneScore]) -> [f64; 2] {
+    let of = |error: fn(&super::Match) -> f64| {
+        let matches = scores.iter().flat_map(|s| &s.matches);
+        let mut errors: Vec<f64> = matches.map(|m| error(m).abs()).collect();
+        errors.sort_by(f64::total_cmp);
+        super::quantile(&errors, 0.95)
+    };
+    [of(|m| m.distance_error), of(|m| m.height_error)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn mcnemar_s_test_is_the_binomial_one() {
+        let p = |gained, lost| Change { gained, lost }.p();
+        assert_eq!(p(0, 0), 1.0);
+        assert!((p(0, 5) - 2.0 / 32.0).abs() < 1e-12 && (p(5, 0) - p(0, 5)).abs() < 1e-15);
+        // 10 pairs, 2 against 8: 2 (1 + 10 + 45) / 1024.
+        assert!((p(2, 8) - 112.0 / 1024.0).abs() < 1e-12);
+        assert_eq!(p(7, 7), 1.0);
+        assert!(p(0, 2000) < 1e-300 && p(990, 1010) > 0.6);
+    }
+
+    #[test]
+    fn scenes_are_counted_that_change() {
+        let pairs = [
+            (true, false),
+            (false, true),
+            (true, true),
+            (false, false),
+            (true, false),
+        ];
+        assert_eq!(Change::of(pairs.into_iter()), Change { gained: 1, lost: 2 });
+    }
+}
