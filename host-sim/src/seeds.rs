@@ -17,6 +17,8 @@ pub enum Draw {
     Tuning,
     /// For choosing between what was fitted.
     Validation,
+    /// What `fit` calibrates on and counts thresholds from.
+    Calibration,
     /// What CI measures at every change: seen so often that it counts as tuned on.
     #[default]
     Snapshot,
@@ -28,7 +30,9 @@ pub enum Draw {
 /// the seeds were dealt out had one of the first of them.
 pub const TUNING: Range<u64> = 0..1_000_000;
 /// Seeds of [`Draw::Validation`].
-pub const VALIDATION: Range<u64> = 1_000_000..2_000_000;
+pub const VALIDATION: Range<u64> = 1_000_000..1_500_000;
+/// Seeds of [`Draw::Calibration`].
+pub const CALIBRATION: Range<u64> = 1_500_000..2_000_000;
 /// Seeds of [`Draw::Snapshot`].
 pub const SNAPSHOT: Range<u64> = 2_000_000..3_000_000;
 /// Seeds of [`Draw::Reporting`].
@@ -36,9 +40,10 @@ pub const REPORTING: Range<u64> = 3_000_000..4_000_000;
 
 impl Draw {
     /// All draws.
-    pub const ALL: [Draw; 4] = [
+    pub const ALL: [Draw; 5] = [
         Draw::Tuning,
         Draw::Validation,
+        Draw::Calibration,
         Draw::Snapshot,
         Draw::Reporting,
     ];
@@ -48,6 +53,7 @@ impl Draw {
         match self {
             Draw::Tuning => TUNING,
             Draw::Validation => VALIDATION,
+            Draw::Calibration => CALIBRATION,
             Draw::Snapshot => SNAPSHOT,
             Draw::Reporting => REPORTING,
         }
@@ -69,6 +75,7 @@ impl Draw {
         match self {
             Draw::Tuning => "tuning",
             Draw::Validation => "validation",
+            Draw::Calibration => "calibration",
             Draw::Snapshot => "snapshot",
             Draw::Reporting => "reporting",
         }

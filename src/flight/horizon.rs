@@ -500,14 +500,17 @@ impl Vouch {
             }
             each(&cell);
             let (odds, maps, ok_from) = match &cell.past {
-                None => (odds, &weights.maps, weights.ok_from),
+                None => (odds, &weights.maps, &weights.ok_from),
                 Some(past) => {
                     let table = &counted::UP;
-                    (table.log_odds(past), &table.maps, table.ok_from)
+                    (table.log_odds(past), &table.maps, &table.ok_from)
                 }
             };
             log_right += log_survival(odds);
-            let right = probability(maps, log_right, !ground.steps.is_empty());
+            let stairs = !ground.steps.is_empty();
+            let right = probability(maps, log_right, stairs);
+            let [clear_from, stairs_from] = *ok_from;
+            let ok_from = if stairs { stairs_from } else { clear_from };
             if right >= ok_from {
                 vouch.horizon_m = math::max(cell.end_m, 0.0);
             }

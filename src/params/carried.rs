@@ -33,8 +33,8 @@ pub struct Carried {
     pub hazard: PastFeatures,
     /// From what the hazards add up to, of answers without steps and with steps.
     pub maps: [Map; 2],
-    /// An answer is `ok` from this probability on.
-    pub ok_from: f32,
+    /// An answer without steps, or with steps, is `ok` from this probability on.
+    pub ok_from: [f32; 2],
 }
 
 impl Carried {

@@ -42,5 +42,5 @@ pub static UP: Carried = Carried {
             offset: 0.91175,
         },
     ],
-    ok_from: 0.988,
+    ok_from: [0.988, 0.988],
 };

@@ -106,7 +106,7 @@ pub static UP: Weights = Weights {
             offset: 0.016087921,
         },
     ],
-    ok_from: 0.976,
+    ok_from: [0.976, 0.976],
 };
 
 /// In the height plane.
@@ -213,5 +213,5 @@ pub static DOWN: Weights = Weights {
             offset: 0.45183024,
         },
     ],
-    ok_from: 2.0,
+    ok_from: [2.0, 2.0],
 };

@@ -33,9 +33,8 @@ pub struct Weights {
     /// From what the hazards add up to, of answers without steps and with steps: what is not seen at
     /// all is another matter than what is seen and may be wrong.
     pub maps: [Map; 2],
-    /// An answer is `ok` from this probability on: the least with which no more than one `ok` answer in
-    /// 200 among the scenes of the calibration was wrong. Above 1 if none would be `ok`.
-    pub ok_from: f32,
+    /// An answer without steps, or with steps, is `ok` from this probability on. Above 1 if none is.
+    pub ok_from: [f32; 2],
 }
 
 impl Weights {

@@ -6,35 +6,48 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
-use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::Plane;
 use stairscan::params::generative::Generative;
 use stairscan::params::hazard::{FEATURES, Map, Weights};
 use stairscan::params::measured;
 
-use super::{emit, harness};
+use super::emit;
+use super::harness::{self, Drawn};
 use crate::emulate::image::workspace;
 use crate::fit::logistic::Fit;
 use crate::fit::measurement::{self, Build};
 use crate::fit::{self, Lesson};
 use crate::recording::{self, Recording};
-use crate::scene::random::random_with;
+use crate::scene::random::{Kind, random_with};
 use crate::seeds::Draw;
 
-/// Scenes of each kind that hazards are counted from …
+/// Scenes of each kind that hazards are counted from.
 const TRAINING: u64 = 100;
-/// … and that they are calibrated on.
-const CALIBRATION: u64 = 60;
+
+/// Scenes of a kind that the hazards are calibrated on, where `scenes` are counted from.
+fn calibrating(scenes: u64) -> u64 {
+    scenes * 6 / 10
+}
+
+/// Scenes of a kind that thresholds are tested on, where `scenes` are counted from: in proportion to the reporting
+/// draw, but four times as many of those that are mostly answered without steps, of which fewer are `ok`.
+fn testing(kind: Kind, scenes: u64) -> u64 {
+    match kind {
+        Kind::None | Kind::Clutter | Kind::Brink | Kind::Hole | Kind::Kerb => 4 * scenes,
+        Kind::Ascending => 3 * scenes,
+        _ => scenes,
+    }
+}
 
 /// Arguments of `fit`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Count from the recordings in these directories in place of simulated ones; every third is for
-    /// calibration
+    /// calibration and thresholds
     #[arg(long, value_name = "DIR", num_args = 1..)]
     on: Vec<PathBuf>,
-    /// Scenes of each kind; half as many for calibration
+    /// Scenes of each kind that hazards are counted from; others for calibration and thresholds go with them
     #[arg(long, default_value_t = TRAINING)]
     scenes: u64,
     /// Write what was counted from, one JSON object a scan, to this file
@@ -60,16 +73,17 @@ type Sample = (Recording, Option<Build>);
 
 /// What is counted from.
 enum Source {
-    /// Scenes of every kind, simulated once: for training and for calibration.
-    Simulated([Vec<Sample>; 2]),
+    /// Scenes of every kind: for training, for calibration, and for thresholds.
+    Simulated([Vec<Sample>; 3]),
     /// Recordings.
     Recorded(Vec<PathBuf>),
 }
 
-/// What hazards are counted from, and what they are calibrated on.
+/// What hazards are counted from, what they are calibrated on, and what thresholds are tested on.
 struct Lessons {
     training: Vec<Lesson>,
     calibration: Vec<Lesson>,
+    testing: Vec<Lesson>,
 }
 
 /// Counts, prints, writes.
@@ -86,10 +100,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     if args.only_model {
         return Ok(ExitCode::SUCCESS);
     }
-    let [training, calibration] = source.parts(|recording, _| fit::lesson(recording, model))?;
+    let [training, calibration, testing] =
+        source.parts(|recording, _| fit::lesson(recording, model))?;
     let lessons = Lessons {
         training,
         calibration,
+        testing,
     };
     if let Some(path) = &args.dump {
         dump(path, &lessons)?;
@@ -105,7 +121,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// Counts, prints and writes the measurement model.
 fn measurement_model(args: &Args, source: &Source, output: &Path) -> Result<&'static Generative> {
-    let [training, held_back] = source.parts(fit::sighting)?;
+    let [training, held_back, _] = source.parts(fit::sighting)?;
     let measured = measurement::measure(&training);
     let mut told = format!("measurement model: {} scans\n", measured.scans);
     for (k, likelihood) in measured.rounds.iter().enumerate() {
@@ -140,10 +156,14 @@ fn write(path: &Path, text: &str) -> Result<()> {
 impl Source {
     fn new(args: &Args) -> Result<Self> {
         if args.on.is_empty() {
-            let calibration = args.scenes * CALIBRATION / TRAINING;
+            let scenes = args.scenes;
+            let held_back = harness::scenes(Draw::Calibration, |_| calibrating(scenes));
+            let seeds = Draw::Calibration.seeds();
+            let behind = seeds.start + calibrating(scenes)..seeds.end;
             return Ok(Self::Simulated([
-                simulated(Draw::Tuning, args.scenes)?,
-                simulated(Draw::Validation, calibration)?,
+                simulated(&harness::scenes(Draw::Tuning, |_| scenes))?,
+                simulated(&held_back)?,
+                simulated(&harness::scenes_of(behind, |kind| testing(kind, scenes)))?,
             ]));
         }
         let mut paths = Vec::new();
@@ -153,42 +173,40 @@ impl Source {
         Ok(Self::Recorded(paths))
     }
 
-    /// What `look` makes of each scan, for training and for calibration.
+    /// What `look` makes of each scan, for training, for calibration and for thresholds.
     fn parts<R: Send>(
         &self,
         look: impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Send + Sync,
-    ) -> Result<[Vec<R>; 2]> {
+    ) -> Result<[Vec<R>; 3]> {
         let paths = match self {
-            Self::Simulated([training, calibration]) => {
+            Self::Simulated([training, calibration, testing]) => {
                 let look = |samples: &Vec<Sample>| -> Result<Vec<R>> {
                     let made =
                         harness::each(samples, |(recording, build)| look(recording, *build))?;
                     Ok(made.into_iter().flatten().collect())
                 };
-                return Ok([look(training)?, look(calibration)?]);
+                return Ok([look(training)?, look(calibration)?, look(testing)?]);
             }
             Self::Recorded(paths) => paths,
         };
         let each = harness::each(paths, |path| look(&Recording::read(path)?, None))?;
-        let mut parts = [Vec::new(), Vec::new()];
+        let mut parts = [Vec::new(), Vec::new(), Vec::new()];
         for (k, made) in each.into_iter().enumerate() {
-            parts[usize::from(k % 3 == 2)].extend(made);
+            let part = [0, 0, 1, 0, 0, 2][k % 6];
+            parts[part].extend(made);
         }
         Ok(parts)
     }
 }
 
-/// Scenes of every kind, `count` of each.
-fn simulated(draw: Draw, count: u64) -> Result<Vec<Sample>> {
-    harness::each(&harness::scenes(draw, |_| count), |drawn| {
+/// The scans of these scenes.
+fn simulated(scenes: &[Drawn]) -> Result<Vec<Sample>> {
+    harness::each(scenes, |drawn| {
         let (kind, seed) = (drawn.kind, drawn.seed);
         let build = Build::of(&random_with(kind, kind.variety(), seed));
         Ok((drawn.scan()?, build))
     })
 }
-
-/// Parts of the scans that the threshold is cross-validated over.
-const FOLDS: usize = 4;
 
 /// What was counted of one plane.
 struct Counted {
@@ -204,7 +222,7 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     let mut weights = Weights {
         hazard: [0.0; FEATURES],
         maps: [Map::IDENTITY; 2],
-        ok_from: f32::INFINITY,
+        ok_from: [f32::INFINITY; 2],
     };
     for (weight, &fitted) in weights.hazard.iter_mut().zip(&hazards.weights) {
         *weight = fitted as f32;
@@ -227,49 +245,32 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     }
 }
 
-/// The weights of one plane, and what there is to say of them. The threshold of `ok` rests on all
-/// scans: each is judged by weights that were counted without it.
+/// The weights of one plane, and what there is to say of them.
 fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
     let of = |all: &'_ [Lesson]| -> Vec<Lesson> {
         all.iter().filter(|l| l.plane == plane).cloned().collect()
     };
-    let (training, calibration) = (of(&lessons.training), of(&lessons.calibration));
-    let part = |all: &'_ [Lesson], keep: &dyn Fn(usize) -> bool| -> Vec<Lesson> {
-        let kept = all.iter().enumerate().filter(|(k, _)| keep(k % FOLDS));
-        kept.map(|(_, l)| l.clone()).collect()
-    };
-    let folds: Vec<_> = (0..FOLDS)
-        .into_par_iter()
-        .map(|fold| {
-            let rest = [&training, &calibration].map(|all| part(all, &|k| k != fold));
-            let [training_rest, calibration_rest] = rest.each_ref().map(|l| l.iter().collect());
-            let counted: Counted = count(&training_rest as &Vec<_>, &calibration_rest as &Vec<_>);
-            let mut own = part(&training, &|k| k == fold);
-            own.extend(part(&calibration, &|k| k == fold));
-            (own, counted.weights)
-        })
-        .collect();
-    let judged: Vec<_> = folds
-        .iter()
-        .flat_map(|(own, weights)| own.iter().map(move |lesson| (lesson, weights)))
-        .collect();
-    let least = fit::threshold(&judged);
+    let parts = [&lessons.training, &lessons.calibration, &lessons.testing].map(|part| of(part));
+    let [training, calibration, testing] =
+        parts.each_ref().map(|part| part.iter().collect::<Vec<_>>());
     let Counted {
         mut weights,
         hazards,
         maps,
-    } = count(
-        &training.iter().collect::<Vec<_>>(),
-        &calibration.iter().collect::<Vec<_>>(),
-    );
-    weights.ok_from = least.from;
-    let mut told = format!(
-        "ok from {:.3} on: {} of {} scans, {} of them wrong, each judged by what the others say\n",
-        least.from,
-        least.ok,
-        judged.len(),
-        least.wrong
-    );
+    } = count(&training, &calibration);
+    let mut told = String::new();
+    for (stairs, name) in [(false, "without steps"), (true, "with steps")] {
+        let threshold = fit::threshold(&testing, &weights, stairs);
+        weights.ok_from[usize::from(stairs)] = threshold.from;
+        let _ = writeln!(
+            told,
+            "{name}: ok from {:.3} on: {} of {} scans, {} of them wrong",
+            threshold.from,
+            threshold.ok,
+            testing.iter().filter(|l| l.stairs == stairs).count(),
+            threshold.wrong
+        );
+    }
     table(&mut told, "hazard", training.len(), &hazards);
     for (scans, map) in &maps {
         table(&mut told, "calibration", *scans, map);
@@ -297,6 +298,7 @@ fn dump(path: &Path, lessons: &Lessons) -> Result<()> {
     for (part, lessons) in [
         ("training", &lessons.training),
         ("calibration", &lessons.calibration),
+        ("testing", &lessons.testing),
     ] {
         for lesson in lessons {
             let cells: Vec<_> = lesson

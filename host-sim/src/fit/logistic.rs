@@ -1,5 +1,7 @@
 //! Logistic regression by Newton's method, with a Gaussian prior around 0.
 
+use crate::fit::portable::Portable as _;
+
 /// Weights and their standard errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fit {
@@ -39,7 +41,7 @@ pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f6
         }
         for (features, happened, times) in samples {
             let x: f64 = features.iter().zip(&weights).map(|(f, w)| f * w).sum();
-            let p = 1.0 / (1.0 + (-x).exp());
+            let p = 1.0 / (1.0 + (-x).exp_portable());
             let left = times * (f64::from(u8::from(*happened)) - p);
             let spread = times * p * (1.0 - p);
             for (i, &a) in features.iter().enumerate().filter(|(_, a)| **a != 0.0) {

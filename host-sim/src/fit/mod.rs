@@ -4,8 +4,11 @@
 //! knew of each, and whether it was that one. Their logistic regression is the hazard; a second one,
 //! on other scenes, maps what the hazards add up to onto how often answers were right.
 
+use crate::fit::portable::Portable as _;
+
 pub mod logistic;
 pub mod measurement;
+pub mod portable;
 pub mod sequences;
 mod table;
 
@@ -26,7 +29,7 @@ use crate::answer::Answer;
 use crate::inspect;
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options, Scanned};
-use crate::score;
+use crate::score::{self, at_most};
 use logistic::Fit;
 use measurement::{Build, Sighting};
 
@@ -207,7 +210,9 @@ fn odds(lesson: &Lesson, weights: &Weights) -> Vec<(f64, bool)> {
     let mut log_right = 0.0;
     let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
         log_right += f64::from(weights.log_survival(&cell.features));
-        let log_wrong = (-log_right.exp_m1()).max(f64::from(f32::EPSILON)).ln();
+        let log_wrong = (-log_right.exp_m1_portable())
+            .max(f64::from(f32::EPSILON))
+            .ln_portable();
         (log_right - log_wrong, lesson.wrong.is_none_or(|w| w > k))
     });
     cells.collect()
@@ -227,8 +232,12 @@ pub struct Threshold {
     pub wrong: usize,
 }
 
-/// One `ok` in so many may be wrong up to its horizon.
-const OK_IN: f64 = 200.0;
+/// Largest share of `ok` answers that may be wrong up to their horizon: the promise.
+const RISK: f64 = 0.01;
+/// Probability with which a threshold that does not keep the promise may be taken for one that does.
+const ERROR: f64 = 0.05;
+/// Answers that a threshold must leave to be tested: with fewer not even none wrong would do.
+const LEAST_TESTED: usize = 300;
 
 /// What the cells of an answer come to.
 struct Course {
@@ -259,8 +268,10 @@ impl Course {
     }
 }
 
-/// The least probability, in thousandths, with which so few of the `ok` answers are wrong, half an
-/// error more than seen (Jeffreys); 2, which none has, where there is none.
+/// The threshold of `ok` by learn-then-test with a fixed sequence (Angelopoulos, Bates, Candès, Jordan, Lei 2021): from
+/// the strictest threshold that leaves enough answers downwards, in thousandths, each is tested against the hypothesis
+/// that more than [`RISK`] of its `ok` answers are wrong, up to the first that is not rejected. The threshold is the last
+/// rejected one; 2, which no answer has, where there is none.
 fn least(courses: &[Course]) -> Threshold {
     let judge = |from: f32| {
         let ends = courses.iter().filter_map(|course| {
@@ -274,22 +285,25 @@ fn least(courses: &[Course]) -> Threshold {
             wrong: ok.iter().filter(|(.., right)| !right).count(),
         }
     };
-    let fine = |t: &Threshold| (t.wrong as f64 + 0.5) * OK_IN <= t.ok as f64 + 1.0;
-    let all = (900..1000_u16).map(|thousandths| judge(f32::from(thousandths) / 1000.0));
-    all.into_iter().find(fine).unwrap_or(Threshold {
+    let strictest_first = (900..1000_u16).rev();
+    let tested = strictest_first.map(|thousandths| judge(f32::from(thousandths) / 1000.0));
+    let tested = tested.skip_while(|t| t.ok < LEAST_TESTED);
+    let kept = tested.take_while(|t| at_most(t.wrong, t.ok, RISK) <= ERROR);
+    kept.last().unwrap_or(Threshold {
         from: 2.0,
         ok: 0,
         wrong: 0,
     })
 }
 
-/// The least probability that keeps the promise of `ok`. Each lesson comes with weights that were counted
-/// without it.
-pub fn threshold(lessons: &[(&Lesson, &Weights)]) -> Threshold {
-    let courses = lessons
-        .iter()
-        .map(|(lesson, weights)| course(lesson, weights));
-    least(&courses.collect::<Vec<_>>())
+/// The threshold of `ok` for answers without steps, or with steps, from scans that the weights were not counted from.
+pub fn threshold(lessons: &[&Lesson], weights: &Weights, stairs: bool) -> Threshold {
+    let of_type = lessons.iter().filter(|lesson| lesson.stairs == stairs);
+    least(
+        &of_type
+            .map(|lesson| course(lesson, weights))
+            .collect::<Vec<_>>(),
+    )
 }
 
 fn course(lesson: &Lesson, weights: &Weights) -> Course {

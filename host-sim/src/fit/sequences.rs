@@ -1,6 +1,7 @@
 //! Counts what one scan's word counts in the next one: how alike the errors of two scans are, and the
 //! hazards of cells that earlier scans have seen.
 
+use crate::fit::portable::Portable as _;
 use std::cell::RefCell;
 use std::fmt::Write as _;
 
@@ -194,7 +195,7 @@ fn correlation(pairs: &[Pair], of: impl Fn(&Pair) -> [f64; 2]) -> Correlation {
     let left = |standing: f64, way_m: f64| -> f64 {
         let off = pairs.iter().map(|p| {
             let [a, b] = of(p);
-            a * b - power * standing * (-p.moved_m / way_m).exp()
+            a * b - power * standing * (-p.moved_m / way_m).exp_portable()
         });
         off.map(|x| x * x).sum()
     };
@@ -249,7 +250,7 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     let mut table = Carried {
         hazard: [0.0; PAST_FEATURES],
         maps: [Map::IDENTITY; 2],
-        ok_from: 2.0,
+        ok_from: [2.0; 2],
     };
     for (weight, &fitted) in table.hazard.iter_mut().zip(&hazards.weights) {
         *weight = fitted as f32;
@@ -278,18 +279,20 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     for (p, name) in surest_wrong(calibration, &table) {
         let _ = writeln!(told, "  wrong with {p:.4}: {name}");
     }
-    let courses: Vec<_> = calibration.iter().map(|l| course(l, &table)).collect();
-    let least = least(&courses);
-    table.ok_from = least.from;
-    let able = calibration.iter().filter(|l| l.reach_m.is_finite());
-    let _ = writeln!(
-        told,
-        "ok from {:.3} on: {} of {} scans that nothing else takes it from, {} of them wrong",
-        table.ok_from,
-        least.ok,
-        able.count(),
-        least.wrong
-    );
+    for (stairs, name) in [(false, "without steps"), (true, "with steps")] {
+        let of_type = || calibration.iter().filter(|l| l.stairs == stairs);
+        let least = least(&of_type().map(|l| course(l, &table)).collect::<Vec<_>>());
+        table.ok_from[usize::from(stairs)] = least.from;
+        let able = of_type().filter(|l| l.reach_m.is_finite());
+        let _ = writeln!(
+            told,
+            "{name}: ok from {:.3} on: {} of {} scans that nothing else takes it from, {} of them wrong",
+            least.from,
+            least.ok,
+            able.count(),
+            least.wrong
+        );
+    }
     Counted { table, told }
 }
 
@@ -298,7 +301,9 @@ fn odds(lesson: &Lesson, table: &Carried) -> Vec<(Vec<f64>, bool)> {
     let mut log_right = 0.0;
     let cells = lesson.cells.iter().enumerate().map(|(k, cell)| {
         log_right += f64::from(log_survival(table.log_odds(&cell.features)));
-        let log_wrong = (-log_right.exp_m1()).max(f64::from(f32::EPSILON)).ln();
+        let log_wrong = (-log_right.exp_m1_portable())
+            .max(f64::from(f32::EPSILON))
+            .ln_portable();
         let right = lesson.wrong.is_none_or(|w| w > k);
         (vec![log_right - log_wrong, 1.0], right)
     });
@@ -396,16 +401,16 @@ mod tests {
         let right = (0..1500).map(|k| lesson(0.005 * (k % 1000) as f32, k % 1000 < 40, 1.0));
         let mut lessons: Vec<Lesson> = right.collect();
         let before = count(&lessons, &lessons).table;
-        assert!(before.ok_from < 1.0, "{before:?}");
+        assert!(before.ok_from[1] < 1.0, "{before:?}");
         // As many that are as sure and wrong, but not confirmed.
         lessons.extend((0..30).map(|_| lesson(5.0, true, f32::INFINITY)));
         let counted = count(&lessons, &lessons);
-        assert!(counted.table.ok_from < 1.0, "{}", counted.told);
+        assert!(counted.table.ok_from[1] < 1.0, "{}", counted.told);
         assert!(counted.told.contains("of 1500 scans"), "{}", counted.told);
         for lesson in &mut lessons {
             lesson.reach_m = 1.0;
         }
         let all = count(&lessons, &lessons);
-        assert!(all.table.ok_from > 1.0, "{}", all.told);
+        assert!(all.table.ok_from[1] > 1.0, "{}", all.told);
     }
 }

@@ -33,7 +33,7 @@ use crate::recording::{TrueStep, Truth};
 pub use compare::{Change, Comparison};
 pub use reliability::{Bin, Prediction, Reliability};
 pub use set::{SetScore, Spread, by_set, quantile};
-pub use share::Share;
+pub use share::{Share, at_most, upper_bound};
 pub use text::{confusions, confusions_json, median_table, table};
 
 /// Farthest that a reported step may lie from the true step that it matches, metres.
@@ -72,6 +72,8 @@ pub struct SceneScore {
     pub set: String,
     /// Status that was reported.
     pub status: Status,
+    /// Direction that was reported.
+    pub direction: Direction,
     /// Reasons that were reported.
     pub reasons: String,
     /// How far the answer vouches for itself, metres; infinite where it does not say.
@@ -276,6 +278,7 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
             .unwrap_or_default()
             .to_owned(),
         status: answer.scan.status,
+        direction: answer.scan.direction,
         reasons: answer.scan.reasons.to_string(),
         horizon_m,
         confidence: confidence(answer, truth),

@@ -15,6 +15,43 @@ pub(super) fn wilson(p: f64, n: f64) -> (f64, f64) {
     ((middle - half).max(0.0), (middle + half).min(1.0))
 }
 
+/// Probability that of `n` draws at most `k` are so, each with probability `p`.
+pub fn at_most(k: usize, n: usize, p: f64) -> f64 {
+    if k >= n || p <= 0.0 {
+        return 1.0;
+    }
+    if p >= 1.0 {
+        return 0.0;
+    }
+    let (so, not) = (libm::log(p), libm::log1p(-p));
+    let (mut ln_choose, mut sum) = (0.0, 0.0);
+    for j in 0..=k {
+        if j > 0 {
+            ln_choose += libm::log((n - j + 1) as f64 / j as f64);
+        }
+        sum += libm::exp(ln_choose + j as f64 * so + (n - j) as f64 * not);
+    }
+    sum.min(1.0)
+}
+
+/// Halvings by which the bound of a share is found: to a millionth.
+const HALVINGS: usize = 24;
+
+/// Upper 95 % confidence bound of the share that `hits` of `of` draws are from (Clopper and Pearson, Biometrika 26,
+/// 1934); 1 of no draws.
+pub fn upper_bound(hits: usize, of: usize) -> f64 {
+    let (mut low, mut high) = (0.0, 1.0);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if of > 0 && at_most(hits, of, middle) <= 0.05 {
+            high = middle;
+        } else {
+            low = middle;
+        }
+    }
+    high
+}
+
 /// So many of so many.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Share {

@@ -1,5 +1,6 @@
 //! The measurement model's densities in double precision, as `stairscan::posterior` has them.
 
+use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
 
 use stairscan::posterior::LEAST_DB;
@@ -19,24 +20,24 @@ const FLAT_DB: f64 = 50.0;
 
 /// Logarithm of the wide-tailed density at `z2` squared standard deviations.
 pub fn log_tailed(z2: f64) -> f64 {
-    (CORE * (-0.5 * z2).exp() + TAIL * (1.0 + z2 / TAIL_WIDTH).powi(-4)).ln()
+    (CORE * (-0.5 * z2).exp_portable() + TAIL * (1.0 + z2 / TAIL_WIDTH).powi(-4)).ln_portable()
 }
 
 /// Wide-tailed density in two dimensions, by squared deviation and variances.
 pub fn tailed(z2: f64, variances: f64) -> f64 {
-    (log_tailed(z2)).exp() / (TAU * variances.sqrt())
+    (log_tailed(z2)).exp_portable() / (TAU * variances.sqrt())
 }
 
 /// Upper tail of the normal distribution.
 pub fn above(z: f64) -> f64 {
-    1.0 / (1.0 + (PROBIT * z).exp())
+    1.0 / (1.0 + (PROBIT * z).exp_portable())
 }
 
 /// Density of a level that is cut off at the detection threshold.
 pub fn level(snr_db: f64, mean: f64, sigma: f64, flat: f64) -> f64 {
     let z = (snr_db - mean) / sigma;
     let tail = above((f64::from(LEAST_DB) - mean) / sigma).max(LEAST_TAIL);
-    (1.0 - flat) * (-0.5 * z * z).exp() / (TAU.sqrt() * sigma * tail) + flat / FLAT_DB
+    (1.0 - flat) * (-0.5 * z * z).exp_portable() / (TAU.sqrt() * sigma * tail) + flat / FLAT_DB
 }
 
 #[cfg(test)]

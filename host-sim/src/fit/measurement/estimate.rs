@@ -1,5 +1,6 @@
 //! The most likely numbers of the measurement model for what was counted.
 
+use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
 
 use stairscan::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
@@ -173,7 +174,7 @@ fn place(hits: &[(Hit, Level)], start: &Point, p: &mut Point, told: &mut Told<'_
             let dc = f64::from(hit.across_m) - x[2] - x[4] * wide;
             let by_width = x[5].hypot(floor::WIDTH_M) * wide;
             let vc = x[3] * x[3] + least + by_width * by_width + noise * noise;
-            log_tailed(dr * dr / vr + dc * dc / vc) - 0.5 * (vr * vc).ln()
+            log_tailed(dr * dr / vr + dc * dc / vc) - 0.5 * (vr * vc).ln_portable()
         };
         hits.iter().map(log).sum()
     });
@@ -192,7 +193,7 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
     let (start, ends) = (&START.points[class], [START.hidden.low, START.hidden.top]);
     let rest = 1.0 - ends[0][0] - ends[1][0];
     // Shares as log-odds against the rest.
-    let share = |k: usize| around((ends[k][0] / rest).ln(), sigma::ODDS);
+    let share = |k: usize| around(f64::from(ends[k][0] / rest).ln_portable() as f32, sigma::ODDS);
     let priors = [
         around(start.range_m, sigma::RANGE_M),
         over(start.range_sigma_m, floor::RANGE_M, sigma::RANGE_M),
@@ -205,7 +206,7 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
         over(ends[1][2], floor::HIDDEN_M, sigma::ACROSS_M),
     ];
     let shares = |x: &[f64]| {
-        let (low, top) = (x[3].exp(), x[6].exp());
+        let (low, top) = (x[3].exp_portable(), x[6].exp_portable());
         let all = 1.0 + low + top;
         [low / all, top / all, 1.0 / all]
     };
@@ -226,10 +227,11 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
             let soft = (SOFT_M2 + va).sqrt();
             let within = (above(-low / soft) - above(-top / soft)).max(0.0);
             let even = within / (low - top).max(LEAST_SPAN_M);
-            let face = shares[2] * even * log_tailed(dx * dx / vr).exp() / (TAU * vr).sqrt();
+            let face =
+                shares[2] * even * log_tailed(dx * dx / vr).exp_portable() / (TAU * vr).sqrt();
             let at_low = end(shares[0], dx, low, x[4], x[5]);
             let at_top = end(shares[1], dx + f64::from(hit.over_m), top, x[7], x[8]);
-            (at_low + at_top + face + f64::MIN_POSITIVE).ln()
+            (at_low + at_top + face + f64::MIN_POSITIVE).ln_portable()
         };
         hits.iter().map(log).sum()
     });
@@ -274,7 +276,7 @@ fn levels_of<'l>(
         let spread = x[2].hypot(floor);
         let log = |l: &&Level| {
             let mean = x[0] + x[1] * TEN_DB * f64::from(l.q) + f64::from(l.fade_db);
-            level(l.snr_db.into(), mean, spread, flat).ln()
+            level(l.snr_db.into(), mean, spread, flat).ln_portable()
         };
         levels.iter().map(log).sum()
     });
@@ -313,7 +315,7 @@ fn probability(f: &Chance, g: &Generative) -> f64 {
     let p = &g.points[f.class];
     let weights = [p.seen, p.seen_per_ten_db, p.seen_per_room].map(f64::from);
     let odds: f64 = weights.iter().zip(&f.on).map(|(w, x)| w * x).sum();
-    (1.0 / (1.0 + (-odds).exp())).clamp(LEAST_SEEN, MOST_SEEN)
+    (1.0 / (1.0 + (-odds).exp_portable())).clamp(LEAST_SEEN, MOST_SEEN)
 }
 
 /// The model's bounds of being seen.
@@ -339,7 +341,7 @@ fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<N
     let peak = from_means(&priors, |x| {
         let log = |s: &Scan| {
             let log_rate = x[0] + x.get(1).map_or(0.0, |per| per * s.q);
-            s.echoes[class] * log_rate - s.exposure[class] * log_rate.exp()
+            s.echoes[class] * log_rate - s.exposure[class] * log_rate.exp_portable()
         };
         counts.scans.iter().map(log).sum()
     });
@@ -361,7 +363,7 @@ fn extended(counts: &Counts, class: usize, p: &mut Extended, numbers: &mut Vec<N
         let peak = from_means(&[prior], |x| {
             let log = |s: &(Level, f64, f64)| {
                 let v = x[0] * x[0] + floor::OFF_M * floor::OFF_M + s.2 * s.2;
-                log_tailed(s.1 * s.1 / v) - 0.5 * v.ln()
+                log_tailed(s.1 * s.1 / v) - 0.5 * v.ln_portable()
             };
             samples.iter().map(log).sum()
         });

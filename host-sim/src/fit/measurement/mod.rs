@@ -6,6 +6,8 @@
 //! open or closed, a wall behind, what stands where no step does) is what the table so far finds most
 //! likely. A fixed number of rounds from a fixed table: the same scans give the same bytes.
 
+use crate::fit::portable::Portable as _;
+
 mod climb;
 mod counts;
 mod density;
@@ -165,7 +167,10 @@ fn costs(model: &Model<'_>, truth: &Staircase, seen: usize) -> [f64; 4] {
         vec![odd(ODD_M), odd(-ODD_M)],
     ];
     rivals.map(|rivals| {
-        let odds: f64 = rivals.iter().map(|rival| (rival - here).exp()).sum();
-        odds.ln_1p()
+        let odds: f64 = rivals
+            .iter()
+            .map(|rival| (rival - here).exp_portable())
+            .sum();
+        odds.ln_1p_portable()
     })
 }
