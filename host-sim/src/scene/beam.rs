@@ -71,10 +71,10 @@ impl Beam {
 
     /// Amplitude `angle` radians off the axis, in the plane.
     pub fn in_plane(&self, angle: f64) -> f64 {
-        let at = angle.abs() / GRAIN;
-        let k = at as usize;
-        match self.table.get(k..k.saturating_add(2)) {
-            Some([here, next]) => here + (next - here) * (at - k as f64),
+        let at = angle.abs() * (1.0 / GRAIN);
+        let k = at as u32;
+        match self.table.get(k as usize..k as usize + 2) {
+            Some([here, next]) => here + (next - here) * (at - f64::from(k)),
             _ => self.floor.sqrt(),
         }
     }
@@ -85,11 +85,56 @@ impl Beam {
         libm::exp(-0.5 * LN_2 * x * x)
     }
 
+    /// The amplitudes of the way out and back across the plane, where the angle of either leg is linear:
+    /// its slope per metre beside the plane, and its value there.
+    pub fn lateral_pair(&self, legs: [(f64, f64); 2]) -> LateralPair {
+        let scale = -2.0 * LN_2 / (self.lateral_rad * self.lateral_rad);
+        let sum = |part: fn((f64, f64)) -> f64| scale * (part(legs[0]) + part(legs[1]));
+        LateralPair {
+            square: sum(|(slope, _)| slope * slope),
+            linear: sum(|(slope, at)| 2.0 * slope * at),
+            constant: sum(|(_, at)| at * at),
+        }
+    }
+
     /// Tangent of the angle across the plane beyond which two-way amplitudes are below 1.6 %.
     pub fn lateral_reach(&self) -> f64 {
         libm::tan((1.2 * self.lateral_rad).min(1.4))
     }
 }
+
+/// Two-way amplitude over the place beside the plane: e to a polynomial of second degree.
+pub struct LateralPair {
+    square: f64,
+    linear: f64,
+    constant: f64,
+}
+
+impl LateralPair {
+    /// Amplitudes at `first` and every `spacing` metres from there. They follow from one another: the
+    /// ratio of two neighbours changes by a constant factor.
+    pub fn gains<const N: usize>(&self, first: f64, spacing: f64) -> [f64; N] {
+        let at = |z: f64| (self.square * z + self.linear) * z + self.constant;
+        let start = at(first);
+        let step = at(first + spacing) - start;
+        let last = at(first + N as f64 * spacing);
+        if start.min(last) < SMALLEST {
+            return core::array::from_fn(|k| libm::exp(at(first + k as f64 * spacing)));
+        }
+        let mut gain = libm::exp(start);
+        let mut ratio = libm::exp(step);
+        let change = libm::exp(2.0 * self.square * spacing * spacing);
+        core::array::from_fn(|_| {
+            let this = gain;
+            gain *= ratio;
+            ratio *= change;
+            this
+        })
+    }
+}
+
+/// Exponent below which a gain is close to the smallest numbers, where ratios are no longer exact.
+const SMALLEST: f64 = -600.0;
 
 /// sinh(π√q)/(π√q), which for negative q is sin(π√-q)/(π√-q).
 fn lobe(q: f64) -> f64 {
@@ -135,6 +180,30 @@ mod tests {
             assert!((db(beam.in_plane(-half)) + 3.01).abs() < 0.02);
             assert!((db(beam.lateral(half)) + 3.01).abs() < 0.01);
             assert!((beam.in_plane(0.0) - 1.0).abs() < 1e-9);
+        }
+    }
+
+    #[test]
+    fn gains_across_the_plane_are_those_of_both_legs() {
+        let beam = Beam::new(3.0, 3.0, 20.0, 35.0);
+        let legs = [(1.0 / 0.4, 0.05), (1.0 / 0.9, -0.08)];
+        let pair = beam.lateral_pair(legs);
+        for (first, spacing) in [
+            (-0.3, 2e-3),
+            (0.0, 2e-3),
+            (0.2, 4e-4),
+            (-3.0, 0.2),
+            (2.0, 0.5),
+        ] {
+            let gains: [f64; 16] = pair.gains(first, spacing);
+            for (k, gain) in gains.into_iter().enumerate() {
+                let z = first + k as f64 * spacing;
+                let exact: f64 = legs.iter().map(|(s, a)| beam.lateral(s * z + a)).product();
+                assert!(
+                    (gain - exact).abs() < 1e-12 * exact + 1e-300,
+                    "{z}: {gain} {exact}"
+                );
+            }
         }
     }
 

@@ -146,7 +146,7 @@ impl Scene {
                 let (here, tones) = passing.tones(&shot)?;
                 let stream = CHIRPS + scan as u64 * SCAN_STREAMS + row as u64;
                 let mut random = Random::new(seed, stream);
-                let (chirp, _) = here.chirp(&receiver, tones, row, &mut random);
+                let (chirp, _) = here.chirp(&receiver, &tones, row, &mut random);
                 whole.samples.extend(chirp);
                 whole.meta.angles_deg.push(self.angles[row]);
                 let reading = pitch + READING_SD * rng.normal();

@@ -30,7 +30,7 @@ pub struct Facet {
     pub segment: usize,
     /// Lies in a joint of its material.
     pub joint: bool,
-    /// First of its heights in [`Relief::heights`].
+    /// First of its heights.
     first: usize,
 }
 
@@ -70,9 +70,9 @@ pub struct Columns {
     /// From one column to the next, metres.
     pub spacing: f64,
     /// First column.
-    low: i64,
+    pub low: i64,
     /// One beyond the last column.
-    high: i64,
+    pub high: i64,
 }
 
 impl Columns {
@@ -96,21 +96,43 @@ impl Columns {
         }
     }
 
-    /// Middle of every column, metres beside the plane.
-    pub fn centres(self) -> impl Iterator<Item = f64> {
-        (self.low..self.high).map(move |k| self.middle + (k as f64 + 0.5) * self.spacing)
+    /// Middle of column `k`, metres beside the plane.
+    pub fn centre(self, k: i64) -> f64 {
+        self.middle + (k as f64 + 0.5) * self.spacing
     }
 
     fn len(self) -> usize {
         usize::try_from(self.high - self.low).unwrap_or(0)
     }
 
-    /// Index of the column at `z`, the outermost ones for what lies beyond them.
-    fn index(self, z: f64) -> usize {
-        let k = libm::floor((z - self.middle) / self.spacing) as i64 - self.low;
-        usize::try_from(k)
-            .unwrap_or(0)
-            .min(self.len().saturating_sub(1))
+    /// Number of the column at `z`.
+    fn number(self, z: f64) -> i64 {
+        libm::floor((z - self.middle) / self.spacing) as i64
+    }
+}
+
+/// The heights of one facet above its mean surface, column after column; none of a smooth one.
+#[derive(Clone, Copy)]
+pub struct Heights<'a> {
+    columns: Columns,
+    heights: &'a [f32],
+}
+
+impl Heights<'_> {
+    /// Height in column `k`, of the outermost ones for what lies beyond them, metres.
+    pub fn column(&self, k: i64) -> f64 {
+        let last = self.heights.len().saturating_sub(1);
+        let index = usize::try_from(k - self.columns.low).unwrap_or(0);
+        let height = self.heights.get(index.min(last));
+        height.map_or(0.0, |h| f64::from(*h))
+    }
+
+    /// Height at `z` metres beside the plane.
+    pub fn at(&self, z: f64) -> f64 {
+        if self.heights.is_empty() {
+            return 0.0;
+        }
+        self.column(self.columns.number(z))
     }
 }
 
@@ -191,17 +213,20 @@ impl Relief {
         let (along, across) = (keep(facet.len), keep(columns.spacing));
         let (fresh, fresh_across) = ((1.0 - along * along).sqrt(), (1.0 - across * across).sqrt());
         let mut row = vec![0.0_f64; columns.len()];
+        let mut drawn = vec![0.0; columns.len() + 1];
         let mut draw = |row: &mut [f64], along: f64, fresh: f64| {
-            let mut noise = rng.normal();
-            for h in row {
+            rng.normals(&mut drawn);
+            let mut noise = drawn[0];
+            for (h, next) in row.iter_mut().zip(&drawn[1..]) {
                 *h = *h * along + noise * fresh;
-                noise = noise * across + rng.normal() * fresh_across;
+                noise = noise * across + next * fresh_across;
             }
         };
         draw(&mut row, 0.0, 1.0);
+        let heights = Arc::make_mut(&mut self.heights);
+        heights.reserve(columns.len() * (self.facets.len() - own));
         for facet in &mut self.facets[own..] {
-            facet.first = self.heights.len();
-            let heights = Arc::make_mut(&mut self.heights);
+            facet.first = heights.len();
             heights.extend(row.iter().map(|h| (h * rough) as f32));
             draw(&mut row, along, fresh);
         }
@@ -215,13 +240,15 @@ impl Relief {
         }
     }
 
-    /// Height of facet `k` above its mean surface in the column at `z`; 0 for smooth ones.
-    pub fn height(&self, k: usize, z: f64) -> f64 {
+    /// Heights of facet `k`.
+    pub fn heights(&self, k: usize) -> Heights<'_> {
         let facet = &self.facets[k];
-        let column = self.columns[facet.segment].index(z);
-        let at = facet.first.checked_add(column);
-        at.and_then(|i| self.heights.get(i))
-            .map_or(0.0, |h| f64::from(*h))
+        let columns = self.columns[facet.segment];
+        let end = facet.first.saturating_add(columns.len());
+        Heights {
+            columns,
+            heights: self.heights.get(facet.first..end).unwrap_or_default(),
+        }
     }
 }
 
@@ -254,13 +281,13 @@ mod tests {
         let relief = plate(0.0, 1e-3);
         assert_eq!(relief.facets.len(), 1250);
         assert!(relief.facets.iter().all(|f| f.len <= 8e-4));
-        assert_eq!(relief.height(17, 0.01), 0.0);
+        assert_eq!(relief.heights(17).at(0.01), 0.0);
     }
 
     #[test]
     fn heights_have_their_deviation_and_correlation() {
         let relief = plate(100e-6, 3e-3);
-        let h = |k: usize, c: i32| relief.height(k, (f64::from(c) + 0.5) * COLUMN) / 100e-6;
+        let h = |k: usize, c: i32| relief.heights(k).at((f64::from(c) + 0.5) * COLUMN) / 100e-6;
         let cells: Vec<(usize, i32)> = (0..1200)
             .flat_map(|k| (-40..40).map(move |c| (k, c)))
             .collect();

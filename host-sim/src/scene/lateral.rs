@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::facets::Columns;
 use super::geometry::Lateral;
-use super::maths::{Random, cis};
+use super::maths::{Random, cis, cis_all};
 use super::scatter::View;
 use super::sight::Shade;
 
@@ -24,6 +24,9 @@ pub struct Strip {
 /// Columns whose ranges differ by less are summed into one strip: a seventh of the finest range
 /// resolution. Only a beam that looks aslant needs more than one.
 const STRIP: f64 = 2e-3;
+
+/// Columns that are computed at once.
+const BLOCK: usize = 16;
 
 /// Strips this much darker than the brightest one, in power, are left out.
 const DARK: f64 = 1e-6;
@@ -49,11 +52,12 @@ impl View<'_> {
         self.beam.lateral_reach() + libm::tan(self.world.yaw).abs()
     }
 
-    /// Sum over the columns across the plane, strip by strip.
+    /// Sum over the columns across the plane, strip by strip. `path` is how much farther a column is than
+    /// a flat surface's, both ways together: of the column's number and its place beside the plane.
     pub fn across(
         &self,
         a: &Across,
-        phase: impl Fn(f64) -> f64,
+        path: impl Fn(i64, f64) -> f64,
         hidden: impl Fn(f64) -> bool,
     ) -> Vec<Strip> {
         let [out, back] = a.legs;
@@ -61,23 +65,38 @@ impl View<'_> {
         let bend = 0.5 * (1.0 / out + 1.0 / back);
         let (sin, cos) = libm::sincos(self.world.yaw);
         // Angle between a column's ray and the plane that the mirror sweeps.
-        let aside = |z: f64, leg: usize| z * cos / a.legs[leg] - a.forward[leg] * sin;
+        let aside = |leg: usize| (cos / a.legs[leg], -a.forward[leg] * sin);
+        let light = self.beam.lateral_pair([aside(0), aside(1)]);
+        let tilt = self.wavenumber * bend * columns.spacing;
         let mut strips: Vec<Strip> = Vec::new();
-        for z in columns.centres().filter(|&z| !hidden(z)) {
-            let gain = self.beam.lateral(aside(z, 0)) * self.beam.lateral(aside(z, 1));
-            let turn = self.wavenumber * z * bend * columns.spacing;
-            let weight = gain * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
-            // Looking straight at the edges, the beam is over before its ranges differ.
-            let farther = if sin == 0.0 { 0.0 } else { 0.5 * z * z * bend };
-            let strip = (farther / STRIP) as usize;
-            if strips.len() <= strip {
-                strips.resize(strip + 1, Strip::default());
+        for first in (columns.low..columns.high).step_by(BLOCK) {
+            let count = (columns.high - first).min(BLOCK as i64) as usize;
+            let places: [f64; BLOCK] = core::array::from_fn(|i| columns.centre(first + i as i64));
+            let gains: [f64; BLOCK] = light.gains(places[0], columns.spacing);
+            let mut phases = [0.0; BLOCK];
+            for (i, (phase, z)) in phases.iter_mut().zip(places).take(count).enumerate() {
+                *phase = self.wavenumber * (z * z * bend + path(first + i as i64, z));
             }
-            let strip = &mut strips[strip];
-            strip.sum += cis(self.wavenumber * z * z * bend + phase(z)) * weight;
-            let lit = gain * gain * columns.spacing;
-            strip.lit += lit;
-            strip.farther += farther * lit;
+            let (cosines, sines) = cis_all(&phases);
+            for i in 0..count {
+                let z = places[i];
+                if hidden(z) {
+                    continue;
+                }
+                let turn = tilt * z;
+                let weight = gains[i] * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
+                // Looking straight at the edges, the beam is over before its ranges differ.
+                let farther = if sin == 0.0 { 0.0 } else { 0.5 * z * z * bend };
+                let strip = (farther / STRIP) as usize;
+                if strips.len() <= strip {
+                    strips.resize(strip + 1, Strip::default());
+                }
+                let strip = &mut strips[strip];
+                strip.sum += Complex64::new(cosines[i] * weight, sines[i] * weight);
+                let lit = gains[i] * gains[i] * columns.spacing;
+                strip.lit += lit;
+                strip.farther += farther * lit;
+            }
         }
         // What the beam leaves dark is no echo; a surface that lies in no column stays one without power.
         let brightest = strips.iter().map(|s| s.lit).fold(0.0, f64::max);

@@ -10,6 +10,7 @@
 //! centre; its polarisation does not turn with the mirror; of more than two bounces nothing comes back.
 
 pub mod beam;
+mod bundles;
 pub mod check;
 pub mod command;
 pub mod driving;
@@ -17,6 +18,7 @@ pub mod edge;
 pub mod facets;
 #[cfg(test)]
 mod form_tests;
+mod fourier;
 pub mod geometry;
 pub mod lateral;
 pub mod material;
@@ -39,7 +41,7 @@ mod turning;
 
 use std::fs;
 use std::path::Path;
-use std::sync::OnceLock;
+use std::sync::{Arc, OnceLock};
 
 use anyhow::{Context, Result, anyhow};
 use num_complex::Complex64;
@@ -48,6 +50,7 @@ use stairscan::config::Plane;
 
 use crate::recording::{self, Metadata, MirrorSetup, Recording, Truth};
 use beam::Beam;
+use bundles::{Bundles, Tone};
 use facets::Relief;
 use geometry::{BuiltStep, World};
 use material::{Material, builtin};
@@ -55,7 +58,7 @@ use maths::{LIGHT, Random, Vec2, amplitude, cis, decibel};
 use receiver::Receiver;
 use scatter::{Diffuse, EVERYWHERE, Echo, View};
 use spec::{PlaneSpec, SceneSpec};
-use tones::{HIGHEST, Place, Tones};
+use tones::{HIGHEST, Moving, Tones};
 use truth::ScanGeometry;
 
 /// Random streams of one seed: one for the surfaces, one per chirp from [`CHIRPS`] on.
@@ -70,17 +73,16 @@ pub struct Scene {
     eye: Vec2,
     beam: Beam,
     /// Worked out when a scan first asks for it: there are scenes that are only built.
-    tones: OnceLock<Tones>,
+    beats: OnceLock<Arc<Beats>>,
     angles: Vec<f64>,
 }
 
-/// One echo's place on the grid of beat tones, and its amplitude at the ADC.
-#[derive(Clone, Copy)]
-struct Tone {
-    place: Place,
-    amplitude: Complex64,
-    out: f64,
-    back: f64,
+/// What the chirps of all rows are made with.
+struct Beats {
+    tones: Tones,
+    /// What comes back from inside the scanner, sample by sample: the leakage and the mirror, the latter
+    /// without the phase that its run-out turns.
+    inside: [Vec<Moving>; 2],
 }
 
 /// One scan: the samples of every row in the order of the angles, and what is true of it.
@@ -141,7 +143,7 @@ impl Scene {
             world,
             eye,
             beam,
-            tones: OnceLock::new(),
+            beats: OnceLock::new(),
             angles,
             spec,
         })
@@ -163,12 +165,12 @@ impl Scene {
     }
 
     /// The chirps of all rows and the truth. `stream` is that of the first row's random numbers.
-    fn scan(&self, receiver: &Receiver, tones: &[Tone], (seed, stream): (u64, u64)) -> Scan {
+    fn scan(&self, receiver: &Receiver, tones: &Bundles, (seed, stream): (u64, u64)) -> Scan {
         let rows = 0..self.angles.len();
         let (chirps, clean): (Vec<_>, Vec<_>) = rows
             .map(|row| {
                 let mut random = Random::new(seed, stream + row as u64);
-                self.chirp(receiver, tones, row, &mut random)
+                self.chirp(receiver, &[tones], row, &mut random)
             })
             .unzip();
         let scan = self.geometry();
@@ -264,24 +266,29 @@ impl Scene {
         }
     }
 
-    fn beats(&self) -> &Tones {
-        self.tones.get_or_init(|| {
+    fn beats(&self) -> &Beats {
+        self.beats.get_or_init(|| {
             let receiver = Receiver::new(&self.spec.radar, &self.spec.receiver);
-            Tones::new(&receiver.times(), |f| receiver.filter(f))
+            let tones = Tones::new(&receiver.times(), |f| receiver.filter(f));
+            let inside = self.inside(&receiver, &tones);
+            Arc::new(Beats { tones, inside })
         })
     }
 
     /// The echoes' places on the grid of beat tones.
-    fn place(&self, receiver: &Receiver, echoes: &[Echo]) -> Vec<Tone> {
+    fn place(&self, receiver: &Receiver, echoes: &[Echo]) -> Bundles {
         let gain = receiver.gain(self.antenna_gain_dbi());
         let tones = echoes.iter().map(|e| self.tone(receiver, gain, e));
-        tones.flatten().collect()
+        Bundles::new(tones.flatten())
     }
 
     /// One echo's place; none beyond the grid.
     fn tone(&self, receiver: &Receiver, gain: f64, echo: &Echo) -> Option<Tone> {
         let offset = self.spec.mount.mirror_offset_m;
-        let place = self.beats().place(receiver.beat(echo.range + offset))?;
+        let place = self
+            .beats()
+            .tones
+            .place(receiver.beat(echo.range + offset))?;
         Some(Tone {
             amplitude: echo.amplitude * gain * place.centre,
             place,
@@ -305,7 +312,7 @@ impl Scene {
     fn chirp(
         &self,
         receiver: &Receiver,
-        tones: &[Tone],
+        tones: &[&Bundles],
         row: usize,
         random: &mut Random,
     ) -> (Vec<Iq>, Vec<Complex64>) {
@@ -321,13 +328,14 @@ impl Scene {
         if turning::turns(mirror) {
             self.smeared(row_deg, tilt, tones, &warp, &mut echo);
         } else {
-            self.beats()
-                .sum(&self.weighed(shaft + tilt, tones), &warp, &mut echo);
+            let grid = self.weighed(shaft + tilt, tones);
+            self.beats().tones.sum(&grid, &warp, &mut echo);
         }
-        let mut analog = echo.clone();
-        let mut grid = self.beats().grid();
-        self.inside(receiver, shaft, &mut grid);
-        self.beats().sum(&grid, &warp, &mut analog);
+        let [leakage, own] = &self.beats().inside;
+        let turn = cis(2.0 * self.view().wavenumber * mirror.runout_m * libm::sin(shaft));
+        let inside = leakage.iter().zip(own).zip(&warp);
+        let inside = inside.map(|((leakage, own), w)| leakage.moved(*w) + own.moved(*w) * turn);
+        let analog: Vec<Complex64> = echo.iter().zip(inside).map(|(a, b)| a + b).collect();
         let echo = echo
             .into_iter()
             .step_by(self.spec.radar.values_per_sample());
@@ -335,37 +343,31 @@ impl Scene {
     }
 
     /// The tones as a beam at `angle` weighs them.
-    fn weighed(&self, angle: f64, tones: &[Tone]) -> Vec<Complex64> {
-        let mut grid = self.beats().grid();
-        for t in tones {
-            let back = self.beam.in_plane(angle - t.back);
-            let out = if t.out == t.back {
-                back
-            } else {
-                self.beam.in_plane(angle - t.out)
-            };
-            let gain = out * back;
-            Tones::add(&mut grid, &t.place, t.amplitude * gain);
+    fn weighed(&self, angle: f64, tones: &[&Bundles]) -> Vec<Complex64> {
+        let mut grid = self.beats().tones.grid();
+        for bundles in tones {
+            bundles.weigh(&self.beam, angle, &mut grid);
         }
         grid
     }
 
     /// What comes back from inside the scanner: the leakage, and the mirror, whose run-out turns its
     /// phase with the shaft.
-    fn inside(&self, receiver: &Receiver, angle: f64, grid: &mut [Complex64]) {
+    fn inside(&self, receiver: &Receiver, tones: &Tones) -> [Vec<Moving>; 2] {
         let spec = &self.spec.receiver;
-        let offset = self.spec.mount.mirror_offset_m;
-        let wave = core::f64::consts::TAU * self.spec.radar.carrier_hz / LIGHT;
-        let runout = 2.0 * wave * self.spec.mirror.runout_m * libm::sin(angle);
-        for (range, level, turn) in [
-            (spec.leakage_range_m, spec.leakage_dbfs, 0.0),
-            (offset, spec.mirror_echo_dbfs, runout),
-        ] {
-            if let Some(place) = self.beats().place(receiver.beat(range)) {
-                let phase = cis(2.0 * wave * range + turn);
-                Tones::add(grid, &place, phase * amplitude(level) * place.centre);
+        let wavenumber = self.view().wavenumber;
+        [
+            (spec.leakage_range_m, spec.leakage_dbfs),
+            (self.spec.mount.mirror_offset_m, spec.mirror_echo_dbfs),
+        ]
+        .map(|(range, level)| {
+            let mut grid = tones.grid();
+            if let Some(place) = tones.place(receiver.beat(range)) {
+                let phase = cis(2.0 * wavenumber * range);
+                Tones::add(&mut grid, &place, phase * amplitude(level) * place.centre);
             }
-        }
+            tones.sums(&grid).collect()
+        })
     }
 }
 

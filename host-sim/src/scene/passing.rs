@@ -8,13 +8,14 @@ use core::f64::consts::PI;
 
 use anyhow::{Context, Result};
 
+use super::Scene;
+use super::bundles::{Bundles, Tone};
 use super::facets::Relief;
 use super::maths::{LIGHT, cis};
 use super::receiver::Receiver;
 use super::scatter::{Diffuse, EVERYWHERE, Echo};
 use super::sequence::Stop;
 use super::spec::PlaneSpec;
-use super::{Scene, Tone};
 
 /// The echoes near the beam are worked out anew after so much travel, metres: by then facets have come
 /// into view or left it, and a beam at 30 cm has moved by a tenth of its width.
@@ -51,8 +52,10 @@ struct Heard {
     beam: f64,
     /// Echoes near the beam, from the middle of the stretch.
     near: Vec<(Echo, Tone)>,
-    /// The tones of these, as the last row heard them, and then of all others.
-    tones: Vec<Tone>,
+    /// The tones of these, as the last row heard them.
+    moved: Bundles,
+    /// The tones of all others.
+    others: Bundles,
 }
 
 /// A scene that a chair passes.
@@ -159,24 +162,24 @@ impl<'a> Passing<'a> {
     ///
     /// # Errors
     /// Says where the mirror has come to lie inside or behind a surface.
-    pub fn tones(&mut self, shot: &Shot) -> Result<(&Scene, &[Tone])> {
+    pub fn tones(&mut self, shot: &Shot) -> Result<(&Scene, Vec<&Bundles>)> {
         let beam = self.go(shot)?;
         self.listen(shot.travel_m, beam)?;
         let (Some(place), Some(heard)) = (&self.place, &mut self.heard) else {
-            return Ok((self.scene, &[]));
+            return Ok((self.scene, Vec::new()));
         };
         let (here, receiver) = (&place.scene, self.receiver);
         let gain = receiver.gain(here.antenna_gain_dbi());
         let on = shot.travel_m - place.middle_m;
-        for ((echo, from_middle), tone) in heard.near.iter().zip(&mut heard.tones) {
+        heard.moved = Bundles::new(heard.near.iter().map(|(echo, from_middle)| {
             let is_beside = (echo.back - beam).abs() > BESIDE;
             let moved = || here.tone(receiver, gain, &here.nearer(echo, on, shot.speed));
-            *tone = match is_beside {
+            match is_beside {
                 true => *from_middle,
                 false => moved().unwrap_or(*from_middle),
-            };
-        }
-        Ok((here, &heard.tones))
+            }
+        }));
+        Ok((here, vec![&heard.moved, &heard.others]))
     }
 
     /// Goes to the stretch of the way where `shot` is fired, and says where the beam looks.
@@ -224,18 +227,18 @@ impl<'a> Passing<'a> {
         let near = self.echoes(here, &place.relief, (low, high)).into_iter();
         let near = near.filter_map(|echo| Some((echo, here.tone(receiver, gain, &echo)?)));
         let near: Vec<(Echo, Tone)> = near.collect();
-        let mut tones: Vec<Tone> = near.iter().map(|(_, tone)| *tone).collect();
-        if let Some((_, middle_m, all)) = &self.all {
+        let others = self.all.as_ref().map(|(_, middle_m, all)| {
             let on = place.middle_m - middle_m;
             let others = all.iter().map(|echo| here.nearer(echo, on, 0.0));
             let others = others.filter(|e| e.back < low || e.back >= high);
-            tones.extend(others.filter_map(|echo| here.tone(receiver, gain, &echo)));
-        }
+            Bundles::new(others.filter_map(|echo| here.tone(receiver, gain, &echo)))
+        });
         self.heard = Some(Heard {
             stretch: place.stretch,
             beam,
             near,
-            tones,
+            moved: Bundles::default(),
+            others: others.unwrap_or_default(),
         });
         Ok(())
     }

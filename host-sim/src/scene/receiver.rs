@@ -108,27 +108,34 @@ impl<'a> Receiver<'a> {
         let deviation = (0.5 * density * self.radar.sample_rate_hz).sqrt();
         let samples = self.radar.samples_per_chirp;
         let scale = deviation * samples as f64 / self.radar.bandwidth_hz;
-        (0..samples).map(|_| scale * random.normal()).collect()
+        let mut deviations = vec![0.0; samples];
+        random.normals(&mut deviations);
+        deviations.iter_mut().for_each(|x| *x *= scale);
+        deviations
     }
 
     /// The last stages: noise, I/Q imbalance, offsets, and the ADC. A real chirp's values come as pairs.
     pub fn digitise(&self, analog: &[Complex64], random: &mut Random) -> Vec<Iq> {
-        let noise = self.noise_power();
+        let mut drawn = vec![0.0; 2 * analog.len()];
+        random.normals(&mut drawn);
+        let (drawn, _) = drawn.as_chunks::<2>();
+        let deviation = (self.noise_power() / 2.0).sqrt();
+        let noisy = analog
+            .iter()
+            .zip(drawn)
+            .map(|(s, [re, im])| s + Complex64::new(re * deviation, im * deviation));
+        let adc = Adc::new(self.spec.adc_bits);
         if self.radar.real {
-            let mut value =
-                |s: &Complex64| self.convert((s + random.complex(noise)).re + self.spec.dc_i);
-            let (pairs, _) = analog.as_chunks::<2>();
-            return pairs
-                .iter()
-                .map(|[a, b]| Iq::new(value(a), value(b)))
-                .collect();
+            let values: Vec<i16> = noisy.map(|s| adc.convert(s.re + self.spec.dc_i)).collect();
+            let (pairs, _) = values.as_chunks::<2>();
+            return pairs.iter().map(|[a, b]| Iq::new(*a, *b)).collect();
         }
         let offset = Complex64::new(self.spec.dc_i, self.spec.dc_q);
-        analog
-            .iter()
+        let [gain, shear] = self.skew();
+        noisy
             .map(|s| {
-                let skewed = self.imbalance(s + random.complex(noise)) + offset;
-                Iq::new(self.convert(skewed.re), self.convert(skewed.im))
+                let skewed = Complex64::new(s.re, gain * s.im + shear * s.re) + offset;
+                Iq::new(adc.convert(skewed.re), adc.convert(skewed.im))
             })
             .collect()
     }
@@ -136,16 +143,39 @@ impl<'a> Receiver<'a> {
     /// Q with another gain than I and not quite at right angles to it; the image lies
     /// (1 + 2g cos φ + g²) / (1 - 2g cos φ + g²) below the signal (Razavi, RF Microelectronics, sec. 4.2).
     pub fn imbalance(&self, s: Complex64) -> Complex64 {
-        let gain = amplitude(self.spec.iq_gain_db);
-        let (sin, cos) = libm::sincos(self.spec.iq_phase_deg.to_radians());
-        Complex64::new(s.re, gain * (s.im * cos + s.re * sin))
+        let [gain, shear] = self.skew();
+        Complex64::new(s.re, gain * s.im + shear * s.re)
     }
 
-    /// One channel of the ADC: clipped, rounded, left-aligned in 16 bits.
+    /// The share of Q, and that of I, in what Q shows.
+    fn skew(&self) -> [f64; 2] {
+        let gain = amplitude(self.spec.iq_gain_db);
+        let (sin, cos) = libm::sincos(self.spec.iq_phase_deg.to_radians());
+        [gain * cos, gain * sin]
+    }
+}
+
+/// One channel of the ADC.
+struct Adc {
+    /// Codes from zero to full scale.
+    half: f64,
+    /// 16-bit values from code to code.
+    step: f64,
+}
+
+impl Adc {
+    fn new(bits: u32) -> Self {
+        let half = libm::exp2(f64::from(bits) - 1.0);
+        Self {
+            half,
+            step: 32768.0 / half,
+        }
+    }
+
+    /// Clipped, rounded, left-aligned in 16 bits.
     fn convert(&self, x: f64) -> i16 {
-        let half = libm::exp2(f64::from(self.spec.adc_bits) - 1.0);
-        let code = libm::floor(x * half + 0.5).clamp(-half, half - 1.0);
-        (code * (32768.0 / half)) as i16
+        let code = libm::floor(x * self.half + 0.5).clamp(-self.half, self.half - 1.0);
+        (code * self.step) as i16
     }
 }
 

@@ -231,15 +231,17 @@ impl View<'_> {
         let strength = 0.5 * wave * cos * facet.len * sinc(0.5 * wave * facet.len * sin);
         let lateral = self.world.segments[facet.segment].lateral;
         let recedes = lateral.round && facet.normal.x.abs() > 0.5;
-        let phase = |z: f64| {
-            let mut path = -relief.height(k, z) * cos;
+        let heights = relief.heights(k);
+        let first = bounce.map(|b| (2.0 * b.cos, b.share, relief.heights(b.facet)));
+        let path = |column: i64, z: f64| {
+            let mut path = -heights.column(column) * cos;
             if recedes {
                 path += lateral.recess(z) * cos;
             }
-            if let Some(b) = bounce {
-                path -= 2.0 * b.cos * relief.height(b.facet, z * b.share);
+            if let Some((twice, share, heights)) = &first {
+                path -= twice * heights.at(z * share);
             }
-            wave * path
+            path
         };
         let hidden = |z: f64| {
             direct.covers(z) || bounce.is_some_and(|b| b.shades.iter().any(|s| s.covers(z)))
@@ -253,7 +255,7 @@ impl View<'_> {
                 -two.towards.x,
             ],
         };
-        let mut strips = self.across(&across, phase, hidden);
+        let mut strips = self.across(&across, path, hidden);
         for strip in &mut strips {
             strip.sum = Complex64::new(0.0, -strength) * strip.sum;
         }
@@ -296,7 +298,7 @@ impl View<'_> {
         if !self.is_between(angle) {
             return;
         }
-        let strips = self.across(&across, |_| 0.0, |z| seen.covers(z));
+        let strips = self.across(&across, |_, _| 0.0, |z| seen.covers(z));
         to.extend(strips.iter().map(|strip| Echo {
             range: r + strip.farther,
             amplitude: fringe * strip.sum * cis(2.0 * self.wavenumber * r) / (r * r),

@@ -131,7 +131,7 @@ impl Scene {
             materials: self.materials.clone(),
             eye: self.eye,
             beam: self.beam.clone(),
-            tones: self.tones.clone(),
+            beats: self.beats.clone(),
             angles: self.angles.clone(),
         })
     }

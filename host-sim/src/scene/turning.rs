@@ -7,7 +7,7 @@
 use num_complex::Complex64;
 
 use super::spec::MirrorSpec;
-use super::{Scene, Tone};
+use super::{Bundles, Scene};
 
 /// Degrees from full step to full step of the motor: 200 a turn.
 const FULL_STEP_DEG: f64 = 1.8;
@@ -32,7 +32,7 @@ impl Scene {
         &self,
         row_deg: f64,
         tilt: f64,
-        tones: &[Tone],
+        tones: &[&Bundles],
         warp: &[f64],
         echo: &mut [Complex64],
     ) {
@@ -44,8 +44,8 @@ impl Scene {
             let angle = row_deg + at * half;
             let beam = (angle + vibration_deg(mirror, angle)).to_radians() + tilt;
             let mut part = vec![Complex64::ZERO; count];
-            self.beats()
-                .sum(&self.weighed(beam, tones), warp, &mut part);
+            let grid = self.weighed(beam, tones);
+            self.beats().tones.sum(&grid, warp, &mut part);
             part
         });
         let [begin, middle, end] = &parts;

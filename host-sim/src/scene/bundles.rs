@@ -1,0 +1,145 @@
+//! Beat tones that the beam weighs alike, put together: what is left to do for every row.
+//!
+//! Of a facet that is looked at aslant there are many echoes, one for each strip across the plane, all from
+//! one direction. Their points of the grid are added up once, and the beam multiplies the sum.
+
+use num_complex::Complex64;
+
+use super::beam::Beam;
+use super::tones::Place;
+
+/// One echo's place on the grid of beat tones, its amplitude at the ADC, and its directions as in
+/// [`super::scatter::Echo`].
+#[derive(Clone, Copy)]
+pub struct Tone {
+    pub place: Place,
+    pub amplitude: Complex64,
+    pub out: f64,
+    pub back: f64,
+}
+
+/// The tones of one pair of directions: consecutive points of the grid.
+struct Bundle {
+    out: f64,
+    back: f64,
+    /// First point of the grid.
+    first: usize,
+    /// First of its values.
+    start: usize,
+}
+
+/// Tones, put together.
+#[derive(Default)]
+pub struct Bundles {
+    bundles: Vec<Bundle>,
+    values: Vec<Complex64>,
+}
+
+/// Most points of the grid between the beginnings of two tones of one bundle: farther ones are a bundle of
+/// their own, for what lies between is computed as well.
+const GAP: usize = 16;
+
+impl Bundles {
+    /// The tones `tones`; those of one bundle follow one another.
+    pub fn new(tones: impl IntoIterator<Item = Tone>) -> Self {
+        let mut bundles = Self::default();
+        for tone in tones {
+            bundles.add(&tone);
+        }
+        bundles
+    }
+
+    fn add(&mut self, tone: &Tone) {
+        let end = self.values.len();
+        let place = &tone.place;
+        let start = match self.bundles.last() {
+            Some(b) if b.takes(tone, end - b.start) => b.start + place.first - b.first,
+            _ => {
+                self.bundles.push(Bundle {
+                    out: tone.out,
+                    back: tone.back,
+                    first: place.first,
+                    start: end,
+                });
+                end
+            }
+        };
+        let needed = (start + place.weights.len()).max(end);
+        self.values.resize(needed, Complex64::ZERO);
+        for (value, w) in self.values[start..].iter_mut().zip(place.weights) {
+            *value += tone.amplitude * w;
+        }
+    }
+
+    /// Adds the tones to `grid` as a beam at `angle` weighs them.
+    pub fn weigh(&self, beam: &Beam, angle: f64, grid: &mut [Complex64]) {
+        let ends = self.bundles.iter().skip(1).map(|b| b.start);
+        let ends = ends.chain([self.values.len()]);
+        for (b, end) in self.bundles.iter().zip(ends) {
+            let back = beam.in_plane(angle - b.back);
+            let out = if b.out == b.back {
+                back
+            } else {
+                beam.in_plane(angle - b.out)
+            };
+            let gain = out * back;
+            for (g, v) in grid[b.first..].iter_mut().zip(&self.values[b.start..end]) {
+                *g += v * gain;
+            }
+        }
+    }
+}
+
+impl Bundle {
+    /// Whether `tone` belongs to this bundle of `length` points.
+    fn takes(&self, tone: &Tone, length: usize) -> bool {
+        let first = tone.place.first;
+        let is_near = first >= self.first && first <= self.first + length + GAP;
+        is_near && tone.out == self.out && tone.back == self.back
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::maths::Random;
+    use crate::scene::tones::Tones;
+
+    #[test]
+    fn bundles_are_the_sum_of_their_tones() {
+        let times: Vec<f64> = (0..64).map(f64::from).collect();
+        let tones = Tones::new(&times, |_| Complex64::ONE);
+        let beam = Beam::new(5.0, 5.0, 20.0, 35.0);
+        let mut random = Random::new(1, 1);
+        let drawn: Vec<Tone> = (0..500)
+            .map(|k| {
+                let place = tones.place(random.between(0.0, 1.99)).unwrap();
+                // Runs of the same direction, some of which come back from another one.
+                let back = f64::from(k / 5) * 0.01;
+                let out = if k / 5 % 3 == 0 { 0.3 } else { back };
+                let amplitude = random.complex(1.0);
+                Tone {
+                    place,
+                    amplitude,
+                    out,
+                    back,
+                }
+            })
+            .collect();
+        let bundles = Bundles::new(drawn.iter().copied());
+        assert!(bundles.bundles.len() > 100 && bundles.bundles.len() < 500);
+        for angle in [-0.3, 0.1, 0.5] {
+            let (mut grid, mut exact) = (tones.grid(), tones.grid());
+            bundles.weigh(&beam, angle, &mut grid);
+            for t in &drawn {
+                let gain = beam.in_plane(angle - t.out) * beam.in_plane(angle - t.back);
+                Tones::add(&mut exact, &t.place, t.amplitude * gain);
+            }
+            assert!(
+                grid.iter()
+                    .zip(&exact)
+                    .all(|(a, b)| (a - b).l1_norm() < 1e-12)
+            );
+        }
+    }
+}
