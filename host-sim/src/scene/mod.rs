@@ -36,6 +36,7 @@ mod textbook;
 pub mod tones;
 pub mod truth;
 mod turning;
+pub mod view;
 
 use std::fs;
 use std::path::Path;
@@ -53,10 +54,11 @@ use geometry::{BuiltStep, World};
 use material::{Material, builtin};
 use maths::{LIGHT, Random, Vec2, amplitude, cis, decibel};
 use receiver::Receiver;
-use scatter::{Diffuse, EVERYWHERE, Echo, View};
+use scatter::{Diffuse, EVERYWHERE, Echo};
 use spec::{PlaneSpec, SceneSpec};
 use tones::{HIGHEST, Place, Tones};
 use truth::ScanGeometry;
+use view::View;
 
 /// Random streams of one seed: one for the surfaces, one per chirp from [`CHIRPS`] on.
 const SURFACES: u64 = 1;
