@@ -28,6 +28,7 @@ mod receiver;
 mod scan_tests;
 pub mod scatter;
 pub mod sequence;
+mod shaft;
 pub mod shapes;
 pub mod sight;
 pub mod spec;
@@ -314,13 +315,13 @@ impl Scene {
         let mirror = &self.spec.mirror;
         let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
         let row_deg = self.angles[row] + off;
-        let shaft = (row_deg + turning::vibration_deg(mirror, row_deg)).to_radians();
+        let shaft = (row_deg + shaft::vibration_deg(mirror, row_deg)).to_radians();
         let mount = &self.spec.mount;
         let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
         let tilt = mount.tilt_deg(pitch).to_radians();
         let warp = receiver.phase_noise(random);
         let mut echo = vec![Complex64::ZERO; receiver.samples()];
-        if turning::turns(mirror) {
+        if shaft::turns(mirror) {
             self.smeared(row_deg, tilt, tones, &warp, &mut echo);
         } else {
             self.beats()
