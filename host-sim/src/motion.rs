@@ -2,7 +2,7 @@
 //! the recording says of travel and pitch, and what goes wrong with them on the way.
 
 pub mod by_trigger;
-mod inlet;
+pub mod inlet;
 
 use std::collections::VecDeque;
 
@@ -13,7 +13,6 @@ use stairscan::scan::Micros;
 
 use crate::recording::Recording;
 use by_trigger::ByTrigger;
-pub use inlet::Inlet;
 
 /// Sentences are at least so far apart, µs: a hundred a second.
 const APART_US: u64 = 10_000;

@@ -15,7 +15,8 @@ use stairscan::report::Sentence;
 use stairscan::scan::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
 
 use crate::answer::Answer;
-use crate::motion::{Fault, Feed, Inlet, Timetable};
+use crate::motion::inlet::Inlet;
+use crate::motion::{Fault, Feed, Timetable};
 use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
 use crate::setup;

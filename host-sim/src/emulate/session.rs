@@ -12,7 +12,6 @@ use stairscan::report::command::framed;
 use stairscan::scan::Settings;
 use stairscan::scan::record::MOUNTING;
 
-use self::withheld::Withheld;
 use super::module::{Module, Request, Trigger};
 use super::qemu::{Input, Qemu, read_some, write_all};
 use super::shaft::Shaft;
@@ -64,6 +63,17 @@ pub struct Shot {
     pub trigger: Trigger,
     /// Microsteps from the horizontal by the log.
     pub position: Option<i64>,
+}
+
+/// A chirp that is kept back.
+#[derive(Debug)]
+struct Withheld {
+    /// The bytes of the answer.
+    answer: Vec<u8>,
+    /// Shaft angle of its trigger, 0.001 degree.
+    shaft_angle: i32,
+    /// When its trigger was served.
+    since: Instant,
 }
 
 /// The image in the emulator, a radar module on its link, a terminal on its report port.

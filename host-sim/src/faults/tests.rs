@@ -1,4 +1,5 @@
 use super::*;
+use crate::recording::Recording;
 use crate::replay;
 use crate::scene::command::random_scan;
 use crate::scene::random::Kind;

@@ -6,7 +6,7 @@ use svg::node::element::{
 };
 use svg::{Document, Node};
 
-use super::{Echo, Film, Shot};
+use super::shots::{Echo, Film, Shot};
 use crate::answer::metres;
 use crate::plots::colour::{self, MEASURED};
 use crate::plots::{Point, steps, surface};

@@ -9,42 +9,18 @@
 //! The page holds its data as one JSON object. All numbers in it are the scanner's own: sentences of the
 //! report, and what the estimator told an onlooker on its way to them.
 
+mod index;
 mod view;
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
+pub use index::{Entry, Rank};
 pub use view::{entry, failed};
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
 const SCRIPT: &str = include_str!("page.js");
-
-/// One recording of a page.
-#[derive(Clone, Debug)]
-pub struct Entry {
-    /// Its name, and what the page shows of it.
-    pub data: Value,
-    /// Where it stands in the index.
-    pub rank: Rank,
-}
-
-/// How bad an answer is, the worst first: the order of the index.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Rank {
-    /// It could not be read or scanned.
-    Unreadable,
-    /// `ok`, and wrong by the recording's own truth.
-    OkAndWrong,
-    /// A `fault`.
-    Fault,
-    /// Not `ok`, and wrong.
-    Wrong,
-    /// Nothing wrong, but not `ok`.
-    Degraded,
-    /// `ok`, and right as far as one knows.
-    Ok,
-}
 
 /// The page of these recordings, the failing ones first.
 ///

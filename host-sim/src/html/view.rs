@@ -10,7 +10,7 @@ use stairscan::grid::{DB_PER_UNIT, PolarMap};
 use stairscan::range::FULL_SCALE;
 use stairscan::scan::Settings;
 
-use super::{Entry, Rank};
+use super::index::{Entry, Rank};
 use crate::answer::Answer;
 use crate::inspect::Inspection;
 use crate::playback::Playback;

@@ -28,6 +28,7 @@ mod sector;
 mod shape;
 mod sheet;
 mod staircase;
+mod surface;
 
 use std::path::{Path, PathBuf};
 
@@ -41,7 +42,8 @@ pub use particles::{BeamView, ClusterView, ParticleView, Point};
 pub use plane::Ground;
 pub use posterior::{HypothesisView, PosteriorView};
 pub use profile::ProfileView;
-pub use staircase::{StepView, steps, surface};
+pub use staircase::{StepView, steps};
+pub use surface::surface;
 
 use crate::answer::Answer;
 use crate::recording::Recording;

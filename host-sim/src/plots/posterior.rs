@@ -8,7 +8,7 @@ use super::colour::HUES;
 use super::page::{Frame, Swatch, number};
 use super::particles::Point;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
-use super::staircase::surface_to_draw;
+use super::surface::surface_to_draw;
 use crate::answer::{Answer, metres};
 use crate::score::MATCH_M;
 

@@ -10,7 +10,8 @@ use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
 use super::posterior::{self, PosteriorView};
 use super::shape::Shape;
-use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
+use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
+use super::surface::{surface, surface_to_draw};
 use crate::answer::{Answer, metres};
 use crate::recording::Truth;
 
@@ -33,21 +34,6 @@ pub fn steps(answer: &Answer) -> Vec<StepView> {
         two_sigma_m: (2.0 * metres(s.distance_sigma), 2.0 * metres(s.height_sigma)),
     };
     answer.steps.iter().map(step).collect()
-}
-
-/// The surface from the ground over `edges` (distance and height of the tread that begins there) to
-/// `far`, beginning at `near`.
-pub fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
-    let mut level = 0.0;
-    let mut line = vec![(near, level)];
-    for &(x, height) in edges {
-        line.push((x, level));
-        line.push((x, height));
-        level = height;
-    }
-    let end = line.last().map_or(far, |last| far.max(last.0));
-    line.push((end, level));
-    line
 }
 
 /// The reported staircase over the truth, as far as that is known, and what else may stand there.
@@ -101,18 +87,6 @@ pub fn draw(
         }
         Ok(())
     })
-}
-
-/// The surface over `edges` as a line on the sheet.
-pub fn surface_to_draw(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
-    let line = surface(frame.x.0 - 1.0, beyond(edges), edges);
-    line.iter().map(|p| frame.spot(p.0, p.1)).collect()
-}
-
-/// How far the last tread is drawn: as far as the one before it is deep.
-fn beyond(edges: &[Point]) -> f64 {
-    let tread = edges.windows(2).last().map_or(0.3, |w| w[1].0 - w[0].0);
-    edges.last().map_or(0.0, |e| e.0 + tread.clamp(0.15, 0.5))
 }
 
 /// The true surface, solid below.

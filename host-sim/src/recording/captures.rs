@@ -4,7 +4,7 @@ use anyhow::{Result, anyhow};
 use serde_json::Value;
 
 use super::keys::Keys;
-use super::metadata::Motion;
+use super::motion::Motion;
 
 /// Carrier of recordings that do not say theirs, Hz (paper II-A).
 const DEFAULT_CARRIER_HZ: f64 = 94e9;

@@ -1,13 +1,12 @@
 //! What a recording says about its samples, read from and written to SigMF's JSON.
 
-use std::ops::Range;
-
 use anyhow::{Result, anyhow, ensure};
 use serde_json::{Map, Value, json};
 use stairscan::config::{self, Plane};
 
 use super::captures::{self, PITCH, TIME, TRAVEL};
 use super::keys::Keys;
+use super::motion::Motion;
 use super::truth::{Disturbance, Truth};
 
 /// Version of the `stairscan` extension that is written.
@@ -26,17 +25,6 @@ pub struct MirrorSetup {
     pub mount_height_m: f64,
     /// Plane of the scan.
     pub plane: Plane,
-}
-
-/// What the chair's own sensors say, one value a chirp; empty where the recording does not say.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Motion {
-    /// Forward travel since the first chirp, at mid chirp, metres, with the odometry's errors.
-    pub travel_m: Vec<f64>,
-    /// Time since the first chirp, seconds.
-    pub time_s: Vec<f64>,
-    /// Pitch, nose up positive, degrees. What a recording says once holds for every chirp.
-    pub pitch_deg: Vec<f64>,
 }
 
 /// What a recording of several scans says of them.
@@ -341,24 +329,6 @@ impl MirrorSetup {
             mount_height_m: within("stairscan:mount_height_m", "0.01 to 5 metres", 0.01, 5.0)?,
             plane,
         }))
-    }
-}
-
-impl Motion {
-    /// What the sensors say of the chirps `range`.
-    pub(super) fn of(&self, range: Range<usize>) -> Self {
-        let part = |values: &[f64]| values.get(range.clone()).unwrap_or_default().to_vec();
-        Self {
-            travel_m: part(&self.travel_m),
-            time_s: part(&self.time_s),
-            pitch_deg: part(&self.pitch_deg),
-        }
-    }
-
-    /// Mean pitch over the chirps `range`, degrees, if the sensors say one.
-    pub fn mean_pitch_deg(&self, range: Range<usize>) -> Option<f64> {
-        let pitch = self.pitch_deg.get(range).filter(|p| !p.is_empty())?;
-        Some(pitch.iter().sum::<f64>() / pitch.len() as f64)
     }
 }
 

@@ -9,6 +9,7 @@
 mod captures;
 mod keys;
 mod metadata;
+mod motion;
 mod truth;
 
 use std::fs;
@@ -20,7 +21,8 @@ use serde_json::Value;
 use stairscan::Iq;
 
 use keys::explain_syntax;
-pub use metadata::{Metadata, MirrorSetup, Motion, Sequence};
+pub use metadata::{Metadata, MirrorSetup, Sequence};
+pub use motion::Motion;
 pub use truth::{Disturbance, TrueStep, Truth};
 
 /// Suffix of the metadata file.

@@ -7,8 +7,8 @@ use num_complex::Complex64;
 use super::facets::Columns;
 use super::geometry::Lateral;
 use super::maths::{Random, cis, cis_all};
-use super::scatter::View;
 use super::sight::Shade;
+use super::view::View;
 
 /// What several columns of a facet or edge send back together.
 #[derive(Clone, Copy, Default)]

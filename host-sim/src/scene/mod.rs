@@ -30,6 +30,7 @@ mod receiver;
 mod scan_tests;
 pub mod scatter;
 pub mod sequence;
+mod shaft;
 pub mod shapes;
 pub mod sight;
 pub mod spec;
@@ -38,6 +39,7 @@ mod textbook;
 pub mod tones;
 pub mod truth;
 mod turning;
+pub mod view;
 
 use std::fs;
 use std::path::Path;
@@ -56,10 +58,11 @@ use geometry::{BuiltStep, World};
 use material::{Material, builtin};
 use maths::{LIGHT, Random, Vec2, amplitude, cis, decibel};
 use receiver::Receiver;
-use scatter::{Diffuse, EVERYWHERE, Echo, View};
+use scatter::{Diffuse, EVERYWHERE, Echo};
 use spec::{PlaneSpec, SceneSpec};
 use tones::{HIGHEST, Moving, Tones};
 use truth::ScanGeometry;
+use view::View;
 
 /// Random streams of one seed: one for the surfaces, one per chirp from [`CHIRPS`] on.
 const SURFACES: u64 = 1;
@@ -319,13 +322,13 @@ impl Scene {
         let mirror = &self.spec.mirror;
         let off = mirror.bias_deg + mirror.jitter_deg * random.normal();
         let row_deg = self.angles[row] + off;
-        let shaft = (row_deg + turning::vibration_deg(mirror, row_deg)).to_radians();
+        let shaft = (row_deg + shaft::vibration_deg(mirror, row_deg)).to_radians();
         let mount = &self.spec.mount;
         let pitch = mount.pitch_deg.unwrap_or(0.0) + mount.pitch_error_deg;
         let tilt = mount.tilt_deg(pitch).to_radians();
         let warp = receiver.phase_noise(random);
         let mut echo = vec![Complex64::ZERO; receiver.samples()];
-        if turning::turns(mirror) {
+        if shaft::turns(mirror) {
             self.smeared(row_deg, tilt, tones, &warp, &mut echo);
         } else {
             let grid = self.weighed(shaft + tilt, tones);

@@ -10,15 +10,15 @@ use core::f64::consts::PI;
 
 use num_complex::Complex64;
 
-use super::beam::Beam;
 use super::edge;
 use super::facets::{Facet, Relief};
-use super::geometry::{Segment, Wedge, World};
+use super::geometry::{Segment, Wedge};
 use super::lateral::{Across, Strip};
 use super::material::Material;
 use super::maths::{Random, Vec2, cis, power, sinc};
 use super::sight::{Shade, shade};
 use super::spec::{PlaneSpec, Polarisation};
+use super::view::View;
 
 /// What one facet or edge sends back, before the beam's pattern in the plane.
 #[derive(Clone, Copy, Debug)]
@@ -43,28 +43,6 @@ pub enum Diffuse<'a> {
 
 /// Streams of random numbers of the facets' scatterers.
 const SCATTERERS: u64 = 0x4449_4646_0000_0000;
-
-/// What the echoes depend on besides the surfaces.
-pub struct View<'a> {
-    /// Surfaces and edges.
-    pub world: &'a World,
-    /// Their materials.
-    pub materials: &'a [Material],
-    /// Centre of the mirror: the phase centre.
-    pub eye: Vec2,
-    /// Plane of the scan: which way mirror angles count.
-    pub plane: PlaneSpec,
-    /// Pattern.
-    pub beam: &'a Beam,
-    /// 2π / λ at the carrier.
-    pub wavenumber: f64,
-    /// Electric field along or across the edges.
-    pub polarisation: Polarisation,
-    /// Echoes from farther are left out.
-    pub reach: f64,
-    /// Echoes that do not come back from between these mirror angles are left out, radians.
-    pub between: (f64, f64),
-}
 
 /// Between these mirror angles lies whatever can be seen.
 pub const EVERYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);

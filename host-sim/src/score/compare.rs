@@ -2,7 +2,8 @@
 
 use stairscan::answer::Status;
 
-use super::SceneScore;
+use super::judge::{Match, SceneScore};
+use super::set::quantile;
 
 /// How many scenes an answer has one property in with the first set and not with the second, and the other way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -76,11 +77,11 @@ impl Comparison {
 
 /// 95th percentiles of distance and height errors, metres.
 fn errors(scores: &[SceneScore]) -> [f64; 2] {
-    let of = |error: fn(&super::Match) -> f64| {
+    let of = |error: fn(&Match) -> f64| {
         let matches = scores.iter().flat_map(|s| &s.matches);
         let mut errors: Vec<f64> = matches.map(|m| error(m).abs()).collect();
         errors.sort_by(f64::total_cmp);
-        super::quantile(&errors, 0.95)
+        quantile(&errors, 0.95)
     };
     [of(|m| m.distance_error), of(|m| m.height_error)]
 }

@@ -2,7 +2,7 @@
 
 use serde_json::{Value, json};
 
-use super::Share;
+use super::share::Share;
 
 /// Bins of an answer's confidence: where each begins, and where the last ends. They are narrow where
 /// `ok` is decided.

@@ -3,8 +3,9 @@
 use serde_json::{Value, json};
 use stairscan::answer::Status;
 
-use super::share::wilson;
-use super::{Match, Reliability, SceneScore, Share, is_strong};
+use super::judge::{Match, SceneScore, is_strong};
+use super::reliability::Reliability;
+use super::share::{Share, wilson};
 use crate::recording::TrueStep;
 
 /// Mean, median and 95th percentile of absolute errors, metres; `None` without any.

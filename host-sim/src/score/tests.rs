@@ -1,5 +1,7 @@
 use super::*;
-use stairscan::answer::Reasons;
+use crate::answer::Answer;
+use crate::recording::{TrueStep, Truth};
+use stairscan::answer::{Direction, Reasons, Status};
 use stairscan::report::{MaybeLine, ScanLine, StepLine, Tenths};
 
 fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {

@@ -4,7 +4,9 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::{SceneScore, SetScore, Share, Spread, quantile};
+use super::judge::SceneScore;
+use super::set::{SetScore, Spread, quantile};
+use super::share::Share;
 
 /// The table for people, errors in centimetres.
 pub fn table(sets: &[SetScore]) -> String {

@@ -13,8 +13,6 @@ use super::sources::{File, Sources, attributes, is_test};
 
 /// Deepest chain of names passed on.
 const PASSED_ON: usize = 8;
-/// The crate's own name, as its binary calls it.
-const CRATE: &str = "stairscan";
 
 /// The files and their imports.
 pub struct Graph<'a> {
@@ -26,10 +24,11 @@ pub struct Graph<'a> {
 impl<'a> Graph<'a> {
     pub fn new(sources: &'a Sources) -> Self {
         let files = &sources.files[..];
-        let index = Index::new(files);
+        let index = Index::new(sources);
         let mut arrows: BTreeMap<usize, BTreeMap<usize, usize>> = BTreeMap::new();
         for (from, file) in files.iter().enumerate() {
             let mut collector = Collector {
+                name: &sources.name,
                 module: file.module.clone(),
                 paths: Vec::new(),
             };
@@ -119,21 +118,21 @@ struct Index {
 }
 
 impl Index {
-    fn new(files: &[File]) -> Self {
+    fn new(sources: &Sources) -> Self {
         let mut index = Self {
             modules: BTreeMap::new(),
             passed_on: BTreeMap::new(),
             all_of: BTreeMap::new(),
             defined: BTreeMap::new(),
         };
-        for (k, file) in files.iter().enumerate() {
+        for (k, file) in sources.files.iter().enumerate() {
             // `lib.rs` comes before `main.rs`, and is what `crate` means nearly everywhere.
             index.modules.entry(file.module.clone()).or_insert(k);
             for item in &file.syntax.items {
                 match item {
                     syn::Item::Use(item) if !matches!(item.vis, syn::Visibility::Inherited) => {
                         for (path, name) in leaves(&item.tree) {
-                            let path = absolute(&file.module, &path);
+                            let path = absolute(&sources.name, &file.module, &path);
                             match name {
                                 Some(name) => {
                                     let names = index.passed_on.entry(file.module.clone());
@@ -216,13 +215,13 @@ fn leaves(tree: &syn::UseTree) -> Vec<(Vec<String>, Option<String>)> {
     }
 }
 
-/// `path`, as written in `module`, from the crate's root. Names of other crates lead nowhere, since
-/// no module has them.
-fn absolute(module: &[String], path: &[String]) -> Vec<String> {
+/// `path`, as written in `module` of the crate `name`, from the crate's root. Names of other crates lead
+/// nowhere, since no module has them. The crate's own name is what its binary calls it.
+fn absolute(name: &str, module: &[String], path: &[String]) -> Vec<String> {
     let mut base = module.to_vec();
     let mut rest = path;
     match rest.first().map(String::as_str) {
-        Some("crate" | CRATE) => return rest[1..].to_vec(),
+        Some(first) if first == "crate" || first == name => return rest[1..].to_vec(),
         Some("self") => rest = &rest[1..],
         _ => {
             while let Some((first, others)) = rest.split_first()
@@ -238,16 +237,19 @@ fn absolute(module: &[String], path: &[String]) -> Vec<String> {
 }
 
 /// All paths in a file that may lead into another, from the crate's root, with their lines.
-struct Collector {
+struct Collector<'a> {
+    /// The crate's name.
+    name: &'a str,
     module: Vec<String>,
     paths: Vec<(Vec<String>, usize)>,
 }
 
-impl Collector {
+impl Collector<'_> {
     fn add(&mut self, path: &[String], line: usize) {
         // A name alone is brought by a `use`, which counts itself.
         if path.len() > 1 || path.first().is_some_and(|p| p == "super") {
-            self.paths.push((absolute(&self.module, path), line));
+            self.paths
+                .push((absolute(self.name, &self.module, path), line));
         }
     }
 
@@ -283,7 +285,7 @@ impl Collector {
     }
 }
 
-impl<'ast> Visit<'ast> for Collector {
+impl<'ast> Visit<'ast> for Collector<'_> {
     fn visit_item(&mut self, item: &'ast syn::Item) {
         if !is_test(attributes(item)) {
             visit::visit_item(self, item);
@@ -299,7 +301,7 @@ impl<'ast> Visit<'ast> for Collector {
     fn visit_item_use(&mut self, item: &'ast syn::ItemUse) {
         for (path, _) in leaves(&item.tree) {
             // A lone name is a crate, or a module of this file.
-            let path = absolute(&self.module, &path);
+            let path = absolute(self.name, &self.module, &path);
             self.paths.push((path, item.span().start().line));
         }
     }
@@ -325,7 +327,7 @@ mod tests {
     use super::*;
 
     fn circles(texts: &[(&str, &str)]) -> Vec<String> {
-        Graph::new(&Sources::new(texts.iter().copied())).circles(|_| true)
+        Graph::new(&Sources::new("stairscan", texts.iter().copied())).circles(|_| true)
     }
 
     const LIB: (&str, &str) = ("src/lib.rs", "pub mod a;\npub mod b;");
@@ -358,6 +360,10 @@ mod tests {
                 "#[cfg(test)]\nmod tests { use crate::a::g; }",
             ),
             ("use crate::b::f;", "use core::a::g; fn f() { a::g() }"),
+            (
+                "use crate::b::f;",
+                "use other::a::g; fn f() { other::a::g() }",
+            ),
             ("use crate::b::f;", "#[cfg(test)]\nuse crate::a::g;"),
             ("use crate::b::f;", "pub(super) fn f() {}"),
             ("use crate::b::f;", "/// See [`crate::a::g`].\nfn f() {}"),
@@ -394,12 +400,15 @@ mod tests {
 
     #[test]
     fn arrows_back_up_the_way() {
-        let sources = Sources::new([
-            ("src/lib.rs", "mod early; mod late;"),
-            ("src/early/mod.rs", "\nuse crate::late::f;"),
-            ("src/late/mod.rs", "fn f() {}"),
-            ("src/late/g.rs", "use crate::early::h;"),
-        ]);
+        let sources = Sources::new(
+            "stairscan",
+            [
+                ("src/lib.rs", "mod early; mod late;"),
+                ("src/early/mod.rs", "\nuse crate::late::f;"),
+                ("src/late/mod.rs", "fn f() {}"),
+                ("src/late/g.rs", "use crate::early::h;"),
+            ],
+        );
         let graph = Graph::new(&sources);
         let back = graph.arrows_back(&["early", "late"]);
         let words = "src/early/mod.rs:2 imports src/late/mod.rs";

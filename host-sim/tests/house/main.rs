@@ -1,6 +1,7 @@
-//! The rules of the house, checked on the firmware's sources: no circles among files, no arrow back
-//! up the way of the data, no folder that outgrows the others, no tuned number outside its table; and on the
-//! documents: no link that leads nowhere, and as many tuned numbers as there are.
+//! The rules of the house, checked on the sources of the firmware and of the host's programs: no circles among
+//! files, no folder that outgrows the others; on the firmware's alone: no arrow back up the way of the data, no
+//! tuned number outside its table; and on the documents: no link that leads nowhere, and as many tuned numbers as
+//! there are.
 
 mod documents;
 mod graph;
@@ -19,11 +20,21 @@ const WAY: &[&str] = &["echoes", "flight"];
 /// No folder of `src/` holds a larger share of its lines, tests not counted.
 const LARGEST_SHARE: f64 = 0.25;
 
-fn firmware() -> Sources {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../src");
-    let sources = Sources::read(&root);
+/// The sources of the crate `name`, whose directory is given from the workspace's root.
+fn sources(name: &str, directory: &str) -> Sources {
+    let workspace = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let root = workspace.join(directory).join("src");
+    let sources = Sources::read(name, &root);
     assert!(sources.files.len() > 20, "where is {}?", root.display());
     sources
+}
+
+fn firmware() -> Sources {
+    sources("stairscan", ".")
+}
+
+fn host() -> Sources {
+    sources("host_sim", "host-sim")
 }
 
 /// The folders of the way, all of which must be there: a renamed one does not switch a rule off.
@@ -37,11 +48,18 @@ fn none(violations: &[String]) {
     assert!(violations.is_empty(), "\n{}\n", violations.join("\n"));
 }
 
+/// No violations in one of several crates, whose name stands in front of each.
+fn none_in(sources: &Sources, violations: impl IntoIterator<Item = String>) {
+    let violations = violations.into_iter();
+    let named = violations.map(|violation| format!("{}: {violation}", sources.name));
+    none(&named.collect::<Vec<_>>());
+}
+
 #[test]
 fn no_file_imports_itself_round_a_circle() {
-    let sources = firmware();
-    let graph = Graph::new(&sources);
-    none(&graph.circles(|_| true));
+    for sources in [firmware(), host()] {
+        none_in(&sources, Graph::new(&sources).circles(|_| true));
+    }
 }
 
 #[test]
@@ -55,9 +73,10 @@ fn no_arrow_runs_back_up_the_way_of_the_data() {
 
 #[test]
 fn no_folder_outgrows_the_others() {
-    let large = firmware().large_folders(LARGEST_SHARE);
-    let told: Vec<String> = large.iter().map(ToString::to_string).collect();
-    none(&told);
+    for sources in [firmware(), host()] {
+        let large = sources.large_folders(LARGEST_SHARE);
+        none_in(&sources, large.iter().map(ToString::to_string));
+    }
 }
 
 #[test]

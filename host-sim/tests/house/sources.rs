@@ -16,8 +16,10 @@ pub struct File {
     pub syntax: syn::File,
 }
 
-/// The files that are compiled without tests.
+/// The files of a crate that are compiled without tests.
 pub struct Sources {
+    /// The crate's name in paths: `host_sim`.
+    pub name: String,
     pub files: Vec<File>,
 }
 
@@ -64,8 +66,8 @@ impl File {
 }
 
 impl Sources {
-    /// All `.rs` files below `root` (`…/src`) that are not test modules.
-    pub fn read(root: &Path) -> Self {
+    /// All `.rs` files of the crate `name` below `root` (`…/src`) that are not test modules.
+    pub fn read(name: &str, root: &Path) -> Self {
         let mut texts = BTreeMap::new();
         for entry in walkdir::WalkDir::new(root).sort_by_file_name() {
             let entry = entry.unwrap();
@@ -76,22 +78,23 @@ impl Sources {
                 texts.insert(format!("src/{}", parts.join("/")), text);
             }
         }
+        let texts = texts.iter();
         Self::new(
-            texts
-                .iter()
-                .map(|(path, text)| (path.as_str(), text.as_str())),
+            name,
+            texts.map(|(path, text)| (path.as_str(), text.as_str())),
         )
     }
 
     /// From pairs of path and text.
-    pub fn new<'a>(texts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
+    pub fn new<'a>(name: &str, texts: impl IntoIterator<Item = (&'a str, &'a str)>) -> Self {
         let mut files: Vec<File> = texts
             .into_iter()
             .map(|(path, text)| File::parse(path, text))
             .collect();
         let tests: Vec<Vec<String>> = files.iter().flat_map(test_modules).collect();
         files.retain(|file| !tests.iter().any(|test| file.module.starts_with(test)));
-        Self { files }
+        let name = name.to_owned();
+        Self { name, files }
     }
 
     /// The folders of `src/` that hold more than `share` of its lines.
@@ -207,16 +210,19 @@ pub fn attributes(item: &syn::Item) -> &[syn::Attribute] {
 
 #[test]
 fn tests_are_left_out() {
-    let sources = Sources::new([
-        ("src/lib.rs", "mod a;\n#[cfg(test)]\nmod tests;\n"),
-        ("src/tests.rs", "fn f() {}\n"),
-        ("src/tests/deep.rs", "fn f() {}\n"),
-        (
-            "src/a.rs",
-            "fn f() {}\n\n#[cfg(all(test, unix))]\nmod tests {\n    fn g() {}\n}\n",
-        ),
-        ("src/b.rs", "#[cfg(not(test))]\nfn f() {}\n"),
-    ]);
+    let sources = Sources::new(
+        "stairscan",
+        [
+            ("src/lib.rs", "mod a;\n#[cfg(test)]\nmod tests;\n"),
+            ("src/tests.rs", "fn f() {}\n"),
+            ("src/tests/deep.rs", "fn f() {}\n"),
+            (
+                "src/a.rs",
+                "fn f() {}\n\n#[cfg(all(test, unix))]\nmod tests {\n    fn g() {}\n}\n",
+            ),
+            ("src/b.rs", "#[cfg(not(test))]\nfn f() {}\n"),
+        ],
+    );
     let lines: Vec<_> = sources
         .files
         .iter()
@@ -227,12 +233,15 @@ fn tests_are_left_out() {
 
 #[test]
 fn a_large_folder_is_named() {
-    let sources = Sources::new([
-        ("src/lib.rs", "\n\n\n\n\n\n"),
-        ("src/a/mod.rs", "\n\n"),
-        ("src/a/b.rs", "\n"),
-        ("src/c/mod.rs", "\n"),
-    ]);
+    let sources = Sources::new(
+        "stairscan",
+        [
+            ("src/lib.rs", "\n\n\n\n\n\n"),
+            ("src/a/mod.rs", "\n\n"),
+            ("src/a/b.rs", "\n"),
+            ("src/c/mod.rs", "\n"),
+        ],
+    );
     assert!(sources.large_folders(0.3).is_empty());
     let large = sources.large_folders(0.25);
     let told: Vec<String> = large.iter().map(ToString::to_string).collect();

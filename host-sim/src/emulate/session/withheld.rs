@@ -1,6 +1,6 @@
 //! A session whose module keeps its chirps back, to see whether the mirror waits for them.
 
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use anyhow::Result;
 use stairscan::scan::schedule::microsteps;
@@ -13,17 +13,6 @@ use crate::emulate::qemu::write_all;
 const ROW_APART: u64 = 20;
 /// A chirp that is kept back is the last row's when the mirror has not gone on by then.
 const LAST_ROW: Duration = Duration::from_secs(3);
-
-/// A chirp that is kept back.
-#[derive(Debug)]
-pub(super) struct Withheld {
-    /// The bytes of the answer.
-    pub answer: Vec<u8>,
-    /// Shaft angle of its trigger, 0.001 degree.
-    pub shaft_angle: i32,
-    /// When its trigger was served.
-    pub since: Instant,
-}
 
 /// Whether a mirror at `position`, microsteps from the horizontal, has left the row of a trigger. The trigger
 /// tells where it stood then: a busy host serves triggers so late that the mirror may have gone on already.

@@ -193,7 +193,12 @@ fn hidden(hits: &[(Hit, Level)], new: &mut Generative, told: &mut Told<'_>) {
     let (start, ends) = (&START.points[class], [START.hidden.low, START.hidden.top]);
     let rest = 1.0 - ends[0][0] - ends[1][0];
     // Shares as log-odds against the rest.
-    let share = |k: usize| around(f64::from(ends[k][0] / rest).ln_portable() as f32, sigma::ODDS);
+    let share = |k: usize| {
+        around(
+            f64::from(ends[k][0] / rest).ln_portable() as f32,
+            sigma::ODDS,
+        )
+    };
     let priors = [
         around(start.range_m, sigma::RANGE_M),
         over(start.range_sigma_m, floor::RANGE_M, sigma::RANGE_M),

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 
-use super::Chirp;
+use super::chirp::Chirp;
 use crate::recording::Recording;
 use crate::scene::Scene;
 use crate::scene::spec::{RadarSpec, ReceiverSpec, SceneSpec};

@@ -3,8 +3,8 @@
 use super::super::maths::Random;
 use super::super::spec::{BoxSpec, PolylineSpec, PostSpec, SceneSpec, StairsSpec};
 use super::clutter::person;
+use super::draw::pick;
 use super::flight::{flight, opened, surroundings};
-use super::pick;
 use super::shaped::workmanship;
 
 /// What stands there, in equal shares.

@@ -2,9 +2,9 @@
 
 use super::super::maths::Random;
 use super::super::spec::{BoxSpec, DoorSpec, PolylineSpec, PostSpec, SceneSpec};
+use super::draw::{pick, turn};
 use super::flight::floor;
 use super::none::{incline, wall_at};
-use super::{pick, turn};
 
 /// What scenes without stairs show, and how many of 28 do.
 pub const CLUTTER: [(&str, usize); 13] = [

@@ -3,9 +3,9 @@
 
 use super::super::maths::Random;
 use super::super::spec::{PlaneSpec, PolylineSpec, SceneSpec, StairsSpec, WallSpec, Way};
+use super::draw::pick;
 use super::flight::flight;
 use super::odd::oddity;
-use super::pick;
 use super::shaped::workmanship;
 
 /// A flight of one to six steps going down from under a pole that holds the scanner out, its first edge

@@ -2,7 +2,7 @@
 
 use super::super::maths::Random;
 use super::super::spec::{FloorSpec, PostSpec, SceneSpec, StairsSpec, WallSpec, Way};
-use super::{SOLID, pick};
+use super::draw::{SOLID, pick};
 
 /// A flight that a building code could have let pass: step length 2 rise + going of 58 to 68 cm for most
 /// (Blondel's rule), and what older houses and gardens have for the rest.

@@ -8,6 +8,7 @@
 mod beside;
 mod clutter;
 mod down;
+mod draw;
 mod effects;
 mod flight;
 mod instrument;
@@ -183,9 +184,6 @@ const STREAM: u64 = 0x5343_454E_4500;
 const INSTRUMENT: u64 = 0x494E_5354_5200;
 const EFFECTS: u64 = 0x4546_4645_4300;
 
-/// What treads and floors are made of.
-const SOLID: [&str; 4] = ["painted-wood", "dark-ceramic", "concrete", "metal"];
-
 /// Scene `seed` of a kind, with the kind's own variety.
 pub fn random(kind: Kind, seed: u64) -> SceneSpec {
     random_with(kind, kind.variety(), seed)
@@ -225,21 +223,4 @@ pub fn random_with(kind: Kind, variety: Variety, seed: u64) -> SceneSpec {
     }
     scene.description = format!("random scene, {kind} {seed}: {what}");
     scene
-}
-
-fn pick(rng: &mut Random, names: &[&str]) -> String {
-    names[rng.index(names.len())].into()
-}
-
-/// Which of a list of names with shares a seed shows, by turns.
-fn turn(list: &[(&'static str, usize)], seed: u64) -> &'static str {
-    let total: usize = list.iter().map(|(_, n)| n).sum();
-    let mut turn = (seed % total.max(1) as u64) as usize;
-    for &(name, n) in list {
-        if turn < n {
-            return name;
-        }
-        turn -= n;
-    }
-    ""
 }

@@ -2,8 +2,8 @@
 
 use super::super::maths::Random;
 use super::super::spec::{BoxSpec, DoorSpec, FloorSpec, PostSpec, RampSpec, SceneSpec, WallSpec};
+use super::draw::{pick, turn};
 use super::flight::floor;
-use super::{pick, turn};
 
 /// What scenes without stairs show, and how many of 40 do.
 pub const NONE: [(&str, usize); 10] = [

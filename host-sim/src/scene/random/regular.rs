@@ -2,8 +2,8 @@
 
 use super::super::maths::Random;
 use super::super::spec::{PlaneSpec, SceneSpec, Way};
+use super::draw::pick;
 use super::flight::{flight, opened, surroundings, uneven};
-use super::pick;
 
 /// A flight or kerb going up, with what stands around it.
 pub fn ascending(scene: &mut SceneSpec, rng: &mut Random) -> &'static str {

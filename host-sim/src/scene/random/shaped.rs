@@ -2,9 +2,9 @@
 
 use super::super::maths::Random;
 use super::super::spec::{MaterialSpec, RampSpec, SceneSpec, StairsSpec, WallSpec};
+use super::draw::pick;
 use super::flight::{flight, floor, opened, surroundings, uneven};
 use super::odd::unsettle;
-use super::pick;
 
 /// Carpet over the noses, or noses worn and cast round: radii of 1 to 2 cm.
 ///

@@ -1,0 +1,93 @@
+//! The scans of a film: what each of them saw from where, and what it answered.
+
+use stairscan::config::{EstimatorKind, Plane};
+
+use crate::answer::Answer;
+use crate::inspect::Inspection;
+use crate::plots::Point;
+use crate::recording::{Recording, Truth};
+use crate::replay::Scanned;
+
+/// An echo: where it lies, seen from the mirror and the ground below it, metres, and how strong it is.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Echo {
+    pub(super) at: Point,
+    pub(super) snr_db: f64,
+}
+
+/// One scan.
+#[derive(Clone, Debug)]
+pub(super) struct Shot {
+    /// Where the mirror is, metres from the first scan's.
+    pub(super) travel_m: f64,
+    /// The beam's first and last angle, degrees below the horizontal.
+    pub(super) sweep_deg: (f64, f64),
+    pub(super) answer: Answer,
+    pub(super) echoes: Vec<Echo>,
+}
+
+/// All scans of a recording, in order.
+#[derive(Clone, Debug, Default)]
+pub struct Film {
+    pub(super) name: String,
+    pub(super) mount_height_m: f64,
+    pub(super) shots: Vec<Shot>,
+    /// What is there, seen from the first scan, and whether all of it is known.
+    pub(super) truth: Option<Truth>,
+}
+
+/// Where the mirror was at the end of scan `k`.
+fn travel_m(recording: &Recording, k: usize) -> f64 {
+    let sequence = &recording.meta.sequence;
+    let last = recording.chirps_of(k).end.saturating_sub(1);
+    let measured = recording.meta.motion.travel_m.get(last);
+    let travel = sequence.truth_travel_m.get(k).or(measured);
+    travel.copied().unwrap_or(0.0)
+}
+
+impl Film {
+    /// Of `recording`, no scan of it taken yet.
+    pub fn new(recording: &Recording) -> Self {
+        Self {
+            name: recording.name.clone(),
+            mount_height_m: recording
+                .meta
+                .mirror
+                .as_ref()
+                .map_or(0.0, |mirror| mirror.mount_height_m),
+            shots: Vec::new(),
+            truth: recording.truth(0).cloned(),
+        }
+    }
+
+    /// Takes the next scan, with its echoes as the default estimator places them.
+    pub fn take(&mut self, recording: &Recording, scanned: &Scanned<'_>) {
+        let answer = scanned.answer;
+        let scan = answer.scan_of_recording();
+        let angles = scanned.recording().meta.angles_deg;
+        let ends = angles.first().zip(angles.last());
+        // In the height plane angles count from straight down.
+        let below = |angle: f64| match scanned.config.mount.plane {
+            Plane::Depth => angle,
+            Plane::Height => 90.0 - angle,
+        };
+        let seen = scanned.config.estimator == EstimatorKind::Likelihood && !answer.is_fault();
+        let mut echoes = Vec::new();
+        if seen {
+            let map = scanned.pipeline.map();
+            let number = answer.scan.scan;
+            let inspection = Inspection::of(map, scanned.config, number, &scanned.drive);
+            let scatterers = &inspection.view().scatterers;
+            echoes.extend(scatterers.iter().map(|s| Echo {
+                at: s.at,
+                snr_db: s.snr_db,
+            }));
+        }
+        self.shots.push(Shot {
+            travel_m: travel_m(recording, scan) - travel_m(recording, 0),
+            sweep_deg: ends.map_or((0.0, 0.0), |(&first, &last)| (below(first), below(last))),
+            answer: answer.clone(),
+            echoes,
+        });
+    }
+}

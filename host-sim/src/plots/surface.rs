@@ -1,0 +1,32 @@
+//! The line of a staircase's surface from its edges, in metres and on the sheet.
+
+use super::page::Frame;
+use super::particles::Point;
+use super::sheet::Spot;
+
+/// The surface from the ground over `edges` (distance and height of the tread that begins there) to
+/// `far`, beginning at `near`.
+pub fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
+    let mut level = 0.0;
+    let mut line = vec![(near, level)];
+    for &(x, height) in edges {
+        line.push((x, level));
+        line.push((x, height));
+        level = height;
+    }
+    let end = line.last().map_or(far, |last| far.max(last.0));
+    line.push((end, level));
+    line
+}
+
+/// The surface over `edges` as a line on the sheet.
+pub fn surface_to_draw(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
+    let line = surface(frame.x.0 - 1.0, beyond(edges), edges);
+    line.iter().map(|p| frame.spot(p.0, p.1)).collect()
+}
+
+/// How far the last tread is drawn: as far as the one before it is deep.
+fn beyond(edges: &[Point]) -> f64 {
+    let tread = edges.windows(2).last().map_or(0.3, |w| w[1].0 - w[0].0);
+    edges.last().map_or(0.0, |e| e.0 + tread.clamp(0.15, 0.5))
+}

@@ -1,0 +1,32 @@
+//! The chair's motion during a recording, as its own sensors measure it.
+
+use std::ops::Range;
+
+/// What the chair's own sensors say, one value a chirp; empty where the recording does not say.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Motion {
+    /// Forward travel since the first chirp, at mid chirp, metres, with the odometry's errors.
+    pub travel_m: Vec<f64>,
+    /// Time since the first chirp, seconds.
+    pub time_s: Vec<f64>,
+    /// Pitch, nose up positive, degrees. What a recording says once holds for every chirp.
+    pub pitch_deg: Vec<f64>,
+}
+
+impl Motion {
+    /// What the sensors say of the chirps `range`.
+    pub(super) fn of(&self, range: Range<usize>) -> Self {
+        let part = |values: &[f64]| values.get(range.clone()).unwrap_or_default().to_vec();
+        Self {
+            travel_m: part(&self.travel_m),
+            time_s: part(&self.time_s),
+            pitch_deg: part(&self.pitch_deg),
+        }
+    }
+
+    /// Mean pitch over the chirps `range`, degrees, if the sensors say one.
+    pub fn mean_pitch_deg(&self, range: Range<usize>) -> Option<f64> {
+        let pitch = self.pitch_deg.get(range).filter(|p| !p.is_empty())?;
+        Some(pitch.iter().sum::<f64>() / pitch.len() as f64)
+    }
+}

@@ -1,0 +1,272 @@
+//! The score of one answer against the truth.
+
+use stairscan::answer::{Direction, Status};
+use stairscan::report::MaybeLine;
+
+use super::reliability::Prediction;
+use crate::answer::{Answer, metres};
+use crate::recording::{TrueStep, Truth};
+
+/// Farthest that a reported step may lie from the true step that it matches, metres.
+pub const MATCH_M: f64 = 0.10;
+/// Least expanded uncertainty of a reported step, metres.
+/// What lies so little beyond the horizon still counts as before it.
+pub const LIMIT_M: f64 = 0.03;
+/// Largest expanded uncertainty of a reported step, metres.
+const MOST_M: f64 = 0.08;
+/// Steps of this signal-to-noise ratio and more must not be missed, decibels.
+const STRONG_DB: f64 = 15.0;
+/// An answer's confidence reaches as far as this at least, metres: design contract of the report.
+const CONFIDENCE_M: f64 = 1.0;
+
+/// One matched step.
+#[derive(Clone, Copy, Debug)]
+pub struct Match {
+    /// Reported less true distance, metres.
+    pub distance_error: f64,
+    /// Reported less true height, metres.
+    pub height_error: f64,
+    /// The distance's error in its own standard deviations.
+    pub distance_z: f64,
+    /// The height's error in its own standard deviations.
+    pub height_z: f64,
+    /// Whether the true step is a strong one.
+    pub strong: bool,
+}
+
+/// One scene's score.
+#[derive(Clone, Debug)]
+pub struct SceneScore {
+    /// Base name of the recording, and which scan of it where there are several.
+    pub recording: String,
+    /// The set that it belongs to: what stands before the first `_` of the recording's name.
+    pub set: String,
+    /// Status that was reported.
+    pub status: Status,
+    /// Direction that was reported.
+    pub direction: Direction,
+    /// Reasons that were reported.
+    pub reasons: String,
+    /// How far the answer vouches for itself, metres; infinite where it does not say.
+    pub horizon_m: f64,
+    /// Its confidence, and whether it was right as far as that speaks of; `None` of a `fault` and where
+    /// it does not say.
+    pub confidence: Option<Prediction>,
+    /// Its `MAYBE`s, and whether something stands there; none of a `fault`.
+    pub maybes: Vec<Prediction>,
+    /// True steps in sight.
+    pub truth: Vec<TrueStep>,
+    /// Matched steps.
+    pub matches: Vec<Match>,
+    /// True steps that nothing was reported for.
+    pub missed: Vec<TrueStep>,
+    /// Distances of reported steps that match nothing, metres.
+    pub invented: Vec<f64>,
+    /// Whether every true step is matched and nothing else reported.
+    pub exact: bool,
+    /// Whether something up to the horizon is missing, made up, or off by more than its expanded uncertainty.
+    pub wrong: bool,
+    /// True steps within the horizon or reported; none of a `fault`.
+    pub covered: usize,
+    /// Whether stairs were reported where there are none.
+    pub false_stair: bool,
+    /// Whether the recording was spoilt on purpose so that who believes it is wrong.
+    pub harmful: bool,
+}
+
+impl SceneScore {
+    /// Whether the answer was `ok`, and wrong: what must not happen.
+    pub fn ok_and_wrong(&self) -> bool {
+        self.status == Status::Ok && self.wrong
+    }
+}
+
+/// Whether a step is so strong that it must not be missed.
+pub(super) fn is_strong(step: &TrueStep) -> bool {
+    step.snr_db.is_some_and(|snr| snr >= STRONG_DB)
+}
+
+/// A reported step.
+#[derive(Clone, Copy, Debug)]
+struct Reported {
+    distance: f64,
+    height: f64,
+    distance_sigma: f64,
+    height_sigma: f64,
+}
+
+/// Pairs of (reported, true) indices, nearest first, one to one, within [`MATCH_M`].
+fn pair(reported: &[Reported], truth: &[TrueStep]) -> Vec<(usize, usize)> {
+    let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
+    for (r, told) in reported.iter().enumerate() {
+        for (t, step) in truth.iter().enumerate() {
+            let apart = (told.distance - step.distance_m).abs();
+            if apart <= MATCH_M {
+                pairs.push((apart, r, t));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let mut taken: Vec<(usize, usize)> = Vec::new();
+    for (_, r, t) in pairs {
+        if taken.iter().all(|&(a, b)| a != r && b != t) {
+            taken.push((r, t));
+        }
+    }
+    taken
+}
+
+/// What was reported, sorted by what is really there.
+struct Sorted {
+    /// Pairs of (reported, true) indices.
+    pairs: Vec<(usize, usize)>,
+    /// Indices of true steps that nothing was reported for.
+    missed: Vec<usize>,
+    /// Distances of what was reported and is neither true nor uncounted, metres.
+    invented: Vec<f64>,
+}
+
+impl Sorted {
+    fn new(reported: &[Reported], truth: &[TrueStep], uncounted: &[TrueStep]) -> Self {
+        let pairs = pair(reported, truth);
+        let missed = (0..truth.len()).filter(|t| pairs.iter().all(|p| p.1 != *t));
+        let missed = missed.collect();
+        let left = (0..reported.len()).filter(|r| pairs.iter().all(|p| p.0 != *r));
+        let left: Vec<Reported> = left.map(|r| reported[r]).collect();
+        let ignored = pair(&left, uncounted);
+        let invented = (0..left.len()).filter(|r| ignored.iter().all(|p| p.0 != *r));
+        Self {
+            pairs,
+            missed,
+            invented: invented.map(|r| left[r].distance).collect(),
+        }
+    }
+
+    /// Whether every true step is matched and nothing else is reported.
+    fn exact(&self) -> bool {
+        self.missed.is_empty() && self.invented.is_empty()
+    }
+}
+
+/// Distance and height of a reported step less those of a true one, metres.
+fn errors(told: &Reported, real: &TrueStep) -> (f64, f64) {
+    (told.distance - real.distance_m, told.height - real.height_m)
+}
+
+/// Whether something up to `end` (metres) is missing, made up or off.
+fn is_wrong(reported: &[Reported], truth: &Truth, end: f64) -> bool {
+    let near = |step: &&TrueStep| step.distance_m <= end;
+    let told: Vec<Reported> = (reported.iter().copied())
+        .filter(|r| r.distance <= end)
+        .collect();
+    let real: Vec<TrueStep> = truth.steps.iter().filter(near).cloned().collect();
+    // What is told just before the end may be the step just behind it.
+    let beyond = truth.steps.iter().filter(|step| !near(step));
+    let uncounted: Vec<TrueStep> = truth.uncounted.iter().chain(beyond).cloned().collect();
+    let sorted = Sorted::new(&told, &real, &uncounted);
+    let off = sorted.pairs.iter().any(|&(r, t)| {
+        let (distance, height) = errors(&told[r], &real[t]);
+        let within = |sigma: f64| (3.0 * sigma).clamp(LIMIT_M, MOST_M);
+        distance.abs() > within(told[r].distance_sigma)
+            || height.abs() > within(told[r].height_sigma)
+    });
+    off || !sorted.exact() || truth.drops().any(|distance| distance <= end)
+}
+
+/// Whether something up to `horizon` (metres from the mirror) is wrong with an answer.
+pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
+    is_wrong(&reported(answer), truth, horizon + LIMIT_M)
+}
+
+/// An answer's confidence, and whether it is right as far as that speaks of.
+fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
+    let permille = answer.scan.confidence.filter(|_| !answer.is_fault())?;
+    let end = answer.horizon_m.unwrap_or(f64::INFINITY).max(CONFIDENCE_M);
+    Some(Prediction {
+        told: f64::from(permille) / 1000.0,
+        so: !wrong_up_to(answer, truth, end),
+    })
+}
+
+/// What an answer says may stand there, and whether something does.
+fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
+    let told = answer.maybes.iter().filter(|_| !answer.is_fault());
+    let prediction = |maybe: &MaybeLine| {
+        let down = maybe.height.0 < 0;
+        let mut real = truth.steps.iter().chain(&truth.uncounted);
+        Prediction {
+            told: f64::from(maybe.probability) / 1000.0,
+            so: real.any(|step| {
+                let apart = (step.distance_m - metres(maybe.distance)).abs();
+                apart <= MATCH_M && (step.height_m < 0.0) == down
+            }),
+        }
+    };
+    told.map(prediction).collect()
+}
+
+/// The steps of an answer; none of a `fault`.
+fn reported(answer: &Answer) -> Vec<Reported> {
+    let told = answer.steps.iter().filter(|_| !answer.is_fault());
+    told.map(|s| Reported {
+        distance: metres(s.distance),
+        height: metres(s.height),
+        distance_sigma: metres(s.distance_sigma),
+        height_sigma: metres(s.height_sigma),
+    })
+    .collect()
+}
+
+/// Scores one answer.
+pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
+    let reported = reported(answer);
+    let sorted = Sorted::new(&reported, &truth.steps, &truth.uncounted);
+    let matches = sorted.pairs.iter().map(|&(r, t)| {
+        let (told, real) = (&reported[r], &truth.steps[t]);
+        let (distance_error, height_error) = errors(told, real);
+        Match {
+            distance_error,
+            height_error,
+            distance_z: distance_error / told.distance_sigma,
+            height_z: height_error / told.height_sigma,
+            strong: is_strong(real),
+        }
+    });
+    let says_stairs = !answer.is_fault() && answer.scan.direction != Direction::None;
+    let false_stair = truth.steps.is_empty()
+        && truth.uncounted.is_empty()
+        && (!reported.is_empty() || says_stairs);
+    let horizon_m = answer.horizon_m.unwrap_or(f64::INFINITY);
+    let end = horizon_m + LIMIT_M;
+    let covered = truth.steps.iter().enumerate().filter(|(t, step)| {
+        !answer.is_fault() && (step.distance_m <= end || !sorted.missed.contains(t))
+    });
+    SceneScore {
+        recording: answer.name(),
+        set: answer
+            .recording
+            .split('_')
+            .next()
+            .unwrap_or_default()
+            .to_owned(),
+        status: answer.scan.status,
+        direction: answer.scan.direction,
+        reasons: answer.scan.reasons.to_string(),
+        horizon_m,
+        confidence: confidence(answer, truth),
+        maybes: maybes(answer, truth),
+        truth: truth.steps.clone(),
+        exact: sorted.exact() && !false_stair,
+        wrong: false_stair || is_wrong(&reported, truth, end),
+        covered: covered.count(),
+        matches: matches.collect(),
+        missed: sorted
+            .missed
+            .iter()
+            .map(|&t| truth.steps[t].clone())
+            .collect(),
+        invented: sorted.invented,
+        false_stair,
+        harmful: false,
+    }
+}
