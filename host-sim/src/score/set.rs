@@ -1,7 +1,8 @@
 //! Scores of sets of scenes.
 
+use super::share::upper_bound;
 use serde_json::{Value, json};
-use stairscan::answer::Status;
+use stairscan::answer::{Direction, Status};
 
 use super::judge::{Match, SceneScore, is_strong};
 use super::reliability::Reliability;
@@ -89,6 +90,8 @@ pub struct SetScore {
     pub ok: Share,
     /// Answers that are `ok` and wrong, of those that are `ok`.
     pub ok_and_wrong: Share,
+    /// The same by type of answer: without steps, steps up, steps down.
+    pub ok_and_wrong_by_type: [(Direction, Share); 3],
     /// Answers that are `ok`, of those that are neither wrong nor a `fault`.
     pub ok_of_right: Share,
     /// True steps that lie within the horizon or are reported.
@@ -146,6 +149,12 @@ impl SetScore {
             status: [Status::Ok, Status::Degraded, Status::Fault].map(|s| of(s).count()),
             ok: Share::count(scenes.clone(), |s| s.status == Status::Ok),
             ok_and_wrong: Share::count(of(Status::Ok), SceneScore::ok_and_wrong),
+            ok_and_wrong_by_type: [Direction::None, Direction::Up, Direction::Down].map(
+                |direction| {
+                    let of_type = of(Status::Ok).filter(|s| s.direction == direction);
+                    (direction, Share::count(of_type, SceneScore::ok_and_wrong))
+                },
+            ),
             ok_of_right: Share::count(scenes.clone().filter(right), |s| s.status == Status::Ok),
             covered: Share::new(count(&|s| s.covered), steps),
             ok_horizon_m: horizons.get(horizons.len() / 2).copied(),
@@ -181,6 +190,12 @@ impl SetScore {
             "status": {"ok": self.status[0], "degraded": self.status[1], "fault": self.status[2]},
             "ok": self.ok.json(),
             "ok_and_wrong": self.ok_and_wrong.json(),
+            "ok_and_wrong_by_type": self.ok_and_wrong_by_type.map(|(direction, share)| json!({
+                "direction": direction.as_str(),
+                "count": share.hits,
+                "of": share.of,
+                "upper_bound_95": upper_bound(share.hits, share.of),
+            })),
             "ok_of_right": self.ok_of_right.json(),
             "covered": self.covered.json(),
             "ok_horizon_m": finite(self.ok_horizon_m),

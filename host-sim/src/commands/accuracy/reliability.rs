@@ -3,7 +3,8 @@
 use std::fmt::Write as _;
 
 use crate::scene::random::Kind;
-use crate::score::{Bin, Reliability, SetScore, Share};
+use crate::score::{Bin, Reliability, SetScore, Share, upper_bound};
+use stairscan::answer::Direction;
 
 /// `1.42 m`: the median horizon of the answers that are `ok`; a dash without any.
 pub fn horizon(set: &SetScore) -> String {
@@ -23,6 +24,23 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         all.ok_and_wrong.full(),
         horizon(all)
     );
+    out.push_str(
+        "| type of answer | `ok` | of them wrong | upper 95 % bound of the share that is wrong (Clopper-Pearson) |\n\
+         |---|---|---|---|\n",
+    );
+    for (direction, Share { hits, of }) in all.ok_and_wrong_by_type {
+        let name = match direction {
+            Direction::None => "no steps",
+            Direction::Up => "steps up",
+            Direction::Down => "steps down",
+        };
+        let bound = match of {
+            0 => "–".to_owned(),
+            of => format!("{:.2} %", 100.0 * upper_bound(hits, of)),
+        };
+        let _ = writeln!(out, "| {name} | {of} | {hits} | {bound} |");
+    }
+    out.push('\n');
     if all.confidence.all.actual.of == 0 {
         out.push_str("No answer tells a confidence.\n");
         return out;
