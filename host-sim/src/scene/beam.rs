@@ -86,12 +86,15 @@ impl Beam {
     }
 
     /// The amplitudes of the way out and back across the plane, where the angle of either leg is linear:
-    /// its slope per metre beside the plane, and its value there.
-    pub fn lateral_pair(&self, legs: [(f64, f64); 2]) -> LateralPair {
+    /// its slope per metre beside the plane, and its value there. They are wanted every `spacing` metres.
+    pub fn lateral_pair(&self, legs: [(f64, f64); 2], spacing: f64) -> LateralPair {
         let scale = -2.0 * LN_2 / (self.lateral_rad * self.lateral_rad);
         let sum = |part: fn((f64, f64)) -> f64| scale * (part(legs[0]) + part(legs[1]));
+        let square = sum(|(slope, _)| slope * slope);
         LateralPair {
-            square: sum(|(slope, _)| slope * slope),
+            spacing,
+            change: libm::exp(2.0 * square * spacing * spacing),
+            square,
             linear: sum(|(slope, at)| 2.0 * slope * at),
             constant: sum(|(_, at)| at * at),
         }
@@ -108,26 +111,29 @@ pub struct LateralPair {
     square: f64,
     linear: f64,
     constant: f64,
+    spacing: f64,
+    /// Factor from one ratio of neighbours to the next.
+    change: f64,
 }
 
 impl LateralPair {
-    /// Amplitudes at `first` and every `spacing` metres from there. They follow from one another: the
+    /// Amplitudes from `first` on. They follow from one another: the
     /// ratio of two neighbours changes by a constant factor.
-    pub fn gains<const N: usize>(&self, first: f64, spacing: f64) -> [f64; N] {
+    pub fn gains<const N: usize>(&self, first: f64) -> [f64; N] {
+        let spacing = self.spacing;
         let at = |z: f64| (self.square * z + self.linear) * z + self.constant;
         let start = at(first);
-        let step = at(first + spacing) - start;
+        let step = spacing * (self.square * (2.0 * first + spacing) + self.linear);
         let last = at(first + N as f64 * spacing);
         if start.min(last) < SMALLEST {
             return core::array::from_fn(|k| libm::exp(at(first + k as f64 * spacing)));
         }
         let mut gain = libm::exp(start);
         let mut ratio = libm::exp(step);
-        let change = libm::exp(2.0 * self.square * spacing * spacing);
         core::array::from_fn(|_| {
             let this = gain;
             gain *= ratio;
-            ratio *= change;
+            ratio *= self.change;
             this
         })
     }
@@ -187,7 +193,6 @@ mod tests {
     fn gains_across_the_plane_are_those_of_both_legs() {
         let beam = Beam::new(3.0, 3.0, 20.0, 35.0);
         let legs = [(1.0 / 0.4, 0.05), (1.0 / 0.9, -0.08)];
-        let pair = beam.lateral_pair(legs);
         for (first, spacing) in [
             (-0.3, 2e-3),
             (0.0, 2e-3),
@@ -195,7 +200,8 @@ mod tests {
             (-3.0, 0.2),
             (2.0, 0.5),
         ] {
-            let gains: [f64; 16] = pair.gains(first, spacing);
+            let pair = beam.lateral_pair(legs, spacing);
+            let gains: [f64; 32] = pair.gains(first);
             for (k, gain) in gains.into_iter().enumerate() {
                 let z = first + k as f64 * spacing;
                 let exact: f64 = legs.iter().map(|(s, a)| beam.lateral(s * z + a)).product();

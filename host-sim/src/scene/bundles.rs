@@ -71,6 +71,12 @@ impl Bundles {
         }
     }
 
+    /// Number of pairs of directions.
+    #[cfg(test)]
+    pub fn directions(&self) -> usize {
+        self.bundles.len()
+    }
+
     /// Adds the tones to `grid` as a beam at `angle` weighs them.
     pub fn weigh(&self, beam: &Beam, angle: f64, grid: &mut [Complex64]) {
         let ends = self.bundles.iter().skip(1).map(|b| b.start);

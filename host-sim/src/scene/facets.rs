@@ -119,8 +119,16 @@ pub struct Heights<'a> {
 }
 
 impl Heights<'_> {
-    /// Height in column `k`, of the outermost ones for what lies beyond them, metres.
-    pub fn column(&self, k: i64) -> f64 {
+    /// Heights in column `k` and those after it, of the outermost ones for what lies beyond them, metres.
+    pub fn columns<const N: usize>(&self, k: i64) -> [f64; N] {
+        let first = usize::try_from(k - self.columns.low);
+        match first.ok().and_then(|k| self.heights.get(k..k + N)) {
+            Some(heights) => core::array::from_fn(|i| f64::from(heights[i])),
+            None => core::array::from_fn(|i| self.column(k + i as i64)),
+        }
+    }
+
+    fn column(&self, k: i64) -> f64 {
         let last = self.heights.len().saturating_sub(1);
         let index = usize::try_from(k - self.columns.low).unwrap_or(0);
         let height = self.heights.get(index.min(last));
@@ -133,6 +141,50 @@ impl Heights<'_> {
             return 0.0;
         }
         self.column(self.columns.number(z))
+    }
+}
+
+/// A surface's relief, drawn row by row of its facets.
+struct Field {
+    /// Correlation of a row with the next one, and the share of what is new in that.
+    along: [f64; 2],
+    /// The same of a column.
+    across: [f64; 2],
+    /// Deviation of the heights, metres.
+    scale: f64,
+    /// The next row, of deviation 1.
+    row: Vec<f64>,
+}
+
+impl Field {
+    /// Draws the first row.
+    fn start(&mut self, rng: &mut Random) {
+        let mut drawn = vec![0.0; self.row.len() + 1];
+        rng.normals(&mut drawn);
+        let mut noise = drawn[0];
+        for (h, next) in self.row.iter_mut().zip(&drawn[1..]) {
+            *h = noise;
+            noise = noise * self.across[0] + next * self.across[1];
+        }
+    }
+
+    /// Fills `R` rows of heights and draws those that follow them: several at once, for within a row
+    /// each column waits for the one before.
+    fn rows<const R: usize>(&mut self, heights: &mut [f32], rng: &mut Random) {
+        let width = self.row.len();
+        let mut drawn = vec![0.0; R * (width + 1)];
+        rng.normals(&mut drawn);
+        let drawn: [&[f64]; R] = core::array::from_fn(|r| &drawn[r * (width + 1)..][..width + 1]);
+        let mut noise = drawn.map(|d| d[0]);
+        for (i, row) in self.row.iter_mut().enumerate() {
+            let mut h = *row;
+            for r in 0..R {
+                heights[r * width + i] = (h * self.scale) as f32;
+                h = h * self.along[0] + noise[r] * self.along[1];
+                noise[r] = noise[r] * self.across[0] + drawn[r][i + 1] * self.across[1];
+            }
+            *row = h;
+        }
     }
 }
 
@@ -211,24 +263,26 @@ impl Relief {
             return;
         };
         let (along, across) = (keep(facet.len), keep(columns.spacing));
-        let (fresh, fresh_across) = ((1.0 - along * along).sqrt(), (1.0 - across * across).sqrt());
-        let mut row = vec![0.0_f64; columns.len()];
-        let mut drawn = vec![0.0; columns.len() + 1];
-        let mut draw = |row: &mut [f64], along: f64, fresh: f64| {
-            rng.normals(&mut drawn);
-            let mut noise = drawn[0];
-            for (h, next) in row.iter_mut().zip(&drawn[1..]) {
-                *h = *h * along + noise * fresh;
-                noise = noise * across + next * fresh_across;
-            }
+        let mut field = Field {
+            along: [along, (1.0 - along * along).sqrt()],
+            across: [across, (1.0 - across * across).sqrt()],
+            scale: rough,
+            row: vec![0.0; columns.len()],
         };
-        draw(&mut row, 0.0, 1.0);
         let heights = Arc::make_mut(&mut self.heights);
-        heights.reserve(columns.len() * (self.facets.len() - own));
-        for facet in &mut self.facets[own..] {
-            facet.first = heights.len();
-            heights.extend(row.iter().map(|h| (h * rough) as f32));
-            draw(&mut row, along, fresh);
+        let (start, width) = (heights.len(), columns.len());
+        let facets = &mut self.facets[own..];
+        heights.resize(start + width * facets.len(), 0.0);
+        for (k, facet) in facets.iter_mut().enumerate() {
+            facet.first = start + k * width;
+        }
+        field.start(rng);
+        let mut fours = heights[start..].chunks_exact_mut(4 * width);
+        for four in &mut fours {
+            field.rows::<4>(four, rng);
+        }
+        for one in fours.into_remainder().chunks_exact_mut(width) {
+            field.rows::<1>(one, rng);
         }
     }
 

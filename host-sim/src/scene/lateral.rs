@@ -26,7 +26,7 @@ pub struct Strip {
 const STRIP: f64 = 2e-3;
 
 /// Columns that are computed at once.
-const BLOCK: usize = 16;
+pub const BLOCK: usize = 32;
 
 /// Strips this much darker than the brightest one, in power, are left out.
 const DARK: f64 = 1e-6;
@@ -46,18 +46,64 @@ pub struct Across<'a> {
 /// beam's wave front turns by half a wave at most over a patch at its edge.
 const PATCH: f64 = 8e-3;
 
+/// Some neighbouring columns.
+#[derive(Default)]
+struct Block {
+    /// Metres beside the plane.
+    places: [f64; BLOCK],
+    /// Cosines and sines of their phases.
+    phasors: ([f64; BLOCK], [f64; BLOCK]),
+    /// Gains times widths.
+    weights: [f64; BLOCK],
+    /// Powers times widths.
+    lit: [f64; BLOCK],
+    /// As in [`Strip`].
+    farther: [f64; BLOCK],
+}
+
+impl Block {
+    /// Adds the first `count` columns to their strips.
+    fn add_to(&self, strips: &mut Vec<Strip>, count: usize, hidden: impl Fn(f64) -> bool) {
+        let (cosines, sines) = &self.phasors;
+        let mut sum = Strip::default();
+        let mut current = usize::MAX;
+        for i in 0..count {
+            if hidden(self.places[i]) {
+                continue;
+            }
+            let strip = (self.farther[i] / STRIP) as u32 as usize;
+            if strip != current {
+                if let Some(strip) = strips.get_mut(current) {
+                    *strip = sum;
+                }
+                if strips.len() <= strip {
+                    strips.resize(strip + 1, Strip::default());
+                }
+                (current, sum) = (strip, strips[strip]);
+            }
+            let weight = self.weights[i];
+            sum.sum += Complex64::new(cosines[i] * weight, sines[i] * weight);
+            sum.lit += self.lit[i];
+            sum.farther += self.farther[i] * self.lit[i];
+        }
+        if let Some(strip) = strips.get_mut(current) {
+            *strip = sum;
+        }
+    }
+}
+
 impl View<'_> {
     /// Tangent of the angle beside the profile's plane up to which the beam lights anything.
     pub fn lateral_reach(&self) -> f64 {
         self.beam.lateral_reach() + libm::tan(self.world.yaw).abs()
     }
 
-    /// Sum over the columns across the plane, strip by strip. `path` is how much farther a column is than
-    /// a flat surface's, both ways together: of the column's number and its place beside the plane.
+    /// Sum over the columns across the plane, strip by strip. `paths` is how much farther columns are than
+    /// a flat surface's, both ways together, from a column's number on and for these places.
     pub fn across(
         &self,
         a: &Across,
-        path: impl Fn(i64, f64) -> f64,
+        paths: impl Fn(i64, &[f64; BLOCK]) -> [f64; BLOCK],
         hidden: impl Fn(f64) -> bool,
     ) -> Vec<Strip> {
         let [out, back] = a.legs;
@@ -66,37 +112,30 @@ impl View<'_> {
         let (sin, cos) = libm::sincos(self.world.yaw);
         // Angle between a column's ray and the plane that the mirror sweeps.
         let aside = |leg: usize| (cos / a.legs[leg], -a.forward[leg] * sin);
-        let light = self.beam.lateral_pair([aside(0), aside(1)]);
+        let light = self
+            .beam
+            .lateral_pair([aside(0), aside(1)], columns.spacing);
         let tilt = self.wavenumber * bend * columns.spacing;
+        // Looking straight at the edges, the beam is over before its ranges differ.
+        let stretch = if sin == 0.0 { 0.0 } else { 0.5 * bend };
         let mut strips: Vec<Strip> = Vec::new();
         for first in (columns.low..columns.high).step_by(BLOCK) {
-            let count = (columns.high - first).min(BLOCK as i64) as usize;
-            let places: [f64; BLOCK] = core::array::from_fn(|i| columns.centre(first + i as i64));
-            let gains: [f64; BLOCK] = light.gains(places[0], columns.spacing);
-            let mut phases = [0.0; BLOCK];
-            for (i, (phase, z)) in phases.iter_mut().zip(places).take(count).enumerate() {
-                *phase = self.wavenumber * (z * z * bend + path(first + i as i64, z));
-            }
-            let (cosines, sines) = cis_all(&phases);
-            for i in 0..count {
-                let z = places[i];
-                if hidden(z) {
-                    continue;
-                }
+            let mut block = Block {
+                places: core::array::from_fn(|i| columns.centre(first + i as i64)),
+                ..Block::default()
+            };
+            let gains: [f64; BLOCK] = light.gains(block.places[0]);
+            let mut phases = paths(first, &block.places);
+            for (i, z) in block.places.iter().enumerate() {
+                phases[i] = self.wavenumber * (z * z * bend + phases[i]);
                 let turn = tilt * z;
-                let weight = gains[i] * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
-                // Looking straight at the edges, the beam is over before its ranges differ.
-                let farther = if sin == 0.0 { 0.0 } else { 0.5 * z * z * bend };
-                let strip = (farther / STRIP) as usize;
-                if strips.len() <= strip {
-                    strips.resize(strip + 1, Strip::default());
-                }
-                let strip = &mut strips[strip];
-                strip.sum += Complex64::new(cosines[i] * weight, sines[i] * weight);
-                let lit = gains[i] * gains[i] * columns.spacing;
-                strip.lit += lit;
-                strip.farther += farther * lit;
+                block.weights[i] = gains[i] * columns.spacing * (1.0 - turn * turn / 6.0).max(0.0);
+                block.lit[i] = gains[i] * gains[i] * columns.spacing;
+                block.farther[i] = stretch * z * z;
             }
+            block.phasors = cis_all(&phases);
+            let count = (columns.high - first).min(BLOCK as i64) as usize;
+            block.add_to(&mut strips, count, &hidden);
         }
         // What the beam leaves dark is no echo; a surface that lies in no column stays one without power.
         let brightest = strips.iter().map(|s| s.lit).fold(0.0, f64::max);

@@ -128,6 +128,7 @@ pub fn cis_all<const N: usize>(phases: &[f64; N]) -> ([f64; N], [f64; N]) {
 }
 
 /// Natural logarithm of a normal number between 0 and 1, to 3e-16 of itself (fdlibm's, without branches).
+#[inline]
 fn log_of_share(x: f64) -> f64 {
     // x = 2^k (1 + f) with √½ < 1 + f < √2.
     const ROOT_HALF: u64 = 0x3FE6_A09E << 32;
@@ -200,7 +201,7 @@ impl Random {
 
     /// Uniform in 0 ≤ x < 1.
     pub fn unit(&mut self) -> f64 {
-        (self.rng.next_u64() >> 11) as f64 * (1.0 / (1u64 << 53) as f64)
+        (self.rng.next_u64() >> 11).cast_signed() as f64 * (1.0 / (1u64 << 53) as f64)
     }
 
     /// Uniform from `low` to `high`.
@@ -245,22 +246,20 @@ impl Random {
 
     /// The next `N` pairs of Gaussian numbers.
     fn pairs<const N: usize>(&mut self) -> [(f64, f64); N] {
-        let mut points = [(0.0, 0.0, 1.0); N];
+        let (mut us, mut vs, mut squares) = ([0.0; N], [0.0; N], [0.5; N]);
         let mut found = 0;
-        while let Some(point) = points.get_mut(found) {
+        while found < N {
             let u = 2.0 * self.unit() - 1.0;
             let v = 2.0 * self.unit() - 1.0;
             let s = u * u + v * v;
-            *point = (u, v, s);
+            (us[found], vs[found], squares[found]) = (u, v, s);
             // A point outside the circle is overwritten by the next one.
             found += usize::from((s < 1.0) & (s > 0.0));
         }
-        let scales = points.map(|(_, _, s)| (-2.0 * log_of_share(s) / s).sqrt());
-        let mut pairs = [(0.0, 0.0); N];
-        for ((pair, (u, v, _)), k) in pairs.iter_mut().zip(points).zip(scales) {
-            *pair = (u * k, v * k);
+        for s in &mut squares {
+            *s = (-2.0 * log_of_share(*s) / *s).sqrt();
         }
-        pairs
+        core::array::from_fn(|k| (us[k] * squares[k], vs[k] * squares[k]))
     }
 
     /// Circular complex Gaussian with mean power `power`.

@@ -140,14 +140,9 @@ impl<'a> Receiver<'a> {
             .collect()
     }
 
-    /// Q with another gain than I and not quite at right angles to it; the image lies
-    /// (1 + 2g cos φ + g²) / (1 - 2g cos φ + g²) below the signal (Razavi, RF Microelectronics, sec. 4.2).
-    pub fn imbalance(&self, s: Complex64) -> Complex64 {
-        let [gain, shear] = self.skew();
-        Complex64::new(s.re, gain * s.im + shear * s.re)
-    }
-
-    /// The share of Q, and that of I, in what Q shows.
+    /// The shares of Q and of I in what the channel Q shows, which has another gain than I and is not quite
+    /// at right angles to it; the image lies (1 + 2g cos φ + g²) / (1 - 2g cos φ + g²) below the signal
+    /// (Razavi, RF Microelectronics, sec. 4.2).
     fn skew(&self) -> [f64; 2] {
         let gain = amplitude(self.spec.iq_gain_db);
         let (sin, cos) = libm::sincos(self.spec.iq_phase_deg.to_radians());

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use super::edge;
 use super::facets::{Facet, Relief};
 use super::geometry::{Segment, Wedge};
-use super::lateral::{Across, Strip};
+use super::lateral::{Across, BLOCK, Strip};
 use super::material::Material;
 use super::maths::{Random, Vec2, cis, power, sinc};
 use super::sight::{Shade, shade};
@@ -211,15 +211,19 @@ impl View<'_> {
         let recedes = lateral.round && facet.normal.x.abs() > 0.5;
         let heights = relief.heights(k);
         let first = bounce.map(|b| (2.0 * b.cos, b.share, relief.heights(b.facet)));
-        let path = |column: i64, z: f64| {
-            let mut path = -heights.column(column) * cos;
+        let paths = |column: i64, places: &[f64; BLOCK]| {
+            let mut paths = heights.columns(column).map(|height| -height * cos);
             if recedes {
-                path += lateral.recess(z) * cos;
+                for (path, z) in paths.iter_mut().zip(places) {
+                    *path += lateral.recess(*z) * cos;
+                }
             }
             if let Some((twice, share, heights)) = &first {
-                path -= twice * heights.at(z * share);
+                for (path, z) in paths.iter_mut().zip(places) {
+                    *path -= twice * heights.at(z * share);
+                }
             }
-            path
+            paths
         };
         let hidden = |z: f64| {
             direct.covers(z) || bounce.is_some_and(|b| b.shades.iter().any(|s| s.covers(z)))
@@ -233,7 +237,7 @@ impl View<'_> {
                 -two.towards.x,
             ],
         };
-        let mut strips = self.across(&across, path, hidden);
+        let mut strips = self.across(&across, paths, hidden);
         for strip in &mut strips {
             strip.sum = Complex64::new(0.0, -strength) * strip.sum;
         }
@@ -276,7 +280,7 @@ impl View<'_> {
         if !self.is_between(angle) {
             return;
         }
-        let strips = self.across(&across, |_, _| 0.0, |z| seen.covers(z));
+        let strips = self.across(&across, |_, _| [0.0; BLOCK], |z| seen.covers(z));
         to.extend(strips.iter().map(|strip| Echo {
             range: r + strip.farther,
             amplitude: fringe * strip.sum * cis(2.0 * self.wavenumber * r) / (r * r),

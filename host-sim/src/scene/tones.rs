@@ -231,11 +231,11 @@ impl Sample {
             slope.add_scaled(time, *b);
         }
         let mut sum = Moving::default();
-        for lane in 0..2 {
+        for (lane, (middle, turn)) in middles.iter().zip(self.turns).enumerate() {
             let (value, slope) = (value.lane(lane), slope.lane(lane));
-            let turning = Complex64::new(0.0, middles[lane]) * value;
-            sum.value += value * self.turns[lane];
-            sum.slope += (slope + turning) * self.turns[lane];
+            let turning = Complex64::new(0.0, *middle) * value;
+            sum.value += value * turn;
+            sum.slope += (slope + turning) * turn;
         }
         sum
     }
