@@ -58,9 +58,9 @@ impl Scratch {
 
 /// Finds stairs: rows in, outcome out.
 ///
-/// [`StairFinder::begin`] a scan, [`StairFinder::fill`] each row that comes, say of each other that
-/// it is [`StairFinder::lost`], from either end of the sweep, then [`StairFinder::finish`]. The
-/// configuration names the estimator.
+/// [`StairFinder::begin`] a scan, [`StairFinder::fill`] each row that comes, call
+/// [`StairFinder::complete`] for each lost one, from either end of the sweep, then
+/// [`StairFinder::finish`]. The configuration names the estimator.
 #[derive(Debug)]
 pub struct StairFinder {
     map: PolarMap,
@@ -93,17 +93,17 @@ impl StairFinder {
     /// beyond the last row.
     pub fn fill<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         let filled = self.write(k, fill)?;
-        self.lost(k);
+        self.complete(k);
         Some(filled)
     }
 
-    /// Lets `fill` write row `k` and leaves it to [`StairFinder::lost`] to work it off.
+    /// Lets `fill` write row `k` without completing it: [`StairFinder::complete`] follows.
     pub fn write<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         self.map.fill(k, fill)
     }
 
-    /// Row `k` will not come, or is as it shall be.
-    pub fn lost(&mut self, k: usize) {
+    /// Row `k` is final: received or lost. The estimator takes it in.
+    pub fn complete(&mut self, k: usize) {
         if let Some(estimator) = self.scratch.estimator() {
             estimator.row(&self.map, k);
         }

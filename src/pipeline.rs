@@ -100,6 +100,11 @@ impl Pipeline {
         health.stands(row, finder.map(), |bin| range.phasors(bin));
     }
 
+    /// Row `row` is final: received and worked off by [`Pipeline::watch`], or lost. The estimator takes it in.
+    pub fn complete(&mut self, row: u16) {
+        self.finder.complete(row.into());
+    }
+
     /// The map of the last scan.
     pub fn map(&self) -> &PolarMap {
         self.finder.map()
@@ -178,11 +183,11 @@ impl DataPath for Pipeline {
 
     fn row(&mut self, row: u16) {
         self.watch(row);
-        self.finder.lost(row.into());
+        self.complete(row);
     }
 
     fn lost(&mut self, row: u16) {
-        self.finder.lost(row.into());
+        self.complete(row);
     }
 
     fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
