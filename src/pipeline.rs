@@ -4,7 +4,7 @@ use crate::Iq;
 use crate::answer::{Outcome, Reason};
 use crate::calibration::{Mounting, calibrate};
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, Memory, Track};
+use crate::drive::{Drive, Retention, Track};
 use crate::finder::StairFinder;
 use crate::fusion;
 use crate::grid::PolarMap;
@@ -50,7 +50,7 @@ pub struct Pipeline {
     finder: StairFinder,
     health: Health,
     /// What earlier scans said.
-    past: RefCell<fusion::Memory>,
+    past: RefCell<fusion::History>,
 }
 
 /// What the scan state may take of the chip's memory, with either estimator.
@@ -71,7 +71,7 @@ impl Pipeline {
             range: RangeProcessor::idle(),
             finder: StairFinder::new(),
             health: Health::new(),
-            past: RefCell::new(fusion::Memory::new()),
+            past: RefCell::new(fusion::History::new()),
         }
     }
 
@@ -121,7 +121,7 @@ impl Pipeline {
             // What an instrument in doubt says is not carried on.
             memory: match doubts.is_empty() {
                 true => drive.memory,
-                false => Memory::Off,
+                false => Retention::Off,
             },
             past: Some(&self.past),
             stood: self.stood(drive),

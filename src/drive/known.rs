@@ -17,15 +17,15 @@ pub enum Mode {
     Standing,
 }
 
-/// What becomes of what earlier scans of the scene said.
+/// Whether the evidence of earlier scans of the scene is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Memory {
-    /// It has a say, as far as the way between is known.
+pub enum Retention {
+    /// Used, as far as the travel since is known.
     #[default]
     Kept,
-    /// This scan is the first again.
+    /// Discarded: this scan counts as the first.
     Anew,
-    /// Each scan is by itself.
+    /// Neither used nor kept.
     Off,
 }
 
@@ -84,9 +84,9 @@ pub struct Drive<'a> {
     /// Duration of a chirp, seconds.
     pub chirp_s: f32,
     /// What becomes of what earlier scans said.
-    pub memory: Memory,
+    pub memory: Retention,
     /// That itself, where there is any.
-    pub past: Option<&'a RefCell<fusion::Memory>>,
+    pub past: Option<&'a RefCell<fusion::History>>,
 }
 
 impl<'a> Drive<'a> {
@@ -99,7 +99,7 @@ impl<'a> Drive<'a> {
         since_s: None,
         stood: false,
         chirp_s: 0.0,
-        memory: Memory::Off,
+        memory: Retention::Off,
         past: None,
     };
 

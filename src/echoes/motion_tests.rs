@@ -7,7 +7,7 @@ use super::sweeps::Sweeps;
 use super::tests;
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::Config;
-use crate::drive::{Drive, Input, Memory, Mode, Place, Track};
+use crate::drive::{Drive, Input, Mode, Retention, RowPose, Track};
 use crate::grid::PolarMap;
 use crate::params::Params;
 use std::vec::Vec;
@@ -39,8 +39,8 @@ struct Chair {
 }
 
 impl Chair {
-    fn place(&self, time_s: f32) -> Place {
-        Place {
+    fn place(&self, time_s: f32) -> RowPose {
+        RowPose {
             time_s,
             travel_m: self.speed * time_s,
             pitch_rad: self.rad_s * time_s,
@@ -99,7 +99,7 @@ fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive
         since_s,
         stood: false,
         chirp_s: CHIRP_S,
-        memory: Memory::Kept,
+        memory: Retention::Kept,
         past: None,
     }
 }
@@ -119,7 +119,7 @@ fn told(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outco
             let row = if sweep % 2 == 0 { k } else { ROWS - 1 - k };
             let place = track.at(f32::from(row));
             let travel_m = said(place.travel_m);
-            told.add(row, Place { travel_m, ..place });
+            told.add(row, RowPose { travel_m, ..place });
         }
         let way = said(chair.speed * (f32::from(ROWS - 1) * ROW_S + TURN_S));
         let drive = Drive {

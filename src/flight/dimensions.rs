@@ -4,11 +4,11 @@
 use super::ascending::{self, Ascending};
 use super::descending::{self, Descending};
 use super::flank::Chart;
-use super::heights::{self, Fusion, Levels};
+use super::heights::{self, Fusion, TreadLevels};
 use super::nosings;
 use super::readings::{self, Readings, Roles};
 use super::roles::Role;
-use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs, regular};
+use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
 use super::verdict::{Support, next_db};
 use crate::answer::{Direction, Outcome, Reason, Step};
 use crate::estimate::Estimate;
@@ -57,7 +57,7 @@ impl Measured {
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
-    flight: &Flight<ascending::Shape>,
+    flight: &Flight<ascending::AscentShape>,
     (rise, odds): (Estimate, f32),
     chart: &Chart<'_>,
     bias_sigma_rad: f32,
@@ -126,10 +126,10 @@ pub fn ascending(
 }
 
 /// How much farther each riser stands than it would without a landing, metres.
-fn landings(chain: &[Link], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
+fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
     let (going_m, _) = regular(chain, most_going_m);
     let mut landings = Vec::new();
-    let (mut landing_m, mut before): (f32, Option<&Link>) = (0.0, None);
+    let (mut landing_m, mut before): (f32, Option<&ChainLink>) = (0.0, None);
     for link in chain {
         let away_m = before.map_or(0.0, |before| link.along_m - before.along_m);
         if away_m > most_going_m {
@@ -147,7 +147,7 @@ fn landings(chain: &[Link], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
 fn no_stair(
     readings: &Readings,
     (rise, odds): (Estimate, f32),
-    levels: &Levels,
+    levels: &TreadLevels,
     p: &Params,
 ) -> Option<Outcome> {
     let ([face], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
@@ -171,7 +171,7 @@ fn no_stair(
 
 /// The steps of a descending flight.
 #[inline(never)]
-pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::Shape>) -> Measured {
+pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::DescentShape>) -> Measured {
     let scene = stairs.scene();
     let p = scene.params;
     let edges = stairs.edges(flight);
@@ -210,9 +210,9 @@ pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::Shape>) -
 /// Levels of the treads of a descending flight.
 fn lower_levels(
     stairs: &Descending<'_>,
-    flight: &Flight<descending::Shape>,
-    shape: descending::Shape,
-) -> Levels {
+    flight: &Flight<descending::DescentShape>,
+    shape: descending::DescentShape,
+) -> TreadLevels {
     let p = stairs.scene().params;
     let count = flight.chain.len();
     let mut steps = [Fusion::default(); MAX_FLIGHT];

@@ -49,7 +49,7 @@ use crate::drive::{self, Drive};
 use crate::echoes::{Collector, Echo, Echoes, Floor, Lobes, Ride, Sweeps, calibrate};
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
-use crate::fusion::{Memory, Outlook};
+use crate::fusion::{History, Outlook};
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
 use crate::observer::{Event, Observer};
@@ -93,8 +93,8 @@ pub struct Likelihood {
 )]
 enum Phase {
     Rows(Collector),
-    Up(Beginnings<ascending::Shape>),
-    Down(Beginnings<descending::Shape>),
+    Up(Beginnings<ascending::AscentShape>),
+    Down(Beginnings<descending::DescentShape>),
 }
 
 impl Default for Likelihood {
@@ -181,7 +181,7 @@ impl Estimator for Likelihood {
         let mut past = drive.past.and_then(|past| past.try_borrow_mut().ok());
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
-        let moved_m = moved_m.filter(|_| drive.memory == drive::Memory::Kept);
+        let moved_m = moved_m.filter(|_| drive.memory == drive::Retention::Kept);
         let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
         if let Some(past) = &mut past {
             past.begin(scan, instrument, View::of(map), moved_m, rode_m);
@@ -218,7 +218,7 @@ impl Estimator for Likelihood {
                     ride: Ride::of(drive, &config.radar),
                 };
                 let posterior = self.particles.then_some(&mut self.posterior);
-                let off = drive.memory == drive::Memory::Off;
+                let off = drive.memory == drive::Retention::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past, &mut self.floor_line);
                 let firm = floor.is_some_and(|floor| floor.firm(p));
@@ -243,7 +243,7 @@ impl Estimator for Likelihood {
         }
         let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
         let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
-        let forget = !kept || drive.memory == drive::Memory::Off;
+        let forget = !kept || drive.memory == drive::Retention::Off;
         if let Some(past) = past.as_mut().filter(|_| forget) {
             past.forget();
         }
@@ -264,9 +264,9 @@ fn ascend(
     (chart, firm): (Chart<'_>, bool),
     p: &Params,
     (memory, mut posterior, mut past, floor_line): (
-        &mut Beginnings<ascending::Shape>,
+        &mut Beginnings<ascending::AscentShape>,
         Option<&mut Posterior>,
-        Option<&mut Memory>,
+        Option<&mut History>,
         &mut FloorLine,
     ),
     observer: &mut dyn Observer,
@@ -346,7 +346,7 @@ fn ascend(
 #[inline(never)]
 fn measure(
     stairs: &Ascending<'_>,
-    flight: &Flight<ascending::Shape>,
+    flight: &Flight<ascending::AscentShape>,
     rise: (Estimate, f32),
     (chart, bias_sigma_rad): (&Chart<'_>, f32),
     out: &mut Option<Measured>,
@@ -365,10 +365,10 @@ fn measure(
 #[inline(never)]
 fn longer(
     search: &Search<'_, Ascending<'_>>,
-    best: Option<&(Flight<ascending::Shape>, Estimate)>,
+    best: Option<&(Flight<ascending::AscentShape>, Estimate)>,
     measured: Option<&Measured>,
     posterior: &Posterior,
-) -> Option<(Flight<ascending::Shape>, Estimate)> {
+) -> Option<(Flight<ascending::AscentShape>, Estimate)> {
     let next_m = posterior.next_step(&measured?.outcome.steps)?;
     let mut flight = best?.0.longer(search.at(next_m))?;
     let (rise, score) = search.stairs.rise(&flight);
@@ -382,7 +382,7 @@ fn descend(
     echoes: &[Echo],
     geometry: &Geometry,
     p: &Params,
-    memory: &mut Beginnings<descending::Shape>,
+    memory: &mut Beginnings<descending::DescentShape>,
     observer: &mut dyn Observer,
 ) -> Outcome {
     let mut scene = Scene::new(geometry.mount_height_m, p);

@@ -10,7 +10,7 @@ use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
-use stairscan::fusion::Memory;
+use stairscan::fusion::History;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
 use stairscan::params::hazard::{Map, log_survival, probability};
@@ -108,7 +108,7 @@ fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
 pub fn taught(recording: &Recording) -> Result<Taught> {
     let mut taught = Taught::default();
     let mut carrying = Box::new(Likelihood::new());
-    let past = RefCell::new(Memory::new());
+    let past = RefCell::new(History::new());
     let mut trouble = None;
     let mut before: Vec<Vec<Told>> = Vec::new();
     let mut scans = 0;

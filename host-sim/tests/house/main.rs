@@ -1,10 +1,11 @@
 //! The rules of the house, checked on the firmware's sources: no circles among files, no arrow back
-//! up the way of the data, no folder that outgrows the others, no tuned number outside its table; and on the
-//! documents: no link that leads nowhere, and as many tuned numbers as there are.
+//! up the way of the data, no folder that outgrows the others, no tuned number outside its table, no two types of
+//! one name; and on the documents: no link that leads nowhere, and as many tuned numbers as there are.
 
 mod documents;
 mod graph;
 mod literals;
+mod names;
 mod sources;
 
 use std::path::Path;
@@ -58,6 +59,11 @@ fn no_folder_outgrows_the_others() {
     let large = firmware().large_folders(LARGEST_SHARE);
     let told: Vec<String> = large.iter().map(ToString::to_string).collect();
     none(&told);
+}
+
+#[test]
+fn each_type_has_a_name_of_its_own() {
+    none(&names::shared(&firmware()));
 }
 
 #[test]
