@@ -6,6 +6,7 @@ use crate::drive::Drive;
 use crate::echoes::Echo;
 use crate::estimator::Estimator;
 use crate::flight::Likelihood;
+use crate::fusion::History;
 use crate::grid::{PolarMap, Row};
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
@@ -109,19 +110,20 @@ impl StairFinder {
         }
     }
 
-    /// The answer of scan number `scan` with the configuration that it began with and what is known
-    /// of the chair's motion, while `observer` looks.
+    /// The answer of scan number `scan` with the configuration that it began with, what is known of the
+    /// chair's motion, and the evidence of earlier scans (`past`), while `observer` looks.
     pub fn finish(
         &mut self,
         config: &Config,
         scan: u32,
         drive: &Drive<'_>,
+        past: Option<&mut History>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Some(estimator) = self.scratch.estimator() else {
             return Outcome::fault(Reason::Silent);
         };
-        let mut outcome = estimator.conclude(&self.map, config, scan, drive, observer);
+        let mut outcome = estimator.conclude(&self.map, config, scan, drive, past, observer);
         outcome.link();
         outcome
     }

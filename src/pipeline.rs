@@ -13,7 +13,6 @@ use crate::observer::Observer;
 use crate::params::Params;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
-use core::cell::RefCell;
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -50,7 +49,7 @@ pub struct Pipeline {
     finder: StairFinder,
     health: Health,
     /// What earlier scans said.
-    past: RefCell<fusion::History>,
+    past: fusion::History,
 }
 
 /// What the scan state may take of the chip's memory, with either estimator.
@@ -71,7 +70,7 @@ impl Pipeline {
             range: RangeProcessor::idle(),
             finder: StairFinder::new(),
             health: Health::new(),
-            past: RefCell::new(fusion::History::new()),
+            past: fusion::History::new(),
         }
     }
 
@@ -123,11 +122,16 @@ impl Pipeline {
                 true => drive.memory,
                 false => Retention::Off,
             },
-            past: Some(&self.past),
             stood: self.stood(drive),
             ..*drive
         };
-        let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);
+        let mut outcome = self.finder.finish(
+            &self.config,
+            self.scan,
+            drive,
+            Some(&mut self.past),
+            observer,
+        );
         outcome.doubt(doubts);
         outcome
     }

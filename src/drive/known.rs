@@ -1,8 +1,6 @@
 //! What is known of the chair's motion when a scan ends, and what holds where nothing is.
 
 use super::track::Track;
-use crate::fusion;
-use core::cell::RefCell;
 
 /// What holds where nothing is known of the chair's motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -83,10 +81,8 @@ pub struct Drive<'a> {
     pub stood: bool,
     /// Duration of a chirp, seconds.
     pub chirp_s: f32,
-    /// What becomes of what earlier scans said.
+    /// Whether the evidence of earlier scans is used.
     pub memory: Retention,
-    /// That itself, where there is any.
-    pub past: Option<&'a RefCell<fusion::History>>,
 }
 
 impl<'a> Drive<'a> {
@@ -100,7 +96,6 @@ impl<'a> Drive<'a> {
         stood: false,
         chirp_s: 0.0,
         memory: Retention::Off,
-        past: None,
     };
 
     /// The track, if it says where the chair was.

@@ -319,7 +319,6 @@ impl Odometry {
             stood: false,
             chirp_s: chirp_us as f32 * 1e-6,
             memory: self.memory,
-            past: None,
         }
     }
 

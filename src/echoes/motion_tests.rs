@@ -100,7 +100,6 @@ fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive
         stood: false,
         chirp_s: CHIRP_S,
         memory: Retention::Kept,
-        past: None,
     }
 }
 

@@ -169,6 +169,7 @@ impl Estimator for Likelihood {
         config: &Config,
         scan: u32,
         drive: &Drive<'_>,
+        mut past: Option<&mut History>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Phase::Rows(collector) = &mut self.phase else {
@@ -178,7 +179,6 @@ impl Estimator for Likelihood {
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
-        let mut past = drive.past.and_then(|past| past.try_borrow_mut().ok());
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
         let moved_m = moved_m.filter(|_| drive.memory == drive::Retention::Kept);

@@ -23,6 +23,7 @@ use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, ParticleConfig, Spread};
 use crate::drive::{Drive, Mode};
 use crate::estimator::Estimator;
+use crate::fusion::History;
 use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
 use crate::observer::{CloudStage, Event, Observer};
@@ -109,6 +110,7 @@ impl Estimator for Paper {
         config: &Config,
         scan: u32,
         drive: &Drive<'_>,
+        _past: Option<&mut History>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Self { levels, cloud } = self;

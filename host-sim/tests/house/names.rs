@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 
 use syn::Item;
-use syn::spanned::Spanned;
 
 use super::sources::{Sources, attributes, is_test};
 
