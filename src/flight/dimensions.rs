@@ -36,7 +36,7 @@ impl Measured {
         Self {
             outcome: Outcome {
                 direction,
-                ..Outcome::clear()
+                ..Outcome::undecided()
             },
             supports: Vec::new(),
             roles,
@@ -159,7 +159,7 @@ fn no_stair(
     if climbable && rise.value >= p.lowest_step_m && shown {
         return None;
     }
-    let mut outcome = Outcome::clear();
+    let mut outcome = Outcome::undecided();
     // What shows no top may be a threshold as well as a kerb.
     let reach = 2.0 * p.height_sigma_scale * height.sigma();
     let may_be = height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m;

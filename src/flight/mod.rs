@@ -438,7 +438,7 @@ impl<S: Stairs> Ended<'_, S> {
         let accepted = self.measured.is_some();
         let (mut outcome, supports) = match self.measured.take() {
             Some(measured) => (measured.outcome, measured.supports),
-            None => (Outcome::clear(), heapless::Vec::new()),
+            None => (Outcome::undecided(), heapless::Vec::new()),
         };
         let lead = match self.best.filter(|_| !supports.is_empty()) {
             Some(best) => {
@@ -558,14 +558,16 @@ pub fn doubted_from_m(outcome: &Outcome) -> Option<f32> {
     Some(first.distance_m - RIGHT_M)
 }
 
-/// Says what an answer vouches for: it is `ok` if that is the first metre at least, and its first step where
+/// Decides an answer by how far it is valid: `ok` if that is the first metre at least, and its first step where
 /// that is doubted.
 fn promise(outcome: &mut Outcome, vouch: Vouch) {
     outcome.horizon_m = Some(vouch.horizon_m);
     outcome.confidence = Some(vouch.confidence);
     let first_m = doubted_from_m(outcome).unwrap_or(0.0);
     if vouch.horizon_m < math::max(LEAST_HORIZON_M, first_m) {
-        outcome.status = Status::Degraded;
+        outcome.decide(Status::Degraded);
         outcome.reasons.add(Reason::ShortHorizon);
+    } else {
+        outcome.decide(Status::Ok);
     }
 }

@@ -109,14 +109,14 @@ fn linear_power(below: u16) -> u16 {
     eighth.checked_shr(u32::from(below / 8)).unwrap_or(0)
 }
 
-/// The answer that the clusters `kept` make, nearest step first.
+/// The answer that the clusters `kept` make, nearest step first, undecided.
 pub fn outcome<'a>(
     kept: impl Iterator<Item = &'a ClusterShape>,
     geometry: &Geometry,
     unit_m: f32,
     config: &ParticleConfig,
 ) -> Outcome {
-    let mut outcome = Outcome::clear();
+    let mut outcome = Outcome::undecided();
     for shape in kept {
         // A full list has no room for another step, whichever it is.
         let _ = outcome.steps.push(shape.step(geometry, unit_m, config));
@@ -230,6 +230,6 @@ mod tests {
             assert!(distances.is_sorted() && distances.len() == 2);
         }
         let none = outcome([].iter(), &geometry(Plane::Depth), UNIT_M, &config);
-        assert_eq!(none, Outcome::clear());
+        assert_eq!(none, Outcome::undecided());
     }
 }

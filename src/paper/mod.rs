@@ -140,12 +140,12 @@ impl Estimator for Paper {
             .map(|(_, shape)| shape);
         let mut outcome =
             dimension::outcome(kept, map.geometry(), places.unit_m, &config.particles);
-        // It has no echoes to compare from sweep to sweep.
-        if drive.mode != Mode::Standing {
+        if drive.mode == Mode::Standing {
+            outcome.decide(Status::Ok);
+        } else {
+            // It has no echoes to compare from sweep to sweep.
+            outcome.decide(Status::Degraded);
             outcome.reasons.add(Reason::Unconfirmed);
-            if outcome.status == Status::Ok {
-                outcome.status = Status::Degraded;
-            }
         }
         outcome
     }

@@ -313,7 +313,7 @@ mod tests {
 
     /// How far an answer with these reasons must reach to be `ok`, metres.
     fn reach(reasons: Reasons) -> f32 {
-        let mut outcome = Outcome::clear();
+        let mut outcome = Outcome::undecided();
         outcome.reasons = reasons;
         reach_m(&outcome)
     }
