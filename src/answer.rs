@@ -249,13 +249,16 @@ impl fmt::Display for Reasons {
 /// use stairscan::answer::{Direction, Outcome, Reason, Status, Step};
 ///
 /// let at = |distance_m, height_m| Step { distance_m, height_m, ..Step::default() };
-/// let mut outcome = Outcome { direction: Direction::Up, ..Outcome::clear() };
+/// let mut outcome = Outcome { direction: Direction::Up, ..Outcome::undecided() };
 /// outcome.steps.push(at(0.50, 0.17)).unwrap();
 /// outcome.steps.push(at(0.78, 0.34)).unwrap();
 /// outcome.link();
 /// let tread_m = outcome.steps[0].tread_m.unwrap();
 /// assert!((tread_m - 0.28).abs() < 1e-6);
 /// assert_eq!(outcome.steps[1].tread_m, None);
+/// assert_eq!(outcome.status, Status::Fault);
+/// outcome.decide(Status::Ok);
+/// assert!(outcome.status == Status::Ok && outcome.reasons.is_empty());
 ///
 /// let fault = Outcome::fault(Reason::MotorStall);
 /// assert_eq!(fault.status, Status::Fault);
@@ -299,13 +302,13 @@ impl Maybe {
 }
 
 impl Outcome {
-    /// No stairs, and sure of it.
-    pub const fn clear() -> Self {
+    /// An answer that is not decided yet: without steps, and a `fault` (`silent`) until [`Outcome::decide`].
+    pub const fn undecided() -> Self {
         Self {
-            status: Status::Ok,
+            status: Status::Fault,
             direction: Direction::None,
             steps: heapless::Vec::new(),
-            reasons: Reasons::NONE,
+            reasons: Reasons(1 << Reason::Silent as u8),
             horizon_m: None,
             confidence: None,
             maybes: heapless::Vec::new(),
@@ -317,12 +320,18 @@ impl Outcome {
         Self {
             status: Status::Fault,
             reasons: Reasons::NONE.with(reason),
-            ..Self::clear()
+            ..Self::undecided()
         }
     }
 }
 
 impl Outcome {
+    /// Gives an undecided answer its status. Only what has weighed the whole answer may call this.
+    pub fn decide(&mut self, status: Status) {
+        self.status = status;
+        self.reasons = self.reasons.without(Reason::Silent);
+    }
+
     /// Takes `ok` away where there is doubt about the instrument, and with it what the answer vouches
     /// for: no estimator can know better than its instrument.
     #[inline(never)]
@@ -366,7 +375,7 @@ mod tests {
             height_m,
             ..Step::default()
         };
-        let mut outcome = Outcome::clear();
+        let mut outcome = Outcome::undecided();
         for step in [at(0.5, 0.17), at(0.8, 0.34), at(1.1, 0.53)] {
             outcome.steps.push(step).unwrap();
         }

@@ -153,7 +153,7 @@ enum Part {
 
 /// Height, angle offset, and what the scale is more than 1.
 #[derive(Clone, Copy, Debug)]
-struct State {
+struct MountState {
     height_m: f32,
     offset_rad: f32,
     stretch: f32,
@@ -161,7 +161,7 @@ struct State {
 
 /// The scene that must be there.
 #[derive(Clone, Copy, Debug)]
-struct Scene {
+struct CalibrationScene {
     wall_m: f32,
     mirror_m: f32,
 }
@@ -175,17 +175,17 @@ struct Equation {
     robust: bool,
 }
 
-impl Scene {
+impl CalibrationScene {
     /// Real range from the mirror, and angle below the horizontal.
     #[inline(never)]
-    fn real(&self, e: &Echo, s: &State) -> (f32, f32) {
+    fn real(&self, e: &Echo, s: &MountState) -> (f32, f32) {
         let from_radar = (1.0 + s.stretch) * (e.range_m + self.mirror_m);
         (from_radar - self.mirror_m, e.angle_rad + s.offset_rad)
     }
 
     /// Distance from the mirror and height above the floor.
     #[inline(never)]
-    fn point(&self, e: &Echo, s: &State) -> (f32, f32) {
+    fn point(&self, e: &Echo, s: &MountState) -> (f32, f32) {
         let (range, angle) = self.real(e, s);
         let (sin, cos) = math::sin_cos(angle);
         (range * cos, s.height_m - range * sin)
@@ -197,7 +197,7 @@ impl Scene {
         &self,
         e: &Echo,
         part: Part,
-        s: &State,
+        s: &MountState,
         p: &Params,
         each: &mut dyn FnMut(Equation),
     ) {
@@ -270,8 +270,8 @@ fn inverse(a: &[[f32; 3]; 3]) -> Option<[[f32; 3]; 3]> {
 }
 
 /// What the parts say together.
-struct Fit {
-    state: State,
+struct MountFit {
+    state: MountState,
     /// Standard errors of height, offset and stretch.
     sigmas: [f32; 3],
     floor: u8,
@@ -279,10 +279,10 @@ struct Fit {
 }
 
 /// The echoes that count, found from what the flash alone says.
-struct Found<'e> {
+struct ReferenceEchoes<'e> {
     flash: &'e Echo,
     corner: &'e Echo,
-    start: State,
+    start: MountState,
 }
 
 // Out of line, as what is called more than once here: all this runs once in the scanner's life.
@@ -292,10 +292,10 @@ fn strongest<'e>(echoes: &'e [Echo], counts: &dyn Fn(&Echo) -> bool) -> Option<&
     counted.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
 }
 
-impl Scene {
+impl CalibrationScene {
     /// The wall's flash and its corner with the floor.
     #[inline(never)]
-    fn find<'e>(&self, echoes: &'e [Echo], nominal_m: f32) -> Result<Found<'e>, Refusal> {
+    fn find<'e>(&self, echoes: &'e [Echo], nominal_m: f32) -> Result<ReferenceEchoes<'e>, Refusal> {
         let scale = |e: &Echo| (self.wall_m + self.mirror_m) / (e.range_m + self.mirror_m);
         let placed = |e: &Echo| {
             let level = e.angle_rad.abs() <= MOST_OFFSET_RAD;
@@ -306,7 +306,7 @@ impl Scene {
             let apart = (e.range_m - flash.range_m).abs() > SAME_M;
             apart && e.snr_db >= math::max(FLASH_DB, flash.snr_db - LESSER_DB)
         };
-        let start = State {
+        let start = MountState {
             height_m: nominal_m,
             offset_rad: -flash.angle_rad,
             stretch: scale(flash) - 1.0,
@@ -329,11 +329,11 @@ impl Scene {
         };
         let corner = strongest(echoes, &base).ok_or(Refusal::NoFloor)?;
         let (_, y) = self.point(corner, &start);
-        let start = State {
+        let start = MountState {
             height_m: start.height_m - y,
             ..start
         };
-        Ok(Found {
+        Ok(ReferenceEchoes {
             flash,
             corner,
             start,
@@ -341,14 +341,19 @@ impl Scene {
     }
 
     /// Whether an echo is one of the floor before the wall.
-    fn is_floor(&self, e: &Echo, s: &State, p: &Params) -> bool {
+    fn is_floor(&self, e: &Echo, s: &MountState, p: &Params) -> bool {
         let (x, y) = self.point(e, s);
         let ahead = x > p.floor_from_m && x < self.wall_m - APART_M;
         ahead && y.abs() < p.floor_reach_m && e.snr_db > p.floor_least_db
     }
 
     #[inline(never)]
-    fn fit(&self, echoes: &[Echo], found: &Found<'_>, p: &Params) -> Result<Fit, Refusal> {
+    fn fit(
+        &self,
+        echoes: &[Echo],
+        found: &ReferenceEchoes<'_>,
+        p: &Params,
+    ) -> Result<MountFit, Refusal> {
         let mut state = found.start;
         let (mut floor, mut astray, mut sigmas) = (0_u8, 0_u8, [0.0; 3]);
         for _ in 0..ROUNDS {
@@ -387,7 +392,7 @@ impl Scene {
             let [[h, ..], [_, o, _], [.., s]] = covariance;
             sigmas = [h, o, s].map(math::sqrt);
         }
-        Ok(Fit {
+        Ok(MountFit {
             state,
             sigmas,
             floor,
@@ -397,7 +402,12 @@ impl Scene {
 
     /// Whether the fit tells of the scene that must be there.
     #[inline(never)]
-    fn judge(&self, found: &Found<'_>, fit: &Fit, nominal_m: f32) -> Result<(), Refusal> {
+    fn judge(
+        &self,
+        found: &ReferenceEchoes<'_>,
+        fit: &MountFit,
+        nominal_m: f32,
+    ) -> Result<(), Refusal> {
         let (range, angle) = self.real(found.corner, &fit.state);
         let off_m = range - math::hypot(self.wall_m, fit.state.height_m);
         let off_rad = angle - math::atan2(fit.state.height_m, self.wall_m);
@@ -436,7 +446,7 @@ pub fn calibrate(
     if !WALL_M.contains(&wall_m) {
         return Err(Refusal::Distance);
     }
-    let scene = Scene {
+    let scene = CalibrationScene {
         wall_m,
         mirror_m: config.mount.mirror_offset_m(),
     };

@@ -4,6 +4,7 @@
 use crate::answer::Outcome;
 use crate::config::Config;
 use crate::drive::Drive;
+use crate::fusion::History;
 use crate::grid::PolarMap;
 use crate::observer::Observer;
 
@@ -17,17 +18,19 @@ pub trait Estimator {
     fn row(&mut self, map: &PolarMap, k: usize);
 
     /// The answer of scan number `scan`, after the last row, with what is known of the chair's motion
-    /// during it, while `observer` looks.
+    /// during it, while `observer` looks. `past` is the evidence of earlier scans, to which this one is
+    /// added; without it the scan is by itself.
     fn conclude(
         &mut self,
         map: &PolarMap,
         config: &Config,
         scan: u32,
         drive: &Drive<'_>,
+        past: Option<&mut History>,
         observer: &mut dyn Observer,
     ) -> Outcome;
 
-    /// The same for a chair that is known to stand.
+    /// The same for a chair that is known to stand, without earlier scans.
     fn finish(
         &mut self,
         map: &PolarMap,
@@ -35,6 +38,6 @@ pub trait Estimator {
         scan: u32,
         observer: &mut dyn Observer,
     ) -> Outcome {
-        self.conclude(map, config, scan, &Drive::STANDING, observer)
+        self.conclude(map, config, scan, &Drive::STANDING, None, observer)
     }
 }

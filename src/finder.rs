@@ -6,6 +6,7 @@ use crate::drive::Drive;
 use crate::echoes::Echo;
 use crate::estimator::Estimator;
 use crate::flight::Likelihood;
+use crate::fusion::History;
 use crate::grid::{PolarMap, Row};
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
@@ -59,9 +60,9 @@ impl Scratch {
 
 /// Finds stairs: rows in, outcome out.
 ///
-/// [`StairFinder::begin`] a scan, [`StairFinder::fill`] each row that comes, say of each other that
-/// it is [`StairFinder::lost`], from either end of the sweep, then [`StairFinder::finish`]. The
-/// configuration names the estimator.
+/// [`StairFinder::begin`] a scan, [`StairFinder::fill`] each row that comes, call
+/// [`StairFinder::complete`] for each lost one, from either end of the sweep, then
+/// [`StairFinder::finish`]. The configuration names the estimator.
 #[derive(Debug)]
 pub struct StairFinder {
     map: PolarMap,
@@ -94,35 +95,36 @@ impl StairFinder {
     /// beyond the last row.
     pub fn fill<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         let filled = self.write(k, fill)?;
-        self.lost(k);
+        self.complete(k);
         Some(filled)
     }
 
-    /// Lets `fill` write row `k` and leaves it to [`StairFinder::lost`] to work it off.
+    /// Lets `fill` write row `k` without completing it: [`StairFinder::complete`] follows.
     pub fn write<R>(&mut self, k: usize, fill: impl FnOnce(Row<'_>) -> R) -> Option<R> {
         self.map.fill(k, fill)
     }
 
-    /// Row `k` will not come, or is as it shall be.
-    pub fn lost(&mut self, k: usize) {
+    /// Row `k` is final: received or lost. The estimator takes it in.
+    pub fn complete(&mut self, k: usize) {
         if let Some(estimator) = self.scratch.estimator() {
             estimator.row(&self.map, k);
         }
     }
 
-    /// The answer of scan number `scan` with the configuration that it began with and what is known
-    /// of the chair's motion, while `observer` looks.
+    /// The answer of scan number `scan` with the configuration that it began with, what is known of the
+    /// chair's motion, and the evidence of earlier scans (`past`), while `observer` looks.
     pub fn finish(
         &mut self,
         config: &Config,
         scan: u32,
         drive: &Drive<'_>,
+        past: Option<&mut History>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Some(estimator) = self.scratch.estimator() else {
             return Outcome::fault(Reason::Silent);
         };
-        let mut outcome = estimator.conclude(&self.map, config, scan, drive, observer);
+        let mut outcome = estimator.conclude(&self.map, config, scan, drive, past, observer);
         outcome.link();
         outcome
     }

@@ -5,7 +5,7 @@
 use crate::echoes::{Calibration, Floor, Lobes};
 use crate::flight::trace::{Cell, Hypothesis, Scatterer, Stage};
 #[cfg(feature = "paper")]
-use crate::paper::{bright::Field, cluster::Extent, particles::Cloud};
+use crate::paper::{bright::Field, cluster::Extent, particles::PointCloud};
 use crate::posterior::{self, View};
 
 /// What an estimator tells. Each says which of these it has to tell.
@@ -40,7 +40,7 @@ pub enum Event<'a> {
         /// After which stage.
         stage: CloudStage,
         /// The particles.
-        cloud: &'a Cloud,
+        cloud: &'a PointCloud,
         /// The map that they are weighed with.
         field: &'a Field<'a>,
         /// The clusters.

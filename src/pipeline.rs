@@ -4,7 +4,7 @@ use crate::Iq;
 use crate::answer::{Outcome, Reason};
 use crate::calibration::{Mounting, calibrate};
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, Memory, Track};
+use crate::drive::{Drive, Retention, Track};
 use crate::finder::StairFinder;
 use crate::fusion;
 use crate::grid::PolarMap;
@@ -13,7 +13,6 @@ use crate::observer::Observer;
 use crate::params::current;
 use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
-use core::cell::RefCell;
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -50,7 +49,7 @@ pub struct Pipeline {
     finder: StairFinder,
     health: Health,
     /// What earlier scans said.
-    past: RefCell<fusion::Memory>,
+    past: fusion::History,
 }
 
 /// What the scan state may take of the chip's memory, with either estimator.
@@ -71,7 +70,7 @@ impl Pipeline {
             range: RangeProcessor::idle(),
             finder: StairFinder::new(),
             health: Health::new(),
-            past: RefCell::new(fusion::Memory::new()),
+            past: fusion::History::new(),
         }
     }
 
@@ -100,6 +99,11 @@ impl Pipeline {
         health.stands(row, finder.map(), |bin| range.phasors(bin));
     }
 
+    /// Row `row` is final: received and worked off by [`Pipeline::watch`], or lost. The estimator takes it in.
+    pub fn complete(&mut self, row: u16) {
+        self.finder.complete(row.into());
+    }
+
     /// The map of the last scan.
     pub fn map(&self) -> &PolarMap {
         self.finder.map()
@@ -116,13 +120,18 @@ impl Pipeline {
             // What an instrument in doubt says is not carried on.
             memory: match doubts.is_empty() {
                 true => drive.memory,
-                false => Memory::Off,
+                false => Retention::Off,
             },
-            past: Some(&self.past),
             stood: self.stood(drive),
             ..*drive
         };
-        let mut outcome = self.finder.finish(&self.config, self.scan, drive, observer);
+        let mut outcome = self.finder.finish(
+            &self.config,
+            self.scan,
+            drive,
+            Some(&mut self.past),
+            observer,
+        );
         outcome.doubt(doubts);
         outcome
     }
@@ -178,11 +187,11 @@ impl DataPath for Pipeline {
 
     fn row(&mut self, row: u16) {
         self.watch(row);
-        self.finder.lost(row.into());
+        self.complete(row);
     }
 
     fn lost(&mut self, row: u16) {
-        self.finder.lost(row.into());
+        self.complete(row);
     }
 
     fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {

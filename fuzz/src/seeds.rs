@@ -3,7 +3,7 @@
 //! `cargo run -p stairscan-fuzz --example mutate -- --write-corpus` writes them, which is needed when a target
 //! reads its bytes in another way than before.
 
-use stairscan::answer::{Direction, Maybe, Outcome, Reason, Reasons, Step};
+use stairscan::answer::{Direction, Maybe, Outcome, Reason, Reasons, Status, Step};
 use stairscan::report::sentence::write_scan;
 use stairscan::report::{LiveLine, Sentence};
 use stairscan::scan::Settings;
@@ -203,7 +203,8 @@ fn commands() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 fn sentences() -> Vec<(&'static str, Vec<u8>)> {
-    let mut outcome = Outcome::clear();
+    let mut outcome = Outcome::undecided();
+    outcome.decide(Status::Ok);
     outcome.direction = Direction::Up;
     for k in 1..=3 {
         let step = Step {

@@ -160,7 +160,7 @@ pub fn repeat_with(
     for k in 0..map.rows() {
         estimator.row(map, k);
     }
-    estimator.conclude(map, config, scan, drive, observer)
+    estimator.conclude(map, config, scan, drive, None, observer)
 }
 
 impl Inspection {

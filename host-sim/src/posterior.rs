@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 use stairscan::answer::Maybe;
-use stairscan::posterior::{Cloud, Kind, Staircase, View};
+use stairscan::posterior::{Cloud, GroundKind, Staircase, View};
 
 use crate::plots::{HypothesisView, Point, PosteriorView};
 
@@ -17,11 +17,11 @@ const SAME_M: f64 = crate::score::MATCH_M;
 pub fn view(cloud: &Cloud, view: &View) -> PosteriorView {
     let mut particles: Vec<(&Staircase, f32)> = cloud.particles().collect();
     particles.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut groups: Vec<(Kind, bool, HypothesisView)> = Vec::new();
+    let mut groups: Vec<(GroundKind, bool, HypothesisView)> = Vec::new();
     for (staircase, probability) in particles {
         let edges = edges(staircase, view);
         // Whether a single thing that is no stairs is open says nothing.
-        let open = staircase.kind == Kind::Stairs && staircase.open;
+        let open = staircase.kind == GroundKind::Stairs && staircase.open;
         let same = groups.iter_mut().find(|(kind, other, known)| {
             *kind == staircase.kind && *other == open && alike(&known.edges, &edges)
         });
@@ -55,37 +55,37 @@ fn alike(a: &[Point], b: &[Point]) -> bool {
 fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
     let point = |x: f32, y: f32| (f64::from(x), f64::from(y));
     match staircase.kind {
-        Kind::Stairs => {
+        GroundKind::Stairs => {
             let seen = staircase.edges(view).filter(|e| e.seen);
             seen.map(|e| point(e.x_m, e.y_m)).collect()
         }
-        Kind::Box | Kind::Threshold => {
+        GroundKind::Box | GroundKind::Threshold => {
             let pairs = staircase.x_m.iter().zip(&staircase.top_m);
             let pairs = pairs.take(staircase.len());
             pairs.map(|(&x, &y)| point(x, y)).collect()
         }
-        Kind::Drop => vec![point(staircase.wall_m, Maybe::DROP_M)],
-        Kind::Nothing | Kind::Ramp => Vec::new(),
+        GroundKind::Drop => vec![point(staircase.wall_m, Maybe::DROP_M)],
+        GroundKind::Nothing | GroundKind::Ramp => Vec::new(),
     }
 }
 
 /// A staircase in words, of which so many edges can be seen.
 fn name(staircase: &Staircase, seen: usize) -> String {
     let mut name = match staircase.kind {
-        Kind::Nothing => "no stairs".to_owned(),
-        Kind::Stairs => {
+        GroundKind::Nothing => "no stairs".to_owned(),
+        GroundKind::Stairs => {
             let kind = if staircase.open { "floating" } else { "closed" };
             let plural = if seen == 1 { "" } else { "s" };
             let rise = staircase.rise();
             format!("{seen} step{plural} up, {kind}, rise {rise:.2} m")
         }
-        Kind::Ramp => {
+        GroundKind::Ramp => {
             let slope = 100.0 * staircase.slope;
             format!("ramp of {slope:.0} % from {:.2} m", staircase.wall_m)
         }
-        Kind::Drop => format!("ground ends at {:.2} m", staircase.wall_m),
-        Kind::Box => format!("obstacle, {:.2} m high", staircase.level(1)),
-        Kind::Threshold => format!("threshold, {:.2} m high", staircase.level(1)),
+        GroundKind::Drop => format!("ground ends at {:.2} m", staircase.wall_m),
+        GroundKind::Box => format!("obstacle, {:.2} m high", staircase.level(1)),
+        GroundKind::Threshold => format!("threshold, {:.2} m high", staircase.level(1)),
     };
     if staircase.wall().is_finite() {
         let _ = write!(name, ", wall at {:.2} m", staircase.wall());
@@ -209,18 +209,18 @@ mod tests {
     #[test]
     fn what_is_no_stairs_has_its_words() {
         let ramp = Staircase {
-            kind: Kind::Ramp,
+            kind: GroundKind::Ramp,
             slope: 0.09,
             wall_m: 0.8,
             ..Staircase::nothing()
         };
         let drop = Staircase {
-            kind: Kind::Drop,
+            kind: GroundKind::Drop,
             wall_m: 1.2,
             ..Staircase::nothing()
         };
         let obstacle = Staircase {
-            kind: Kind::Box,
+            kind: GroundKind::Box,
             ..stairs(&[(0.7, 0.5)])
         };
         let posterior = posterior(&[(ramp, 0.5), (drop, 0.3), (obstacle, 0.2)]);

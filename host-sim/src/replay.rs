@@ -180,7 +180,6 @@ impl DataPath for Noting {
         self.track = drive.track.cloned();
         self.drive = Drive {
             track: None,
-            past: None,
             stood: self.pipeline.stood(drive),
             ..*drive
         };

@@ -12,7 +12,7 @@ use stairscan::Iq;
 use stairscan::config::RadarConfig;
 use stairscan::radar::LinkError;
 use stairscan::radar::any::AnyModule;
-use stairscan::radar::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 use stairscan::radar::module::{ModuleKind, RadarModule, Wish};
 use stairscan::scan::{BytePort, Micros};
 
@@ -43,13 +43,13 @@ impl Line<'_> {
         }
         let frame = self.decoder.frame().unwrap();
         let (kind, payload) = match frame.kind {
-            Kind::Trigger => {
+            FrameKind::Trigger => {
                 let [i, q] = [TOLD.i, TOLD.q].map(i16::to_le_bytes);
-                (Kind::Chirp, [i, q].concat().repeat(200))
+                (FrameKind::Chirp, [i, q].concat().repeat(200))
             }
             _ => {
                 let payload = frame::settings_payload(&RadarConfig::DEFAULT, Ability::NONE);
-                (Kind::Settings, payload.to_vec())
+                (FrameKind::Settings, payload.to_vec())
             }
         };
         let mut out = heapless::Vec::<u8, MAX_FRAME>::new();

@@ -8,15 +8,15 @@ use stm32f4xx_hal::gpio::{OpenDrain, Output, PB8, PB9, PinState};
 const MICROSECOND: u32 = 1_000;
 
 /// SCL and SDA.
-pub type EncoderBus = PinBus<PB8<Output<OpenDrain>>, PB9<Output<OpenDrain>>, Clocks>;
+pub type EncoderBus = PinBus<PB8<Output<OpenDrain>>, PB9<Output<OpenDrain>>, CycleDelay>;
 
 /// Waits by counting the core's clocks: as long as it says, or longer where an interrupt comes.
 #[derive(Debug)]
-pub struct Clocks {
+pub struct CycleDelay {
     per_us: u32,
 }
 
-impl DelayNs for Clocks {
+impl DelayNs for CycleDelay {
     fn delay_ns(&mut self, ns: u32) {
         self.delay_us(ns.div_ceil(MICROSECOND));
     }
@@ -31,5 +31,5 @@ pub fn bus((clock, data): (PB8, PB9), core_hz: u32) -> EncoderBus {
     let clock = clock.into_open_drain_output_in_state(PinState::High);
     let data = data.into_open_drain_output_in_state(PinState::High);
     let per_us = core_hz / 1_000_000;
-    PinBus::new(clock, data, Clocks { per_us })
+    PinBus::new(clock, data, CycleDelay { per_us })
 }

@@ -13,7 +13,7 @@ use stm32f4xx_hal::pac;
 
 use super::clock;
 use super::motor;
-use super::retained::{self, Crash, Record};
+use super::retained::{self, BootRecord, Crash};
 use super::uart;
 
 /// SCB_CFSR (PM0214 4.4.13): what broke the memory protection.
@@ -68,7 +68,7 @@ extern "C" fn end(crash: u32) -> ! {
     if crash == Crash::Clock {
         slow_down();
     }
-    retained::store(Record {
+    retained::store(BootRecord {
         crash,
         ..retained::load()
     });

@@ -7,7 +7,7 @@
 use core::hint::black_box;
 
 /// Memory of words, as the march sees it.
-pub trait Words {
+pub trait WordMemory {
     /// How many there are.
     fn count(&self) -> u32;
     /// Word `k`.
@@ -29,13 +29,13 @@ const BACKGROUNDS: [u32; 6] = [
 /// Whether every word keeps what it is told and nothing else. What stood there is lost.
 // Out of line, as what it calls: it is called for several ranges.
 #[inline(never)]
-pub fn march(memory: &mut impl Words) -> bool {
+pub fn march(memory: &mut impl WordMemory) -> bool {
     BACKGROUNDS.iter().all(|&word| march_over(memory, word))
 }
 
 /// March C- over one background: write; upwards read and turn, twice; downwards read and turn, twice; read.
 #[inline(never)]
-fn march_over(memory: &mut impl Words, word: u32) -> bool {
+fn march_over(memory: &mut impl WordMemory, word: u32) -> bool {
     // What stood there before is of no interest.
     turn(memory, !word, false);
     [
@@ -51,7 +51,7 @@ fn march_over(memory: &mut impl Words, word: u32) -> bool {
 
 /// Reads each word, which must be `from`, and inverts it.
 #[inline(never)]
-fn turn(memory: &mut impl Words, from: u32, down: bool) -> bool {
+fn turn(memory: &mut impl WordMemory, from: u32, down: bool) -> bool {
     let count = memory.count();
     let (mut k, step) = if down {
         (count, u32::MAX)
@@ -70,7 +70,7 @@ fn turn(memory: &mut impl Words, from: u32, down: bool) -> bool {
 
 /// Whether every word keeps each of its bits, for words that must not be lost: each is put back before the
 /// next one is touched. What words do to one another is not seen.
-pub fn each_keeps(memory: &mut impl Words) -> bool {
+pub fn each_keeps(memory: &mut impl WordMemory) -> bool {
     (0..memory.count()).all(|k| {
         let before = memory.read(k);
         let keeps = [before, !before, before].iter().all(|&word| {
@@ -84,7 +84,7 @@ pub fn each_keeps(memory: &mut impl Words) -> bool {
 
 #[cfg(target_os = "none")]
 mod chip {
-    use super::{Words, each_keeps, march};
+    use super::{WordMemory, each_keeps, march};
     use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
     /// Words from an address on.
@@ -102,7 +102,7 @@ mod chip {
         }
     }
 
-    impl Words for Range {
+    impl WordMemory for Range {
         fn count(&self) -> u32 {
             self.count
         }
@@ -216,7 +216,7 @@ mod tests {
         }
     }
 
-    impl Words for Memory {
+    impl WordMemory for Memory {
         fn count(&self) -> u32 {
             COUNT
         }

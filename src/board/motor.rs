@@ -8,7 +8,7 @@ use rtic::Mutex;
 use stairscan::scan::mirror::{PulseState, StepPort};
 use stairscan::scan::pulser::Pulser;
 use stairscan::scan::ramp::Ramp;
-use stairscan::scan::settings::{DriverConfig, Level};
+use stairscan::scan::settings::{DriverConfig, WireLevel};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PB0, PB1, PC6, PC7, PC8, Pull};
 use stm32f4xx_hal::pac::EXTI;
 
@@ -56,7 +56,7 @@ pub struct Motor {
     stall: PB1<Input>,
     exti: EXTI,
     /// Level of it that is a stall.
-    stall_level: Level,
+    stall_level: WireLevel,
     core_hz: u32,
     /// STEP stays high for so many clocks more than it takes to compute the next interval.
     hold: u32,
@@ -69,16 +69,16 @@ pub struct Motor {
 
 impl Motor {
     /// At a standstill, the driver off. `core_hz` is what SysTick counts; this level of EN is on.
-    pub fn new(pins: Pins, mut timer: SYST, core_hz: u32, on: Level) -> Self {
+    pub fn new(pins: Pins, mut timer: SYST, core_hz: u32, on: WireLevel) -> Self {
         timer.set_clock_source(SystClkSource::Core);
-        ENABLE_HIGH.store(on == Level::High, Ordering::Relaxed);
+        ENABLE_HIGH.store(on == WireLevel::High, Ordering::Relaxed);
         Self {
             pulser: Pulser::with_enable(pins.step, pins.dir, (pins.enable, on), core_hz),
             timer,
             home: pins.home,
             stall: pins.stall,
             exti: pins.exti,
-            stall_level: Level::High,
+            stall_level: WireLevel::High,
             core_hz,
             hold: 0,
             rest: 0,
@@ -127,8 +127,8 @@ impl Motor {
 
     fn stall_reported(&self) -> bool {
         match self.stall_level {
-            Level::High => self.stall.is_high(),
-            Level::Low => self.stall.is_low(),
+            WireLevel::High => self.stall.is_high(),
+            WireLevel::Low => self.stall.is_low(),
         }
     }
 
@@ -199,12 +199,12 @@ impl StepPort for Motor {
         self.hold = driver.held_clocks(self.core_hz);
         self.disarm();
         self.pulser.configure(driver.ratio(), driver.enable_level);
-        ENABLE_HIGH.store(driver.enable_level == Level::High, Ordering::Relaxed);
+        ENABLE_HIGH.store(driver.enable_level == WireLevel::High, Ordering::Relaxed);
         if driver.stall_level != self.stall_level {
             self.stall_level = driver.stall_level;
             let (edge, pull) = match driver.stall_level {
-                Level::High => (Edge::Rising, Pull::Up),
-                Level::Low => (Edge::Falling, Pull::Down),
+                WireLevel::High => (Edge::Rising, Pull::Up),
+                WireLevel::Low => (Edge::Falling, Pull::Down),
             };
             self.stall.set_internal_resistor(pull);
             self.stall.trigger_on_edge(&mut self.exti, edge);

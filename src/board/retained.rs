@@ -43,7 +43,7 @@ impl Crash {
 
 /// What the next boot is to know.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Record {
+pub struct BootRecord {
     /// Whether `stop` was the last word.
     pub stopped: bool,
     /// Why the firmware reset the chip.
@@ -59,7 +59,7 @@ pub struct Record {
 /// A record in memory: flags, boots, crashes, hash, and a checksum.
 type Words = [u32; 5];
 
-impl Record {
+impl BootRecord {
     /// That of a fresh power-up.
     pub const FRESH: Self = Self {
         stopped: false,
@@ -104,7 +104,7 @@ impl Record {
 
 #[cfg(target_os = "none")]
 mod memory {
-    use super::{Record, Words};
+    use super::{BootRecord, Words};
     use core::sync::atomic::{AtomicU32, Ordering::Relaxed};
 
     const LENGTH: usize = size_of::<Words>() / size_of::<u32>();
@@ -115,12 +115,12 @@ mod memory {
     static RETAINED: [AtomicU32; LENGTH] = [const { AtomicU32::new(0) }; LENGTH];
 
     /// Reads the record.
-    pub fn load() -> Record {
-        Record::from_words(RETAINED.each_ref().map(|place| place.load(Relaxed)))
+    pub fn load() -> BootRecord {
+        BootRecord::from_words(RETAINED.each_ref().map(|place| place.load(Relaxed)))
     }
 
     /// Writes the record.
-    pub fn store(record: Record) {
+    pub fn store(record: BootRecord) {
         for (place, word) in RETAINED.iter().zip(record.words()) {
             place.store(word, Relaxed);
         }
@@ -134,7 +134,7 @@ pub use memory::{load, store};
 mod tests {
     use super::*;
 
-    const GOOD: Record = Record {
+    const GOOD: BootRecord = BootRecord {
         stopped: true,
         crash: Crash::Panic,
         boots: 7,
@@ -147,13 +147,13 @@ mod tests {
         for stopped in [false, true] {
             for crash in Crash::ALL {
                 for settings in [None, Some(0), Some(u32::MAX)] {
-                    let record = Record {
+                    let record = BootRecord {
                         stopped,
                         crash,
                         settings,
                         ..GOOD
                     };
-                    assert_eq!(Record::from_words(record.words()), record);
+                    assert_eq!(BootRecord::from_words(record.words()), record);
                 }
             }
         }
@@ -164,10 +164,14 @@ mod tests {
         for bit in 0..160 {
             let mut words = GOOD.words();
             words[bit / 32] ^= 1 << (bit % 32);
-            assert_eq!(Record::from_words(words), Record::FRESH, "bit {bit}");
+            assert_eq!(
+                BootRecord::from_words(words),
+                BootRecord::FRESH,
+                "bit {bit}"
+            );
         }
         for pattern in [0, u32::MAX, 0x5555_5555] {
-            assert_eq!(Record::from_words([pattern; 5]), Record::FRESH);
+            assert_eq!(BootRecord::from_words([pattern; 5]), BootRecord::FRESH);
         }
     }
 }

@@ -9,7 +9,7 @@ use stairscan::radar::wire::LINK_BAUD;
 use stairscan::report::command::Measure;
 use stairscan::scan::encoder::as5600::As5600;
 use stairscan::scan::seal::Verdict;
-use stairscan::scan::settings::Level;
+use stairscan::scan::settings::WireLevel;
 use stairscan::scan::store::{Store, StoreError};
 use stairscan::scan::tmc2209::{self, Tmc2209};
 use stairscan::scan::{Board, Identity, Micros, Settings};
@@ -29,7 +29,7 @@ use super::flash::ChipFlash;
 use super::march;
 use super::motor::{self, Motor};
 use super::protection;
-use super::retained::{self, Crash, Record};
+use super::retained::{self, BootRecord, Crash};
 use super::seal;
 use super::spi::ModuleSpi;
 use super::supply;
@@ -117,7 +117,7 @@ impl Watchdog {
 /// What survives a reset, and the stack.
 #[derive(Debug)]
 pub struct ChipBoard {
-    record: Record,
+    record: BootRecord,
     store: Store<ChipFlash>,
 }
 
@@ -127,7 +127,7 @@ impl ChipBoard {
         self.store.load()
     }
 
-    fn retain(&mut self, change: impl FnOnce(&mut Record)) {
+    fn retain(&mut self, change: impl FnOnce(&mut BootRecord)) {
         change(&mut self.record);
         retained::store(self.record);
     }
@@ -192,7 +192,7 @@ fn untouched(bottom: *const u32, words: u32) -> u32 {
 const CRASH_LOOP: u32 = 3;
 
 /// What the last boot left, with this one counted in it, and what is to be told of it.
-fn this_boot(before: Record, mut reasons: Reasons) -> (Record, Reasons) {
+fn this_boot(before: BootRecord, mut reasons: Reasons) -> (BootRecord, Reasons) {
     let crashes = match reasons.is_empty() {
         true => 0,
         false => before.crashes.saturating_add(1),
@@ -200,7 +200,7 @@ fn this_boot(before: Record, mut reasons: Reasons) -> (Record, Reasons) {
     if crashes >= CRASH_LOOP {
         reasons.add(Reason::CrashLoop);
     }
-    let record = Record {
+    let record = BootRecord {
         crash: Crash::None,
         boots: before.boots.saturating_add(1),
         crashes,
@@ -277,11 +277,11 @@ fn start_motor(
     c: gpioc::Parts,
     syscfg: &mut SysCfg,
     mut exti: pac::EXTI,
-    on: Level,
+    on: WireLevel,
 ) -> (motor::Pins, PC9<Output>) {
     let off = match on {
-        Level::Low => PinState::High,
-        Level::High => PinState::Low,
+        WireLevel::Low => PinState::High,
+        WireLevel::High => PinState::Low,
     };
     // EN first, until which a resistor keeps the driver off: it stays off until homing.
     let enable = c.pc8.into_push_pull_output_in_state(off);
@@ -320,7 +320,7 @@ pub fn start(
     let mut store = Store::new(ChipFlash::new(p.FLASH));
     let on = store
         .load()
-        .map_or(Level::Low, |saved| saved.motor.driver.enable_level);
+        .map_or(WireLevel::Low, |saved| saved.motor.driver.enable_level);
 
     let mut rcc = p.RCC.constrain();
     pac::TIM5::enable(&mut rcc);

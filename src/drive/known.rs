@@ -1,8 +1,6 @@
 //! What is known of the chair's motion when a scan ends, and what holds where nothing is.
 
 use super::track::Track;
-use crate::fusion;
-use core::cell::RefCell;
 
 /// What holds where nothing is known of the chair's motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -17,15 +15,15 @@ pub enum Mode {
     Standing,
 }
 
-/// What becomes of what earlier scans of the scene said.
+/// Whether the evidence of earlier scans of the scene is used.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Memory {
-    /// It has a say, as far as the way between is known.
+pub enum Retention {
+    /// Used, as far as the travel since is known.
     #[default]
     Kept,
-    /// This scan is the first again.
+    /// Discarded: this scan counts as the first.
     Anew,
-    /// Each scan is by itself.
+    /// Neither used nor kept.
     Off,
 }
 
@@ -83,10 +81,8 @@ pub struct Drive<'a> {
     pub stood: bool,
     /// Duration of a chirp, seconds.
     pub chirp_s: f32,
-    /// What becomes of what earlier scans said.
-    pub memory: Memory,
-    /// That itself, where there is any.
-    pub past: Option<&'a RefCell<fusion::Memory>>,
+    /// Whether the evidence of earlier scans is used.
+    pub memory: Retention,
 }
 
 impl<'a> Drive<'a> {
@@ -99,8 +95,7 @@ impl<'a> Drive<'a> {
         since_s: None,
         stood: false,
         chirp_s: 0.0,
-        memory: Memory::Off,
-        past: None,
+        memory: Retention::Off,
     };
 
     /// The track, if it says where the chair was.

@@ -10,6 +10,6 @@ pub mod known;
 pub mod odometry;
 pub mod track;
 
-pub use known::{Drive, Input, Memory, Mode};
+pub use known::{Drive, Input, Mode, Retention};
 pub use odometry::{Odometry, Reading};
-pub use track::{Place, Track};
+pub use track::{RowPose, Track};

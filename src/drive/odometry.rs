@@ -6,8 +6,8 @@
 //! through the last two sentences. Anything suspicious between two sentences makes the rows between
 //! them, and with them the scan, one without motion input.
 
-use super::known::{Drive, Input, Memory, Mode};
-use super::track::{Place, Track};
+use super::known::{Drive, Input, Mode, Retention};
+use super::track::{RowPose, Track};
 use crate::math::RAD_PER_DEG;
 use crate::scan::time::Micros;
 use heapless::Deque;
@@ -74,7 +74,7 @@ pub struct Odometry {
     end: Option<End>,
     since_s: Option<f32>,
     moved_m: Option<f32>,
-    memory: Memory,
+    memory: Retention,
     /// A sentence older than this says nothing any more, microseconds.
     oldest_us: u32,
 }
@@ -101,7 +101,7 @@ impl Odometry {
             end: None,
             since_s: None,
             moved_m: None,
-            memory: Memory::Kept,
+            memory: Retention::Kept,
             oldest_us: OLDEST_US,
         }
     }
@@ -214,7 +214,7 @@ impl Odometry {
             _ => why,
         });
         let time_s = self.time_s(at);
-        let place = Place {
+        let place = RowPose {
             time_s,
             ..self.track.end()
         };
@@ -241,7 +241,7 @@ impl Odometry {
     }
 
     /// Where the chair was at `at`, on the line through the last two readings; none before them.
-    fn place(&self, at: Micros) -> Option<Place> {
+    fn place(&self, at: Micros) -> Option<RowPose> {
         let (before, last) = (self.before?, self.last?);
         // Before the readings that there are nothing is known.
         if !at.reached(before.at) {
@@ -263,7 +263,7 @@ impl Odometry {
             (Some(a), Some(b)) => between(a, b),
             _ => 0.0,
         };
-        Some(Place {
+        Some(RowPose {
             time_s: self.time_s(at),
             travel_m: travel * 1e-4,
             pitch_rad: pitch * 1e-3 * RAD_PER_DEG,
@@ -319,12 +319,11 @@ impl Odometry {
             stood: false,
             chirp_s: chirp_us as f32 * 1e-6,
             memory: self.memory,
-            past: None,
         }
     }
 
     /// What becomes of what earlier scans said.
-    pub fn remember(&mut self, memory: Memory) {
+    pub fn remember(&mut self, memory: Retention) {
         self.memory = memory;
     }
 }

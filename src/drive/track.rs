@@ -9,7 +9,7 @@ const BLOCKS: usize = 48;
 
 /// When and where a row was seen.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Place {
+pub struct RowPose {
     /// Time since the scan's first row, seconds.
     pub time_s: f32,
     /// Forward travel since the scan's first row, metres.
@@ -18,7 +18,7 @@ pub struct Place {
     pub pitch_rad: f32,
 }
 
-impl Place {
+impl RowPose {
     const ZERO: Self = Self {
         time_s: 0.0,
         travel_m: 0.0,
@@ -39,18 +39,18 @@ impl Place {
 #[derive(Clone, Copy, Debug)]
 struct Block {
     row: f32,
-    place: Place,
+    place: RowPose,
     rows: u16,
 }
 
 impl Block {
     const EMPTY: Self = Self {
         row: 0.0,
-        place: Place::ZERO,
+        place: RowPose::ZERO,
         rows: 0,
     };
 
-    fn add(&mut self, row: u16, place: Place) {
+    fn add(&mut self, row: u16, place: RowPose) {
         self.rows = self.rows.saturating_add(1);
         let share = 1.0 / f32::from(self.rows);
         self.row += share * (f32::from(row) - self.row);
@@ -63,7 +63,7 @@ impl Block {
 pub struct Track {
     blocks: [Block; BLOCKS],
     rows_per_block: u16,
-    last: Place,
+    last: RowPose,
 }
 
 impl Default for Track {
@@ -78,7 +78,7 @@ impl Track {
         Self {
             blocks: [Block::EMPTY; BLOCKS],
             rows_per_block: 1,
-            last: Place::ZERO,
+            last: RowPose::ZERO,
         }
     }
 
@@ -86,11 +86,11 @@ impl Track {
     pub fn begin(&mut self, rows: u16) {
         self.blocks.fill(Block::EMPTY);
         self.rows_per_block = rows.div_ceil(BLOCKS as u16).max(1);
-        self.last = Place::ZERO;
+        self.last = RowPose::ZERO;
     }
 
     /// Takes in a row of the map, in the order in which they are seen.
-    pub fn add(&mut self, row: u16, place: Place) {
+    pub fn add(&mut self, row: u16, place: RowPose) {
         let block = usize::from(row / self.rows_per_block.max(1));
         if let Some(block) = self.blocks.get_mut(block) {
             block.add(row, place);
@@ -99,7 +99,7 @@ impl Track {
     }
 
     /// When and where the last row was seen.
-    pub fn end(&self) -> Place {
+    pub fn end(&self) -> RowPose {
         self.last
     }
 
@@ -107,7 +107,7 @@ impl Track {
     /// was at the first row.
     pub fn moves(&self, travel_m: f32, pitch_rad: f32) -> bool {
         let mut seen = self.blocks.iter().filter(|b| b.rows > 0);
-        let first = seen.next().map_or(Place::ZERO, |b| b.place);
+        let first = seen.next().map_or(RowPose::ZERO, |b| b.place);
         self.last.travel_m.abs() > travel_m
             || seen.any(|b| {
                 (b.place.travel_m - first.travel_m).abs() > travel_m
@@ -133,9 +133,9 @@ impl Track {
 
     /// When and where row `row` (a fraction, too) was seen: between the blocks on a straight line,
     /// which goes on before the first and behind the last.
-    pub fn at(&self, row: f32) -> Place {
+    pub fn at(&self, row: f32) -> RowPose {
         let Some((a, b)) = self.around(row) else {
-            return Place::ZERO;
+            return RowPose::ZERO;
         };
         let rows = b.row - a.row;
         if rows == 0.0 {
@@ -145,12 +145,12 @@ impl Track {
     }
 
     /// By how much time, travel and pitch change from row to row of the map around `row`.
-    pub fn per_row(&self, row: f32) -> Place {
+    pub fn per_row(&self, row: f32) -> RowPose {
         let Some((a, b)) = self.around(row).filter(|(a, b)| b.row != a.row) else {
-            return Place::ZERO;
+            return RowPose::ZERO;
         };
         let rows = b.row - a.row;
-        Place {
+        RowPose {
             time_s: (b.place.time_s - a.place.time_s) / rows,
             travel_m: (b.place.travel_m - a.place.travel_m) / rows,
             pitch_rad: (b.place.pitch_rad - a.place.pitch_rad) / rows,
@@ -173,9 +173,9 @@ mod tests {
     use super::*;
 
     /// The place of a chair at 0.2 m/s whose nose comes up, 5 ms a row.
-    fn place(arrival: u16) -> Place {
+    fn place(arrival: u16) -> RowPose {
         let time_s = 0.005 * f32::from(arrival);
-        Place {
+        RowPose {
             time_s,
             travel_m: 0.2 * time_s,
             pitch_rad: 0.01 * time_s,
@@ -224,7 +224,7 @@ mod tests {
     fn without_rows_there_is_no_motion() {
         let mut track = Track::new();
         track.begin(281);
-        assert_eq!((track.at(7.0), track.speed(7.0)), (Place::ZERO, 0.0));
+        assert_eq!((track.at(7.0), track.speed(7.0)), (RowPose::ZERO, 0.0));
         track.add(9, place(9));
         assert_eq!(track.at(200.0), place(9));
     }

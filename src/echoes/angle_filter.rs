@@ -113,7 +113,7 @@ pub fn level(power: u32) -> u16 {
 
 /// The running sums of one range bin.
 #[derive(Clone, Copy, Debug)]
-struct Sums {
+struct BinSums {
     slope: u32,
     sum: u32,
 }
@@ -121,7 +121,7 @@ struct Sums {
 /// The running sums of all range bins.
 #[derive(Debug)]
 pub struct AngleFilter {
-    sums: [Sums; MAX_BINS],
+    sums: [BinSums; MAX_BINS],
     rows: usize,
     fed: usize,
 }
@@ -130,7 +130,7 @@ impl AngleFilter {
     /// Without any row yet.
     pub const fn new() -> Self {
         Self {
-            sums: [Sums { slope: 0, sum: 0 }; MAX_BINS],
+            sums: [BinSums { slope: 0, sum: 0 }; MAX_BINS],
             rows: 1,
             fed: 0,
         }
@@ -164,7 +164,7 @@ impl AngleFilter {
         if self.fed == 0 {
             let rows = self.rows as u32;
             for (sums, &cell) in self.sums.iter_mut().zip(row) {
-                *sums = Sums {
+                *sums = BinSums {
                     slope: 0,
                     sum: power(cell) * rows * rows,
                 };
@@ -182,7 +182,7 @@ impl AngleFilter {
                 .wrapping_sub(power(one) << 1);
             let slope = sums.slope.wrapping_add(change);
             let sum = sums.sum.wrapping_add(slope);
-            *sums = Sums { slope, sum };
+            *sums = BinSums { slope, sum };
             *level_out = level(sum);
         }
         self.fed += 1;

@@ -7,7 +7,7 @@
 use super::echo::Echo;
 use super::lobe::Walk;
 use crate::config::{Plane, RadarConfig};
-use crate::drive::{Drive, Place, Track};
+use crate::drive::{Drive, RowPose, Track};
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
 
@@ -61,18 +61,18 @@ impl<'a> Ride<'a> {
     }
 
     /// Where row `row` was seen.
-    pub fn at(&self, row: f32) -> Place {
+    pub fn at(&self, row: f32) -> RowPose {
         self.with_creep(self.track.at(row))
     }
 
     /// Where the last row was seen.
-    pub fn end(&self) -> Place {
+    pub fn end(&self) -> RowPose {
         self.with_creep(self.track.end())
     }
 
-    fn with_creep(&self, place: Place) -> Place {
+    fn with_creep(&self, place: RowPose) -> RowPose {
         match self.creep {
-            Some(speed) => Place {
+            Some(speed) => RowPose {
                 travel_m: speed * place.time_s,
                 ..place
             },

@@ -20,7 +20,7 @@ const MARKS: usize = 24;
 
 /// What is kept of an echo.
 #[derive(Clone, Copy, Debug)]
-struct Mark {
+struct SweepEcho {
     x_m: f32,
     y_m: f32,
     range_m: f32,
@@ -29,7 +29,7 @@ struct Mark {
     weight: f32,
 }
 
-type Marks = Vec<Mark, MARKS>;
+type Marks = Vec<SweepEcho, MARKS>;
 
 /// What two sweeps say of the chair's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -210,7 +210,7 @@ impl Sweeps {
 
     /// Whether this sweep agrees with the one before `moved_m` metres back: better than it does with
     /// any other way, and by more than a few weak echoes can make.
-    fn driven(&self, marks: &[Mark], moved_m: f32) -> Finding {
+    fn driven(&self, marks: &[SweepEcho], moved_m: f32) -> Finding {
         let tolerance_m = SAME_PLACE_M + ODOMETRY_SHARE * moved_m.abs();
         let at = |way: f32| share(&self.marks, marks, tolerance_m, |_, _| way - moved_m);
         let votes = Votes::count(&self.marks, marks, |a, b| Some(b.x_m - a.x_m + moved_m));
@@ -235,9 +235,9 @@ impl Sweeps {
     }
 
     /// How fast the chair went, if it went steadily, with `since_s` seconds between the sweeps' ends.
-    fn creep(&self, marks: &[Mark], since_s: f32) -> Creep {
-        let between = |a: &Mark, b: &Mark| (since_s + a.before_s - b.before_s) / since_s;
-        let way = |a: &Mark, b: &Mark| {
+    fn creep(&self, marks: &[SweepEcho], since_s: f32) -> Creep {
+        let between = |a: &SweepEcho, b: &SweepEcho| (since_s + a.before_s - b.before_s) / since_s;
+        let way = |a: &SweepEcho, b: &SweepEcho| {
             let share = between(a, b);
             (share > LEAST_SHARE).then(|| (a.x_m - b.x_m) / share)
         };
@@ -281,7 +281,7 @@ fn marks(echoes: &[Echo], map: &PolarMap, ride: &Ride<'_>, placed: bool) -> Mark
         if placed {
             ride.place(&mut at, map);
         }
-        Mark {
+        SweepEcho {
             x_m: at.x_m,
             y_m: at.y_m,
             range_m: at.range_m,
@@ -293,18 +293,24 @@ fn marks(echoes: &[Echo], map: &PolarMap, ride: &Ride<'_>, placed: bool) -> Mark
 }
 
 /// Whether two marks may be of one height.
-fn level(a: &Mark, b: &Mark) -> bool {
+fn level(a: &SweepEcho, b: &SweepEcho) -> bool {
     let reach = SAME_HEIGHT_M + SAME_HEIGHT_RAD * math::max(a.range_m, b.range_m);
     (a.y_m - b.y_m).abs() <= reach
 }
 
 /// Share of the weight of `new` that finds a mark of `old` at its height, and `shift` away forward
 /// within `tolerance_m`.
-fn share(old: &[Mark], new: &[Mark], tolerance_m: f32, shift: impl Fn(&Mark, &Mark) -> f32) -> f32 {
+fn share(
+    old: &[SweepEcho],
+    new: &[SweepEcho],
+    tolerance_m: f32,
+    shift: impl Fn(&SweepEcho, &SweepEcho) -> f32,
+) -> f32 {
     let (mut found, mut all) = (0.0, 0.0);
     for b in new {
         all += b.weight;
-        let meets = |a: &&Mark| level(a, b) && (b.x_m - a.x_m - shift(a, b)).abs() <= tolerance_m;
+        let meets =
+            |a: &&SweepEcho| level(a, b) && (b.x_m - a.x_m - shift(a, b)).abs() <= tolerance_m;
         if old.iter().any(|a| meets(&a)) {
             found += b.weight;
         }
@@ -314,7 +320,12 @@ fn share(old: &[Mark], new: &[Mark], tolerance_m: f32, shift: impl Fn(&Mark, &Ma
 
 /// The way from sweep to sweep, `most` roughly, from all pairs that agree with it: least squares over
 /// their ways, each of a share of the time.
-fn refine(old: &[Mark], new: &[Mark], most: f32, between: impl Fn(&Mark, &Mark) -> f32) -> f32 {
+fn refine(
+    old: &[SweepEcho],
+    new: &[SweepEcho],
+    most: f32,
+    between: impl Fn(&SweepEcho, &SweepEcho) -> f32,
+) -> f32 {
     let (mut sum, mut squares) = (0.0, 0.0);
     for b in new {
         for a in old.iter().filter(|a| level(a, b)) {
@@ -334,7 +345,11 @@ fn refine(old: &[Mark], new: &[Mark], most: f32, between: impl Fn(&Mark, &Mark) 
 struct Votes([f32; 2 * BINS + 1]);
 
 impl Votes {
-    fn count(old: &[Mark], new: &[Mark], way: impl Fn(&Mark, &Mark) -> Option<f32>) -> Self {
+    fn count(
+        old: &[SweepEcho],
+        new: &[SweepEcho],
+        way: impl Fn(&SweepEcho, &SweepEcho) -> Option<f32>,
+    ) -> Self {
         let mut votes = Self([0.0; 2 * BINS + 1]);
         for b in new {
             for a in old.iter().filter(|a| level(a, b)) {

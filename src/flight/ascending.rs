@@ -3,7 +3,7 @@
 
 use super::roles::{Riser, Role};
 use super::scene::{MAX_COLUMNS, Mark, Scene};
-use super::stairs::{Explanation, Flight, Link, Spacing, Stairs};
+use super::stairs::{ChainLink, Explanation, Flight, Spacing, Stairs};
 use crate::echoes::MAX_ECHOES;
 use crate::estimate::Estimate;
 use crate::math;
@@ -26,7 +26,7 @@ const TALL_RISES_M: [f32; 4] = [0.36, 0.43, 0.60, 2.0];
 
 /// What two flights of the same risers may differ in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shape {
+pub struct AscentShape {
     /// Height of one riser, metres.
     pub rise_m: f32,
     /// Whether there is nothing below the treads.
@@ -34,7 +34,7 @@ pub struct Shape {
 }
 
 /// Riser number `k` of a flight of regular rises.
-pub fn riser(chain: &[Link], shape: Shape, k: usize) -> Riser {
+pub fn riser(chain: &[ChainLink], shape: AscentShape, k: usize) -> Riser {
     let at = |k: usize| chain.get(k).map(|l| l.along_m);
     let base_m = k as f32 * shape.rise_m;
     Riser {
@@ -47,8 +47,8 @@ pub fn riser(chain: &[Link], shape: Shape, k: usize) -> Riser {
 }
 
 /// Number of the riser that a mark lies near or before; that of the landing beyond the last.
-pub fn riser_of(m: &Mark, chain: &[Link], column_m: f32) -> usize {
-    let behind = |l: &&Link| l.along_m < m.x_m - column_m;
+pub fn riser_of(m: &Mark, chain: &[ChainLink], column_m: f32) -> usize {
+    let behind = |l: &&ChainLink| l.along_m < m.x_m - column_m;
     chain.iter().take_while(behind).count()
 }
 
@@ -211,11 +211,11 @@ impl<'e> Ascending<'e> {
             for open in [false, true] {
                 let columns = tall.iter_mut().zip(&self.scene.columns).enumerate();
                 for (k, (gain, column)) in columns.filter(|(_, (_, c))| c.begins) {
-                    let link = Link {
+                    let link = ChainLink {
                         along_m: column.along_m,
                         column: Some(k as u8),
                     };
-                    *gain = math::max(*gain, self.whole(&[link], Shape { rise_m, open }));
+                    *gain = math::max(*gain, self.whole(&[link], AscentShape { rise_m, open }));
                 }
             }
         }
@@ -223,7 +223,7 @@ impl<'e> Ascending<'e> {
     }
 
     /// The marks near a riser.
-    fn span(&self, link: &Link) -> Span {
+    fn span(&self, link: &ChainLink) -> Span {
         let known = link.column.and_then(|c| self.spans.get(usize::from(c)));
         known
             .copied()
@@ -307,9 +307,9 @@ impl<'e> Ascending<'e> {
 
     /// Cost of a landing before a face: a single riser behind it is a wall as a rule, so that the second
     /// one takes back what the first cost the more.
-    fn landing_cost(&self, chain: &[Link], next: Link) -> f32 {
+    fn landing_cost(&self, chain: &[ChainLink], next: ChainLink) -> f32 {
         let p = self.scene.params;
-        let behind_landing = |a: &Link, b: &Link| b.along_m - a.along_m > p.most_going_m;
+        let behind_landing = |a: &ChainLink, b: &ChainLink| b.along_m - a.along_m > p.most_going_m;
         match chain {
             [.., last] if behind_landing(last, &next) => p.landing_nats + p.lone_nats,
             [.., before, last] if behind_landing(before, last) => -p.lone_nats,
@@ -319,11 +319,11 @@ impl<'e> Ascending<'e> {
 
     /// The riser height over its likelihood, the chain given, and the highest score among them.
     #[inline(never)]
-    pub fn rise(&self, flight: &Flight<Shape>) -> (Estimate, f32) {
+    pub fn rise(&self, flight: &Flight<AscentShape>) -> (Estimate, f32) {
         let shape = flight.shape;
         let at = |offset: f32| {
             let rise_m = shape.rise_m + offset;
-            self.whole(&flight.chain, Shape { rise_m, ..shape })
+            self.whole(&flight.chain, AscentShape { rise_m, ..shape })
         };
         let scores = FINE_RISES_M.map(at);
         let top = scores.iter().copied().fold(f32::NEG_INFINITY, math::max);
@@ -344,7 +344,7 @@ impl<'e> Ascending<'e> {
 }
 
 impl Stairs for Ascending<'_> {
-    type Shape = Shape;
+    type Shape = AscentShape;
 
     fn scene(&self) -> &Scene<'_> {
         self.scene
@@ -364,9 +364,10 @@ impl Stairs for Ascending<'_> {
         along_m > 0.0 && along_m < self.scene.mount_height_m
     }
 
-    fn beginnings(&self) -> impl Iterator<Item = (usize, Shape)> {
+    fn beginnings(&self) -> impl Iterator<Item = (usize, AscentShape)> {
         let shapes = RISES_M.into_iter();
-        let shapes = shapes.flat_map(|rise_m| [false, true].map(|open| Shape { rise_m, open }));
+        let shapes =
+            shapes.flat_map(|rise_m| [false, true].map(|open| AscentShape { rise_m, open }));
         // Shape by shape: the landing behind flights of one level is looked at once.
         shapes.flat_map(|shape| {
             let columns = self.scene.columns.iter().enumerate();
@@ -376,7 +377,7 @@ impl Stairs for Ascending<'_> {
         })
     }
 
-    fn face(&self, chain: &[Link], next: Link, shape: Shape) -> f32 {
+    fn face(&self, chain: &[ChainLink], next: ChainLink, shape: AscentShape) -> f32 {
         let riser = Riser {
             along_m: next.along_m,
             ..riser(chain, shape, chain.len())
@@ -401,7 +402,7 @@ impl Stairs for Ascending<'_> {
         }
     }
 
-    fn behind(&self, chain: &[Link], shape: Shape) -> f32 {
+    fn behind(&self, chain: &[ChainLink], shape: AscentShape) -> f32 {
         let Some(last) = chain.last() else { return 0.0 };
         let level_m = chain.len() as f32 * shape.rise_m;
         let first = usize::from(self.span(last).end);
@@ -421,16 +422,16 @@ impl Stairs for Ascending<'_> {
         self.null
     }
 
-    fn role(&self, mark: &Mark, chain: &[Link], shape: Shape) -> Role {
+    fn role(&self, mark: &Mark, chain: &[ChainLink], shape: AscentShape) -> Role {
         let k = riser_of(mark, chain, self.scene.params.column_m);
         self.scene.role(mark, &riser(chain, shape, k))
     }
 
-    fn open(shape: Shape) -> bool {
+    fn open(shape: AscentShape) -> bool {
         shape.open
     }
 
-    fn explanation(shape: Shape) -> Explanation {
+    fn explanation(shape: AscentShape) -> Explanation {
         Explanation::Up {
             rise_m: shape.rise_m,
             open: shape.open,

@@ -2,15 +2,16 @@
 
 use super::ascending::{self, Ascending};
 use super::search::Search;
-use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs, regular};
+use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
 use crate::echoes::Echo;
-use crate::fusion::Memory;
+use crate::fusion::History;
 use crate::grid::PolarMap;
 use crate::math;
 use crate::params::current;
 use crate::params::generative::Generative;
 use crate::posterior::{
-    Base, Cloud, FLOOR, Kind, LONGEST_GOING_M, Model, RIGHT_M, Staircase, View, refine, weight,
+    Base, Cloud, FLOOR, GroundKind, LONGEST_GOING_M, Model, RIGHT_M, Staircase, View, refine,
+    weight,
 };
 use heapless::Vec;
 
@@ -63,7 +64,7 @@ pub(super) const WALLS: usize = 2;
 const WALL_DB: f32 = 8.0;
 
 /// A flight of the search as a staircase.
-fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
+fn staircase(flight: &Flight<ascending::AscentShape>) -> Staircase {
     let mut s = Staircase::nothing();
     for (k, link) in flight.chain.iter().enumerate() {
         s = s.with(k, link.along_m, flight.shape.rise_m * (k + 1) as f32);
@@ -77,9 +78,9 @@ fn staircase(flight: &Flight<ascending::Shape>) -> Staircase {
 #[inline(never)]
 fn fronted(
     search: &Search<'_, Ascending<'_>>,
-    leader: &Flight<ascending::Shape>,
+    leader: &Flight<ascending::AscentShape>,
     unseen: u8,
-) -> Option<Flight<ascending::Shape>> {
+) -> Option<Flight<ascending::AscentShape>> {
     let [first, second, ..] = leader.chain.as_slice() else {
         return None;
     };
@@ -91,7 +92,7 @@ fn fronted(
     if rise_m < lowest_m || begin_m < NEAREST_M || going_m > spacing.most_m {
         return None;
     }
-    let shape = ascending::Shape {
+    let shape = ascending::AscentShape {
         rise_m,
         open: false,
     };
@@ -112,7 +113,7 @@ fn fronted(
 #[derive(Debug)]
 pub struct Chosen {
     /// The flight.
-    pub flight: Flight<ascending::Shape>,
+    pub flight: Flight<ascending::AscentShape>,
     /// What the measurement model says for it and against level ground, times its share, nats.
     pub odds: f32,
 }
@@ -154,7 +155,7 @@ impl Posterior {
         echoes: &[Echo],
         map: &PolarMap,
         search: &Search<'_, Ascending<'_>>,
-        mut past: Option<&mut Memory>,
+        mut past: Option<&mut History>,
     ) -> Option<Chosen> {
         self.model.take(echoes, View::of(map), map.geometry());
         self.bases.clear();
@@ -213,9 +214,9 @@ impl Posterior {
     fn look(
         &mut self,
         looking: &mut Looking,
-        flight: Flight<ascending::Shape>,
+        flight: Flight<ascending::AscentShape>,
         (nats, from): (f32, Option<Staircase>),
-        past: Option<&mut Memory>,
+        past: Option<&mut History>,
     ) {
         if flight.score < looking.top - nats || looking.looked == MOST_LOOKED {
             return;
@@ -252,7 +253,7 @@ impl Posterior {
         &mut self,
         looking: &mut Looking,
         search: &Search<'_, Ascending<'_>>,
-        past: &mut Memory,
+        past: &mut History,
     ) {
         for k in 0..past.hypotheses.len() {
             let Some(s) = past.hypotheses.staircase(k) else {
@@ -266,7 +267,7 @@ impl Posterior {
                 continue;
             }
             let mut flight = Flight {
-                shape: ascending::Shape {
+                shape: ascending::AscentShape {
                     rise_m: s.rise(),
                     open: s.open,
                 },
@@ -289,7 +290,7 @@ impl Posterior {
         looking: &Looking,
         chosen: Option<&mut Chosen>,
         search: &Search<'_, Ascending<'_>>,
-        past: &mut Memory,
+        past: &mut History,
     ) {
         let nothing = Staircase::nothing();
         let flight = chosen.as_ref().map(|c| &c.flight);
@@ -318,7 +319,7 @@ impl Posterior {
     /// flight, a box or a threshold in its place, each with and without a wall; where the flight is as flat
     /// as a ramp, that ramp.
     #[inline(never)]
-    fn rival(&self, chain: &[Link], rise_m: f32) -> f32 {
+    fn rival(&self, chain: &[ChainLink], rise_m: f32) -> f32 {
         let mut most = f32::NEG_INFINITY;
         for &wall_m in &walls(&self.model, NEAREST_M) {
             let ground = Staircase {
@@ -330,7 +331,7 @@ impl Posterior {
                 && let [link] = chain
                 && link.along_m + LANDING_M < wall_m
             {
-                for (top_m, _, kind) in FLOOR.iter().filter(|f| f.2 != Kind::Stairs) {
+                for (top_m, _, kind) in FLOOR.iter().filter(|f| f.2 != GroundKind::Stairs) {
                     let mut s = ground.with(0, link.along_m, *top_m);
                     s.kind = *kind;
                     most = math::max(most, weight(&self.model, &s));
@@ -345,7 +346,7 @@ impl Posterior {
             // Its surface may run through the nosings, through the feet of the risers, or between.
             for share in [0.0, 0.5, 1.0] {
                 let ramp = Staircase {
-                    kind: Kind::Ramp,
+                    kind: GroundKind::Ramp,
                     wall_m: first.along_m - share * going_m,
                     slope: rise_m / going_m,
                     ..Staircase::nothing()
@@ -357,13 +358,13 @@ impl Posterior {
     }
 
     /// A flight as one more step on top of what it is without its last one, if that was looked at.
-    fn longer(&self, flight: &Flight<ascending::Shape>) -> Option<Staircase> {
+    fn longer(&self, flight: &Flight<ascending::AscentShape>) -> Option<Staircase> {
         let (last, rest) = flight.chain.split_last()?;
         let begins = |b: &&Base| {
             let s = &b.staircase;
             let links = rest.iter().enumerate();
             let mut off = links.map(|(k, link)| (s.x(k) - link.along_m).abs());
-            s.kind == Kind::Stairs
+            s.kind == GroundKind::Stairs
                 && s.len() == rest.len()
                 && s.open == flight.shape.open
                 && off.all(|off| off < RIGHT_M)

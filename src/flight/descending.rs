@@ -4,7 +4,7 @@
 
 use super::roles::Role;
 use super::scene::{Mark, Scene};
-use super::stairs::{Explanation, Flight, Link, Spacing, Stairs};
+use super::stairs::{ChainLink, Explanation, Flight, Spacing, Stairs};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
@@ -39,7 +39,7 @@ const fn grid<const N: usize>(first: f32, spacing: f32) -> [f32; N] {
 
 /// What two flights of the same treads may differ in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shape {
+pub struct DescentShape {
     /// Where the ground ends, metres from the mirror.
     pub edge_m: f32,
     /// From one edge to the next, metres.
@@ -185,13 +185,13 @@ impl<'e> Descending<'e> {
     }
 
     /// Depth of tread `k` of a chain; the ground is tread 0.
-    fn depth(&self, chain: &[Link], k: usize) -> f32 {
+    fn depth(&self, chain: &[ChainLink], k: usize) -> f32 {
         let link = k.checked_sub(1).and_then(|k| chain.get(k));
         link.map_or(self.scene.mount_height_m, |l| l.along_m)
     }
 
     /// The last tread of a chain, without its end.
-    fn last(&self, chain: &[Link], shape: Shape) -> Tread {
+    fn last(&self, chain: &[ChainLink], shape: DescentShape) -> Tread {
         let depth_m = self.depth(chain, chain.len());
         let start_m = match chain.len().checked_sub(1) {
             None => f32::NEG_INFINITY,
@@ -213,7 +213,7 @@ impl<'e> Descending<'e> {
     }
 
     /// Tread `k` of a chain, which the ground begins as tread 0, with its end if it has one.
-    pub fn tread_of(&self, chain: &[Link], shape: Shape, k: usize) -> Tread {
+    pub fn tread_of(&self, chain: &[ChainLink], shape: DescentShape, k: usize) -> Tread {
         let mut tread = self.last(chain.get(..k).unwrap_or(chain), shape);
         if k < chain.len() {
             tread.end_m = shape.edge_m + k as f32 * shape.going_m;
@@ -222,7 +222,7 @@ impl<'e> Descending<'e> {
     }
 
     /// Cost of a tread on which nothing was seen; the ground need not be.
-    fn unseen(&self, chain: &[Link], best: f32) -> f32 {
+    fn unseen(&self, chain: &[ChainLink], best: f32) -> f32 {
         let p = self.scene.params;
         if !chain.is_empty() && best < p.lower_seen_nats {
             p.unseen_tread_nats
@@ -233,16 +233,16 @@ impl<'e> Descending<'e> {
 
     /// Mean and covariance of edge and going over their likelihood, the treads given.
     #[inline(never)]
-    pub fn edges(&self, flight: &Flight<Shape>) -> Edges<'_> {
+    pub fn edges(&self, flight: &Flight<DescentShape>) -> Edges<'_> {
         let p = self.scene.params;
         let first = flight.chain.first();
         let rise = first.map_or(0.0, |l| l.along_m - self.scene.mount_height_m);
-        let strides = |at: &Shape| {
+        let strides = |at: &DescentShape| {
             (2.0 * rise + at.going_m - p.stride_m).abs() < p.stride_sigmas * p.stride_sigma_m
         };
         let grid = FINE_EDGES_M.into_iter().flat_map(|edge_m| {
             let goings = FINE_GOINGS_M.into_iter();
-            goings.map(move |going_m| Shape { edge_m, going_m })
+            goings.map(move |going_m| DescentShape { edge_m, going_m })
         });
         let mut top = f32::NEG_INFINITY;
         let mut sums = [0f32; MOMENTS];
@@ -255,7 +255,7 @@ impl<'e> Descending<'e> {
                 top = score;
             }
             let weight = math::exp(score - top);
-            let Shape { edge_m, going_m } = at;
+            let DescentShape { edge_m, going_m } = at;
             let moments = [
                 1.0,
                 edge_m,
@@ -273,7 +273,7 @@ impl<'e> Descending<'e> {
 }
 
 /// Sums over a likelihood of 1, edge, going, and their squares and product.
-type Sums = [f32; MOMENTS];
+type LikelihoodSums = [f32; MOMENTS];
 /// Their number.
 const MOMENTS: usize = 6;
 
@@ -289,7 +289,7 @@ pub struct Edges<'p> {
 }
 
 impl<'p> Edges<'p> {
-    fn new(sums: Sums, params: &'p Params) -> Self {
+    fn new(sums: LikelihoodSums, params: &'p Params) -> Self {
         let [sum, d, g, dd, gg, dg] = sums;
         let (edge_m, going_m) = (d / sum, g / sum);
         Self {
@@ -303,8 +303,8 @@ impl<'p> Edges<'p> {
     }
 
     /// First edge and going.
-    pub fn shape(&self) -> Shape {
-        Shape {
+    pub fn shape(&self) -> DescentShape {
+        DescentShape {
             edge_m: self.edge_m,
             going_m: self.going_m,
         }
@@ -324,7 +324,7 @@ impl<'p> Edges<'p> {
 }
 
 impl Stairs for Descending<'_> {
-    type Shape = Shape;
+    type Shape = DescentShape;
 
     fn scene(&self) -> &Scene<'_> {
         self.scene
@@ -344,7 +344,7 @@ impl Stairs for Descending<'_> {
         false
     }
 
-    fn beginnings(&self) -> impl Iterator<Item = (usize, Shape)> {
+    fn beginnings(&self) -> impl Iterator<Item = (usize, DescentShape)> {
         let (p, ends) = (self.scene.params, self.ends);
         let columns = self.scene.columns.iter().enumerate();
         columns
@@ -356,13 +356,13 @@ impl Stairs for Descending<'_> {
                 edges.flat_map(move |edge_m| {
                     GOINGS_M.map(|off| {
                         let going_m = p.stride_m - 2.0 * rise + off;
-                        (k, Shape { edge_m, going_m })
+                        (k, DescentShape { edge_m, going_m })
                     })
                 })
             })
     }
 
-    fn face(&self, chain: &[Link], next: Link, shape: Shape) -> f32 {
+    fn face(&self, chain: &[ChainLink], next: ChainLink, shape: DescentShape) -> f32 {
         let p = self.scene.params;
         let edge = shape.edge_m + chain.len() as f32 * shape.going_m;
         let tread = Tread {
@@ -399,7 +399,7 @@ impl Stairs for Descending<'_> {
         total - regular
     }
 
-    fn behind(&self, chain: &[Link], shape: Shape) -> f32 {
+    fn behind(&self, chain: &[ChainLink], shape: DescentShape) -> f32 {
         let tread = self.last(chain, shape);
         let (total, best) = self.tread(&tread);
         total - self.unseen(chain, best) + self.below(tread.depth_m)
@@ -409,7 +409,7 @@ impl Stairs for Descending<'_> {
         self.null
     }
 
-    fn role(&self, mark: &Mark, chain: &[Link], shape: Shape) -> Role {
+    fn role(&self, mark: &Mark, chain: &[ChainLink], shape: DescentShape) -> Role {
         let p = self.scene.params;
         let near = |k: &usize| (mark.along_m - self.depth(chain, *k)).abs() <= p.tread_zone_m;
         let Some(k) = (0..=chain.len()).find(near) else {
@@ -423,11 +423,11 @@ impl Stairs for Descending<'_> {
         }
     }
 
-    fn open(_shape: Shape) -> bool {
+    fn open(_shape: DescentShape) -> bool {
         false
     }
 
-    fn explanation(shape: Shape) -> Explanation {
+    fn explanation(shape: DescentShape) -> Explanation {
         Explanation::Down {
             edge_m: shape.edge_m,
             going_m: shape.going_m,

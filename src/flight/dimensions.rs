@@ -4,11 +4,11 @@
 use super::ascending::{self, Ascending};
 use super::descending::{self, Descending};
 use super::flank::Chart;
-use super::heights::{self, Fusion, Levels};
+use super::heights::{self, Fusion, TreadLevels};
 use super::nosings;
 use super::readings::{self, Readings, Roles};
 use super::roles::Role;
-use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs, regular};
+use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
 use super::verdict::{Support, next_db};
 use crate::answer::{Direction, Outcome, Reason, Step};
 use crate::estimate::Estimate;
@@ -36,7 +36,7 @@ impl Measured {
         Self {
             outcome: Outcome {
                 direction,
-                ..Outcome::clear()
+                ..Outcome::undecided()
             },
             supports: Vec::new(),
             roles,
@@ -57,7 +57,7 @@ impl Measured {
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
-    flight: &Flight<ascending::Shape>,
+    flight: &Flight<ascending::AscentShape>,
     (rise, odds): (Estimate, f32),
     chart: &Chart<'_>,
     bias_sigma_rad: f32,
@@ -132,10 +132,10 @@ pub fn ascending(
 }
 
 /// How much farther each riser stands than it would without a landing, metres.
-fn landings(chain: &[Link], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
+fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
     let (going_m, _) = regular(chain, most_going_m);
     let mut landings = Vec::new();
-    let (mut landing_m, mut before): (f32, Option<&Link>) = (0.0, None);
+    let (mut landing_m, mut before): (f32, Option<&ChainLink>) = (0.0, None);
     for link in chain {
         let away_m = before.map_or(0.0, |before| link.along_m - before.along_m);
         if away_m > most_going_m {
@@ -153,7 +153,7 @@ fn landings(chain: &[Link], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
 fn no_stair(
     readings: &Readings,
     (rise, odds): (Estimate, f32),
-    levels: &Levels,
+    levels: &TreadLevels,
     p: &Params,
 ) -> Option<Outcome> {
     let ([face], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
@@ -165,7 +165,7 @@ fn no_stair(
     if climbable && rise.value >= p.lowest_step_m && shown {
         return None;
     }
-    let mut outcome = Outcome::clear();
+    let mut outcome = Outcome::undecided();
     // What shows no top may be a threshold as well as a kerb.
     let reach = 2.0 * p.height_sigma_scale * height.sigma();
     let may_be = height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m;
@@ -177,7 +177,7 @@ fn no_stair(
 
 /// The steps of a descending flight.
 #[inline(never)]
-pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::Shape>) -> Measured {
+pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::DescentShape>) -> Measured {
     let scene = stairs.scene();
     let p = scene.params;
     let edges = stairs.edges(flight);
@@ -216,9 +216,9 @@ pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::Shape>) -
 /// Levels of the treads of a descending flight.
 fn lower_levels(
     stairs: &Descending<'_>,
-    flight: &Flight<descending::Shape>,
-    shape: descending::Shape,
-) -> Levels {
+    flight: &Flight<descending::DescentShape>,
+    shape: descending::DescentShape,
+) -> TreadLevels {
     let p = stairs.scene().params;
     let count = flight.chain.len();
     let mut steps = [Fusion::default(); MAX_FLIGHT];

@@ -44,7 +44,7 @@ pub struct Chart<'m> {
 
 /// Power over noise at one place of the riser.
 #[derive(Clone, Copy, Debug)]
-struct Point {
+struct FlankSample {
     /// Angle below the stronger echo, standard deviations of the two-way beam; negative above it.
     t: f32,
     power: f32,
@@ -52,7 +52,7 @@ struct Point {
 
 /// Weighted sums of a straight line.
 #[derive(Clone, Copy, Debug, Default)]
-struct Line {
+struct LineSums {
     one: f32,
     t: f32,
     tt: f32,
@@ -61,7 +61,7 @@ struct Line {
     zz: f32,
 }
 
-impl Line {
+impl LineSums {
     fn add(&mut self, weight: f32, t: f32, z: f32) {
         self.one += weight;
         self.t += weight * t;
@@ -113,7 +113,7 @@ impl Chart<'_> {
 
     /// The points along an upright line at `x_m` from above an echo at `angle_rad` down to it. They are filled in
     /// where they stay: a second list of them would not fit the stack.
-    fn points(&self, points: &mut Vec<Point, MOST>, x_m: f32, angle_rad: f32, p: &Params) {
+    fn points(&self, points: &mut Vec<FlankSample, MOST>, x_m: f32, angle_rad: f32, p: &Params) {
         let sigma_rad = self.sigma_rad();
         let step_rad = math::max(self.map.geometry().step_rad, f32::MIN_POSITIVE);
         let stride = math::ceil(sigma_rad / (POINTS_PER_SIGMA * step_rad));
@@ -130,7 +130,7 @@ impl Chart<'_> {
             let at = |row| self.power(row, x_m, p);
             let beside = 0.5 * (at(row - 1) + at(row + 1));
             let power = 0.5 * (at(row) + beside);
-            if points.push(Point { t, power }).is_err() {
+            if points.push(FlankSample { t, power }).is_err() {
                 break;
             }
         }
@@ -149,7 +149,7 @@ impl Chart<'_> {
             math::power_ratio(p.flank_noise_db),
             peak * math::power_ratio(-p.flank_side_lobes_db),
         );
-        let exceeds = |q: &Point| {
+        let exceeds = |q: &FlankSample| {
             let lobe = peak * math::power_ratio(-BEAM_DB * q.t * q.t);
             q.t < 0.0
                 && q.power > least
@@ -162,7 +162,7 @@ impl Chart<'_> {
         {
             return None;
         }
-        let mut line = Line::default();
+        let mut line = LineSums::default();
         for q in run.iter().take_while(|q| q.t < first.t + p.flank_top_span) {
             let variance_db = p.flank_model_db * p.flank_model_db
                 + p.flank_speckle_db * p.flank_speckle_db / q.power;
@@ -186,9 +186,9 @@ impl Chart<'_> {
 }
 
 /// The longest stretch of points that exceed; the last of several as long.
-fn longest(points: &[Point], exceeds: impl Fn(&Point) -> bool) -> &[Point] {
+fn longest(points: &[FlankSample], exceeds: impl Fn(&FlankSample) -> bool) -> &[FlankSample] {
     // `chunk_by` would do, but for its path to a panic.
-    let (mut best, mut rest): (&[Point], _) = (&[], points);
+    let (mut best, mut rest): (&[FlankSample], _) = (&[], points);
     while let Some(first) = rest.first() {
         let same = exceeds(first);
         let len = rest.iter().take_while(|p| exceeds(p) == same).count();

@@ -52,7 +52,7 @@ const LENGTHS: [usize; 4] = [2, 3, 4, 6];
 
 /// Power along the line and above it, over the noise, summed over the bins of a slot.
 #[derive(Clone, Copy, Debug, Default)]
-struct Slot {
+struct LineSlot {
     line: f32,
     above: f32,
 }
@@ -60,7 +60,7 @@ struct Slot {
 /// What the ground shows.
 #[derive(Debug)]
 pub struct FloorLine {
-    slots: [Slot; SLOTS],
+    slots: [LineSlot; SLOTS],
     /// See [`Shown::gap`].
     gaps: [[f32; 2]; CELLS],
     /// How many rows show each level; all 0 but while they are counted.
@@ -83,7 +83,7 @@ impl FloorLine {
     /// Of no map.
     pub const fn new() -> Self {
         Self {
-            slots: [Slot {
+            slots: [LineSlot {
                 line: 0.0,
                 above: 0.0,
             }; SLOTS],
@@ -96,7 +96,7 @@ impl FloorLine {
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>, p: &Params) {
         for (k, slot) in self.slots.iter_mut().enumerate() {
-            *slot = Slot::default();
+            *slot = LineSlot::default();
             for part in 0..PARTS {
                 let x_m = FIRST_M + SLOT_M * (k as f32 + (part as f32 + 0.5) / PARTS as f32);
                 if let Some(seen) = chart.ground(x_m, &mut self.counts) {
@@ -216,7 +216,7 @@ impl Chart<'_> {
     /// What shows on the ground at `x_m` and above it; `None` where nothing of it can be seen. `counts` is room to
     /// work in, all 0.
     #[inline(never)]
-    fn ground(&self, x_m: f32, counts: &mut [u8; LEVELS]) -> Option<Slot> {
+    fn ground(&self, x_m: f32, counts: &mut [u8; LEVELS]) -> Option<LineSlot> {
         let geometry = self.map.geometry();
         let down_m = geometry.mount_height_m - self.height_m;
         let step_rad = math::max(geometry.step_rad, f32::MIN_POSITIVE);
@@ -234,7 +234,7 @@ impl Chart<'_> {
         let sigma_rows = self.sigma_rad() / step_rad;
         let line = self.along(bin, seen, sigma_rows)?;
         let above = self.above(bin, seen - CLEAR_OF * sigma_rows, counts)?;
-        Some(Slot { line, above })
+        Some(LineSlot { line, above })
     }
 
     /// The cells of a bin that have arrived, every `stride` rows from row `first` up to `end`: row and level. A row
@@ -335,7 +335,7 @@ fn linear(level: u8) -> f32 {
 mod tests {
     use super::*;
     use crate::config::Config;
-    use crate::drive::{Drive, Input, Place, Track};
+    use crate::drive::{Drive, Input, RowPose, Track};
     use crate::echoes::Ride;
     use crate::echoes::tests::{map, scene};
     use crate::grid::PolarMap;
@@ -466,7 +466,7 @@ mod tests {
         let mut track = Track::new();
         track.begin(map.rows() as u16);
         for row in 0..map.rows() as u16 {
-            let place = Place {
+            let place = RowPose {
                 time_s: 0.005 * f32::from(row),
                 // All of the way is made behind the row that looks at the end of the floor.
                 travel_m: if row < 220 { 0.0 } else { 0.2 },

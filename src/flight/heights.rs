@@ -55,7 +55,7 @@ impl Fusion {
 
 /// One level, and by how much its riser or tread departs from the others.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Level {
+pub struct TreadLevel {
     /// Height over the ground, metres; negative going down.
     pub height: Estimate,
     /// How far the echoes put its riser or its tread off those of the others, metres.
@@ -63,17 +63,17 @@ pub struct Level {
 }
 
 /// The levels of a flight, of the first step first.
-pub type Levels = [Level; MAX_FLIGHT];
+pub type TreadLevels = [TreadLevel; MAX_FLIGHT];
 
 /// Weighted sums over steps: of 1, of the step's number, of its level.
 #[derive(Clone, Copy, Debug, Default)]
-struct Sums {
+struct StepSums {
     one: f32,
     number: f32,
     level: f32,
 }
 
-impl Sums {
+impl StepSums {
     fn add(&mut self, other: &Self) {
         self.one += other.one;
         self.number += other.number;
@@ -84,7 +84,7 @@ impl Sums {
 /// What a step's level is over all possibilities, each times its likelihood: first and second
 /// moment of its departure from the regular flight; the share of it that is odd.
 #[derive(Clone, Copy, Debug, Default)]
-struct Moments {
+struct LevelMoments {
     mean: f32,
     square: f32,
     odd: f32,
@@ -125,21 +125,21 @@ impl Straight {
 }
 
 /// A straight flight from the ground, fitted to weighted levels of its steps.
-struct Fit<'p> {
+struct FlightFit<'p> {
     p: &'p Params,
     /// Of each step: its level and the weight that this has against a straight flight from which
     /// the step departs as a rule.
     steps: heapless::Vec<(f32, f32), MAX_FLIGHT>,
-    whole: Sums,
+    whole: StepSums,
     squares: f32,
 }
 
-impl<'p> Fit<'p> {
+impl<'p> FlightFit<'p> {
     fn new(steps: &[Fusion], slopes: &[Estimate], p: &'p Params) -> Self {
         let mut fit = Self {
             p,
             steps: heapless::Vec::new(),
-            whole: Sums::default(),
+            whole: StepSums::default(),
             squares: 0.0,
         };
         for slope in slopes {
@@ -159,7 +159,7 @@ impl<'p> Fit<'p> {
     }
 
     /// The flight if what `sums` holds departs from it by one and the same amount.
-    fn solve(&self, sums: &Sums) -> Straight {
+    fn solve(&self, sums: &StepSums) -> Straight {
         let own = sums.one + 1.0 / (self.p.odd_rise_sigma_m * self.p.odd_rise_sigma_m);
         let det = self.squares * own - sums.number * sums.number;
         Straight {
@@ -180,11 +180,11 @@ impl<'p> Fit<'p> {
 /// over these possibilities, weighed by how well they explain the readings, and its variance their
 /// spread: a step that nothing measures is as uncertain as irregular steps in built stairs make it.
 #[inline(never)]
-pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> Levels {
-    let fit = Fit::new(steps, slopes, p);
+pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> TreadLevels {
+    let fit = FlightFit::new(steps, slopes, p);
     let steps = &fit.steps;
-    let regular = fit.solve(&Sums::default());
-    let mut moments = [Moments::default(); MAX_FLIGHT];
+    let regular = fit.solve(&StepSums::default());
+    let mut moments = [LevelMoments::default(); MAX_FLIGHT];
     let mut total = 0.0;
     let builder = p.rise_sigma_m * p.rise_sigma_m;
     let mut weigh = |flight: &Straight, departs: core::ops::Range<usize>, likelihood: f32| {
@@ -207,9 +207,9 @@ pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> Levels {
     // As likely as all odd ones together.
     let odds = (2 * steps.len().max(1) - 1) as f32;
     weigh(&regular, MAX_FLIGHT..MAX_FLIGHT, odds);
-    let mut behind = Sums::default();
+    let mut behind = StepSums::default();
     for (k, &(level, weight)) in steps.iter().enumerate().rev() {
-        let alone = Sums {
+        let alone = StepSums {
             one: weight,
             number: weight * (k + 1) as f32,
             level: weight * level,
@@ -223,10 +223,10 @@ pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> Levels {
             weigh(&tread, k..k + 1, tread.likelihood(p.odd_rise_sigma_m));
         }
     }
-    let mut levels = Levels::default();
+    let mut levels = TreadLevels::default();
     for ((number, place), moments) in (1u8..).zip(&mut levels).zip(&moments) {
         let mean = moments.mean / total;
-        *place = Level {
+        *place = TreadLevel {
             height: Estimate {
                 value: f32::from(number) * regular.rise + mean,
                 variance: math::max(moments.square / total - mean * mean, 0.0),
@@ -241,8 +241,8 @@ pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> Levels {
 }
 
 /// A straight flight of which nothing but the riser's height is known.
-pub fn straight(rise: Estimate) -> Levels {
-    let mut levels = Levels::default();
+pub fn straight(rise: Estimate) -> TreadLevels {
+    let mut levels = TreadLevels::default();
     for (number, level) in (1u8..).map(f32::from).zip(&mut levels) {
         level.height = Estimate {
             value: number * rise.value,

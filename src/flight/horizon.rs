@@ -77,7 +77,7 @@ fn unseen(over_db: f32) -> f32 {
 }
 
 /// What the floor shows up to a distance.
-struct Floor {
+struct FloorEvidence {
     /// From its last echo to there, metres.
     since_last_m: f32,
     /// Largest distance between two of its echoes, metres.
@@ -88,7 +88,7 @@ struct Floor {
 
 /// What a cell holds.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum CellKind {
     /// No steps anywhere.
     Clear,
     /// A step.
@@ -180,7 +180,7 @@ impl Ground<'_> {
             .take(number + 1)
             .copied()
             .fold(LEAST_DOUBT, math::max);
-        let mut out = Writer {
+        let mut out = FeatureWriter {
             features: [0.0; FEATURES],
             written: 0,
         };
@@ -195,10 +195,10 @@ impl Ground<'_> {
         let step = self.step_in(start_m, end_m);
         let inside = last.is_some_and(|s| s.distance_m > from);
         let kind = match (self.steps.is_empty(), step.is_some(), inside) {
-            (true, ..) => Kind::Clear,
-            (_, true, _) => Kind::Step,
-            (.., true) => Kind::Between,
-            _ => Kind::Behind,
+            (true, ..) => CellKind::Clear,
+            (_, true, _) => CellKind::Step,
+            (.., true) => CellKind::Between,
+            _ => CellKind::Behind,
         };
         // The instrument and the scene as a whole.
         out.put([
@@ -210,7 +210,7 @@ impl Ground<'_> {
             self.strongest(f32::NEG_INFINITY, f32::INFINITY, &|_| true),
             so_far,
         ]);
-        out.put_if(kind == Kind::Clear, || {
+        out.put_if(kind == CellKind::Clear, || {
             let floor = self.floor(to);
             let shown = self.floor_line.map(|line| line.cell(number));
             let shown = shown.unwrap_or_default();
@@ -251,13 +251,13 @@ impl Ground<'_> {
                 f32::from(end_m < NEAREST_END_M),
             ]
         });
-        out.put_if(kind == Kind::Between, || {
+        out.put_if(kind == CellKind::Between, || {
             self.before(from, to, level, stray, stray_so_far, doubt)
         });
-        out.put_if(kind == Kind::Behind, || {
+        out.put_if(kind == CellKind::Behind, || {
             self.behind(from, to, level, stray, doubt)
         });
-        out.put_if(kind == Kind::Step, || match step {
+        out.put_if(kind == CellKind::Step, || match step {
             Some((k, step, support)) => self.of_step(k, step, support, stray, stray_so_far, doubt),
             None => [0.0; STEP_FEATURES],
         });
@@ -265,9 +265,9 @@ impl Ground<'_> {
     }
 
     /// What the floor shows up to a distance.
-    fn floor(&self, to: f32) -> Floor {
+    fn floor(&self, to: f32) -> FloorEvidence {
         let p = self.scene.params;
-        let mut floor = Floor {
+        let mut floor = FloorEvidence {
             since_last_m: 0.0,
             largest_gap_m: 0.0,
             marks: 0.0,
@@ -442,12 +442,12 @@ impl Ground<'_> {
 }
 
 /// Writes features one behind the other; those that do not apply to a cell stay 0.
-struct Writer {
+struct FeatureWriter {
     features: Features,
     written: usize,
 }
 
-impl Writer {
+impl FeatureWriter {
     fn put<const N: usize>(&mut self, values: [f32; N]) {
         let places = self.features.iter_mut().skip(self.written);
         places.zip(values).for_each(|(place, value)| *place = value);

@@ -7,7 +7,7 @@ use crate::math;
 use crate::observer::{Event, Observer};
 use crate::params::current;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, Kind, MAX_STEPS, Proposals, SAME_M, Sigmas, Staircase, Told,
+    Base, CELLS, Cloud, Edge, GroundKind, MAX_STEPS, Proposals, SAME_M, Sigmas, Staircase, Told,
     ToldStep, weight,
 };
 use crate::sort::shell_sort;
@@ -144,7 +144,7 @@ impl Posterior {
         {
             for slope in SLOPES {
                 let mut ramp = Staircase::nothing();
-                (ramp.kind, ramp.slope, ramp.wall_m) = (Kind::Ramp, slope, from);
+                (ramp.kind, ramp.slope, ramp.wall_m) = (GroundKind::Ramp, slope, from);
                 cloud.add(&ramp, weight(model, &ramp), &sigmas, told);
             }
         }
@@ -157,9 +157,10 @@ impl Posterior {
         while !looked.is_full() {
             // Level ground with another wall has the same around it.
             let fresh = |b: &&Base| {
-                let ground = b.staircase.kind == Kind::Nothing;
+                let ground = b.staircase.kind == GroundKind::Nothing;
                 !looked.iter().any(|l| {
-                    b.staircase.is_like(&l.staircase) || ground && l.staircase.kind == Kind::Nothing
+                    b.staircase.is_like(&l.staircase)
+                        || ground && l.staircase.kind == GroundKind::Nothing
                 })
             };
             let near = bases.iter().filter(|b| b.log_weight > top - NEAR_NATS);
@@ -181,8 +182,8 @@ fn is_unfounded(cloud: &Cloud, told: &Told<'_>) -> bool {
         return false;
     };
     let ground = |s: &Staircase| match s.kind {
-        Kind::Nothing | Kind::Threshold => s.wall() > last.x_m + SAME_M,
-        Kind::Ramp => true,
+        GroundKind::Nothing | GroundKind::Threshold => s.wall() > last.x_m + SAME_M,
+        GroundKind::Ramp => true,
         _ => false,
     };
     let agreed = cloud.particles().filter(|(s, _)| ground(s)).map(|(_, p)| p);
@@ -194,7 +195,7 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
     let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
     for (staircase, probability) in cloud.particles() {
         let seen = staircase.edges(&told.view).filter(|e| e.seen);
-        let drop = (staircase.kind == Kind::Drop).then_some(Edge {
+        let drop = (staircase.kind == GroundKind::Drop).then_some(Edge {
             x_m: staircase.wall_m,
             y_m: Maybe::DROP_M,
             seen: true,

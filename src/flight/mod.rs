@@ -49,7 +49,7 @@ use crate::drive::{self, Drive};
 use crate::echoes::{Collector, Echo, Echoes, Floor, Lobes, Ride, Sweeps, calibrate};
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
-use crate::fusion::{Memory, Outlook};
+use crate::fusion::{History, Outlook};
 use crate::grid::{Geometry, PolarMap};
 use crate::math;
 use crate::observer::{Event, Observer};
@@ -93,8 +93,8 @@ pub struct Likelihood {
 )]
 enum Phase {
     Rows(Collector),
-    Up(Beginnings<ascending::Shape>),
-    Down(Beginnings<descending::Shape>),
+    Up(Beginnings<ascending::AscentShape>),
+    Down(Beginnings<descending::DescentShape>),
 }
 
 impl Default for Likelihood {
@@ -169,6 +169,7 @@ impl Estimator for Likelihood {
         config: &Config,
         scan: u32,
         drive: &Drive<'_>,
+        mut past: Option<&mut History>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Phase::Rows(collector) = &mut self.phase else {
@@ -178,10 +179,9 @@ impl Estimator for Likelihood {
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
-        let mut past = drive.past.and_then(|past| past.try_borrow_mut().ok());
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
-        let moved_m = moved_m.filter(|_| drive.memory == drive::Memory::Kept);
+        let moved_m = moved_m.filter(|_| drive.memory == drive::Retention::Kept);
         let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
         if let Some(past) = &mut past {
             past.begin(scan, instrument, View::of(map), moved_m, rode_m);
@@ -218,7 +218,7 @@ impl Estimator for Likelihood {
                     ride: Ride::of(drive, &config.radar),
                 };
                 let posterior = self.particles.then_some(&mut self.posterior);
-                let off = drive.memory == drive::Memory::Off;
+                let off = drive.memory == drive::Retention::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past, &mut self.floor_line);
                 let firm = floor.is_some_and(|floor| floor.firm(p));
@@ -243,7 +243,7 @@ impl Estimator for Likelihood {
         }
         let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
         let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
-        let forget = !kept || drive.memory == drive::Memory::Off;
+        let forget = !kept || drive.memory == drive::Retention::Off;
         if let Some(past) = past.as_mut().filter(|_| forget) {
             past.forget();
         }
@@ -264,9 +264,9 @@ fn ascend(
     (chart, firm): (Chart<'_>, bool),
     p: &Params,
     (memory, mut posterior, mut past, floor_line): (
-        &mut Beginnings<ascending::Shape>,
+        &mut Beginnings<ascending::AscentShape>,
         Option<&mut Posterior>,
-        Option<&mut Memory>,
+        Option<&mut History>,
         &mut FloorLine,
     ),
     observer: &mut dyn Observer,
@@ -347,7 +347,7 @@ fn ascend(
 #[inline(never)]
 fn measure(
     stairs: &Ascending<'_>,
-    flight: &Flight<ascending::Shape>,
+    flight: &Flight<ascending::AscentShape>,
     rise: (Estimate, f32),
     (chart, bias_sigma_rad): (&Chart<'_>, f32),
     out: &mut Option<Measured>,
@@ -366,10 +366,10 @@ fn measure(
 #[inline(never)]
 fn longer(
     search: &Search<'_, Ascending<'_>>,
-    best: Option<&(Flight<ascending::Shape>, Estimate)>,
+    best: Option<&(Flight<ascending::AscentShape>, Estimate)>,
     measured: Option<&Measured>,
     posterior: &Posterior,
-) -> Option<(Flight<ascending::Shape>, Estimate)> {
+) -> Option<(Flight<ascending::AscentShape>, Estimate)> {
     let next_m = posterior.next_step(&measured?.outcome.steps)?;
     let mut flight = best?.0.longer(search.at(next_m))?;
     let (rise, score) = search.stairs.rise(&flight);
@@ -383,7 +383,7 @@ fn descend(
     echoes: &[Echo],
     geometry: &Geometry,
     p: &Params,
-    memory: &mut Beginnings<descending::Shape>,
+    memory: &mut Beginnings<descending::DescentShape>,
     observer: &mut dyn Observer,
 ) -> Outcome {
     let mut scene = Scene::new(geometry.mount_height_m, p);
@@ -439,7 +439,7 @@ impl<S: Stairs> Ended<'_, S> {
         let accepted = self.measured.is_some();
         let (mut outcome, supports) = match self.measured.take() {
             Some(measured) => (measured.outcome, measured.supports),
-            None => (Outcome::clear(), heapless::Vec::new()),
+            None => (Outcome::undecided(), heapless::Vec::new()),
         };
         let lead = match self.best.filter(|_| !supports.is_empty()) {
             Some(best) => {
@@ -562,7 +562,7 @@ pub fn doubted_from_m(outcome: &Outcome) -> Option<f32> {
     Some(first.distance_m - RIGHT_M)
 }
 
-/// Says what an answer vouches for: it is `ok` if that is the first metre at least, and its first step where
+/// Decides an answer by how far it is valid: `ok` if that is the first metre at least, and its first step where
 /// that is doubted.
 fn promise(outcome: &mut Outcome, vouch: Vouch) {
     outcome.horizon_m = Some(vouch.horizon_m);
@@ -571,7 +571,9 @@ fn promise(outcome: &mut Outcome, vouch: Vouch) {
         .filter(|_| current().rules.doubted_step)
         .unwrap_or(0.0);
     if vouch.horizon_m < math::max(LEAST_HORIZON_M, first_m) {
-        outcome.status = Status::Degraded;
+        outcome.decide(Status::Degraded);
         outcome.reasons.add(Reason::ShortHorizon);
+    } else {
+        outcome.decide(Status::Ok);
     }
 }

@@ -8,8 +8,8 @@
 //! flight, and within each, all places of each nosing; what is reported is the mean over these
 //! possibilities and their spread.
 
-use super::ascending::Shape;
-use super::heights::Levels;
+use super::ascending::AscentShape;
+use super::heights::TreadLevels;
 use super::readings;
 use super::roles::Riser;
 use super::scene::{Mark, Scene, gain};
@@ -60,14 +60,14 @@ struct Explained {
 }
 
 /// The echoes near one riser, and which lines it shows.
-struct Place {
+struct RiserEchoes {
     sightings: Vec<Sighting, MOST>,
     /// Probabilities that a riser that overhangs shows both lines, its own alone, the nosing alone.
     shows: [f32; 3],
     unexplained_nats: f32,
 }
 
-impl Place {
+impl RiserEchoes {
     /// Looks at the riser's surroundings; `top_variance` is that of the level at its top.
     fn new(scene: &Scene<'_>, riser: &Riser, along_m: f32, top_variance: f32) -> Self {
         let p = scene.params;
@@ -231,20 +231,20 @@ impl Overhang {
 /// Calls `look` with the surroundings of one riser after the other.
 fn places(
     scene: &Scene<'_>,
-    flight: &Flight<Shape>,
-    levels: &Levels,
-    mut look: impl FnMut(&Place),
+    flight: &Flight<AscentShape>,
+    levels: &TreadLevels,
+    mut look: impl FnMut(&RiserEchoes),
 ) {
     for (k, (link, level)) in flight.chain.iter().zip(levels).enumerate() {
         let riser = readings::riser(&flight.chain, flight.shape.open, levels, k);
-        let place = Place::new(scene, &riser, link.along_m, level.height.variance);
+        let place = RiserEchoes::new(scene, &riser, link.along_m, level.height.variance);
         look(&place);
     }
 }
 
 /// Where the nosings of a flight stand whose levels are known.
 #[inline(never)]
-pub fn locate(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels) -> Nosings {
+pub fn locate(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Nosings {
     let p = scene.params;
     let flush = if flight.shape.open {
         p.open_flush_share
@@ -300,7 +300,14 @@ struct Mixture {
 
 impl Mixture {
     /// Adds the places with one overhang, which all together have the probability `share`.
-    fn add(&mut self, place: &Place, overhang_m: f32, refined: Estimate, share: f32, p: &Params) {
+    fn add(
+        &mut self,
+        place: &RiserEchoes,
+        overhang_m: f32,
+        refined: Estimate,
+        share: f32,
+        p: &Params,
+    ) {
         let Some(best) = place.best(overhang_m) else {
             return;
         };
@@ -347,7 +354,7 @@ mod tests {
     use super::*;
     use crate::echoes::Echo;
     use crate::flight::heights;
-    use crate::flight::stairs::Link;
+    use crate::flight::stairs::ChainLink;
 
     const RISE_M: f32 = 0.15;
     const MOUNT_M: f32 = 0.40;
@@ -369,7 +376,7 @@ mod tests {
         let mut scene = Scene::new(MOUNT_M, &Params::DEFAULT);
         scene.risers(&echoes);
         let mut flight = Flight {
-            shape: Shape {
+            shape: AscentShape {
                 rise_m: RISE_M,
                 open: false,
             },
@@ -379,7 +386,7 @@ mod tests {
         };
         for &along_m in risers {
             let column = Some(0);
-            flight.chain.push(Link { along_m, column }).unwrap();
+            flight.chain.push(ChainLink { along_m, column }).unwrap();
         }
         let levels = heights::straight(Estimate::new(RISE_M, 0.003));
         locate(&scene, &flight, &levels)

@@ -1,8 +1,8 @@
 //! What each riser's own echoes say of its place, its height and its nosing.
 
-use super::ascending::{Shape, riser_of};
+use super::ascending::{AscentShape, riser_of};
 use super::flank::Chart;
-use super::heights::{Fusion, Levels};
+use super::heights::{Fusion, TreadLevels};
 use super::roles::{Riser, Role};
 use super::scene::{Mark, Scene};
 use super::stairs::{Chain, Flight, MAX_FLIGHT};
@@ -40,7 +40,7 @@ pub struct Readings {
 }
 
 /// Riser `k` of a chain whose levels are known.
-pub fn riser(chain: &Chain, open: bool, levels: &Levels, k: usize) -> Riser {
+pub fn riser(chain: &Chain, open: bool, levels: &TreadLevels, k: usize) -> Riser {
     let place = |k: usize| chain.get(k).map(|l| l.along_m);
     let level = |k: usize| levels.get(k).map(|l| l.height.value);
     let before = k.checked_sub(1);
@@ -55,7 +55,7 @@ pub fn riser(chain: &Chain, open: bool, levels: &Levels, k: usize) -> Riser {
 }
 
 /// What each mark is taken for if the flight has these levels.
-pub fn roles(scene: &Scene<'_>, flight: &Flight<Shape>, levels: &Levels) -> Roles {
+pub fn roles(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {
         let k = riser_of(m, &flight.chain, scene.params.column_m);
@@ -240,8 +240,8 @@ impl<'e> RiserMarks<'e> {
 pub fn read(
     scene: &Scene<'_>,
     chart: &Chart<'_>,
-    flight: &Flight<Shape>,
-    levels: &Levels,
+    flight: &Flight<AscentShape>,
+    levels: &TreadLevels,
     roles: &Roles,
 ) -> Readings {
     let mut out = Readings::default();

@@ -86,7 +86,7 @@ impl Riser {
 
 /// How an echo near a riser fits, in nats, its credibility included.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct Fit {
+pub struct RoleFit {
     /// As the inner corner.
     pub corner: f32,
     /// As anything that shows the riser's upper end or its face.
@@ -99,7 +99,7 @@ pub struct Fit {
     top_role: Role,
 }
 
-impl Fit {
+impl RoleFit {
     fn other(role: Role, nats: f32) -> Self {
         Self {
             other: Some((role, nats)),
@@ -180,7 +180,7 @@ impl Scene<'_> {
     }
 
     /// How a mark near a riser fits.
-    pub fn on_riser(&self, m: &Mark, riser: &Riser) -> Fit {
+    pub fn on_riser(&self, m: &Mark, riser: &Riser) -> RoleFit {
         let p = self.params;
         let (s, w) = (m.y_sigma_m, m.weight);
         let off_mirror = (m.y_m - self.mount_height_m).abs();
@@ -190,18 +190,18 @@ impl Scene<'_> {
             // A wall far behind flashes over the stairs.
             let far_flash = off_mirror < p.far_flash_m && riser.previous_m.is_some();
             return if far_flash {
-                Fit::other(Role::Stray, -p.stray_nats * w)
+                RoleFit::other(Role::Stray, -p.stray_nats * w)
             } else {
-                Fit::other(Role::Above, -p.above_nats * w)
+                RoleFit::other(Role::Above, -p.above_nats * w)
             };
         }
         let low = self.sight(m.x_m, riser);
         if m.y_m < low - p.inside_margin_m - 2.0 * s {
             let on = self.as_tread(m, riser);
             return if on > 0.0 {
-                Fit::other(Role::Tread, on * w)
+                RoleFit::other(Role::Tread, on * w)
             } else {
-                Fit::other(Role::Inside, -p.inside_nats * w)
+                RoleFit::other(Role::Inside, -p.inside_nats * w)
             };
         }
         if self.hides_foot(riser) {
@@ -213,11 +213,11 @@ impl Scene<'_> {
             } else {
                 Role::Nosing
             };
-            return Fit {
+            return RoleFit {
                 top,
                 edge: top,
                 top_role,
-                ..Fit::default()
+                ..RoleFit::default()
             };
         }
         let flash = if flash {
@@ -229,7 +229,7 @@ impl Scene<'_> {
     }
 
     /// How a mark fits on a riser that can be seen from foot to top; `flash` is its gain as that.
-    fn on_visible_riser(&self, m: &Mark, riser: &Riser, flash: f32) -> Fit {
+    fn on_visible_riser(&self, m: &Mark, riser: &Riser, flash: f32) -> RoleFit {
         let p = self.params;
         let (s, w) = (m.y_sigma_m, m.weight);
         let corner = if riser.open {
@@ -250,7 +250,7 @@ impl Scene<'_> {
             (false, true) => Role::Face,
             (false, false) => Role::Nosing,
         };
-        let fit = Fit {
+        let fit = RoleFit {
             corner,
             top: edge,
             edge,
@@ -267,7 +267,7 @@ impl Scene<'_> {
         if face <= edge {
             return fit;
         }
-        Fit {
+        RoleFit {
             top: face,
             edge: if melts { face } else { edge },
             top_role: Role::Face,

@@ -5,7 +5,7 @@
 //! the best [`BEGINNINGS`] go on. Worst case, in faces scored: columns × shapes at first, then
 //! [`BEGINNINGS`] × columns for the second face, then [`BEGINNINGS`] × 2 for each further one.
 
-use super::stairs::{Flight, Link, MAX_FLIGHT, Stairs, regular};
+use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
 use crate::math;
 use heapless::Vec;
 
@@ -16,13 +16,13 @@ const SKIPPED: [usize; 2] = [0, 1];
 
 /// The best beginnings so far.
 #[derive(Debug)]
-struct Best<S> {
+struct BestBeginnings<S> {
     flights: Vec<Flight<S>, BEGINNINGS>,
     /// Which is the worst, where there is no room for more.
     worst: usize,
 }
 
-impl<S: Copy + Default> Best<S> {
+impl<S: Copy + Default> BestBeginnings<S> {
     const fn new() -> Self {
         Self {
             flights: Vec::new(),
@@ -53,16 +53,16 @@ impl<S: Copy + Default> Best<S> {
 /// large for a small stack, so it comes from outside.
 #[derive(Debug)]
 pub struct Beginnings<S> {
-    now: Best<S>,
-    next: Best<S>,
+    now: BestBeginnings<S>,
+    next: BestBeginnings<S>,
 }
 
 impl<S: Copy + Default> Beginnings<S> {
     /// None yet.
     pub const fn new() -> Self {
         Self {
-            now: Best::new(),
-            next: Best::new(),
+            now: BestBeginnings::new(),
+            next: BestBeginnings::new(),
         }
     }
 }
@@ -128,7 +128,7 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// Adds a face to a flight; whether there was room for it.
-    fn extend(&self, flight: &mut Flight<S::Shape>, link: Link) -> bool {
+    fn extend(&self, flight: &mut Flight<S::Shape>, link: ChainLink) -> bool {
         flight.faces += self.stairs.face(&flight.chain, link, flight.shape);
         flight.chain.push(link).is_ok()
     }
@@ -151,16 +151,16 @@ impl<'s, S: Stairs> Search<'s, S> {
         true
     }
 
-    fn link(&self, column: usize) -> Link {
+    fn link(&self, column: usize) -> ChainLink {
         let columns = &self.stairs.scene().columns;
-        Link {
+        ChainLink {
             along_m: columns.get(column).map_or(0.0, |c| c.along_m),
             column: Some(column as u8),
         }
     }
 
     /// Follows a flight to its next faces.
-    fn grow(&self, flight: &Flight<S::Shape>, next: &mut Best<S::Shape>) {
+    fn grow(&self, flight: &Flight<S::Shape>, next: &mut BestBeginnings<S::Shape>) {
         let Some(last) = flight.chain.last() else {
             return;
         };
@@ -179,7 +179,7 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// The first face of a second flight, behind a landing.
-    fn grow_landing(&self, flight: &Flight<S::Shape>, next: &mut Best<S::Shape>) {
+    fn grow_landing(&self, flight: &Flight<S::Shape>, next: &mut BestBeginnings<S::Shape>) {
         let bounds = self.stairs.spacing();
         let Some(last) = flight.chain.last() else {
             return;
@@ -197,7 +197,12 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// The second face fixes the direction: any column that stairs may have there.
-    fn grow_second(&self, flight: &Flight<S::Shape>, first: Link, next: &mut Best<S::Shape>) {
+    fn grow_second(
+        &self,
+        flight: &Flight<S::Shape>,
+        first: ChainLink,
+        next: &mut BestBeginnings<S::Shape>,
+    ) {
         let bounds = self.stairs.spacing();
         for c in 0..self.stairs.scene().columns.len() {
             let link = self.link(c);
@@ -217,9 +222,9 @@ impl<'s, S: Stairs> Search<'s, S> {
     fn grow_back(
         &self,
         flight: &Flight<S::Shape>,
-        link: Link,
+        link: ChainLink,
         spacing: f32,
-        next: &mut Best<S::Shape>,
+        next: &mut BestBeginnings<S::Shape>,
     ) {
         let Some(&first) = flight.chain.first() else {
             return;
@@ -232,7 +237,7 @@ impl<'s, S: Stairs> Search<'s, S> {
             shape: flight.shape,
             ..Flight::default()
         };
-        let unseen = Link {
+        let unseen = ChainLink {
             along_m,
             column: None,
         };
@@ -249,10 +254,10 @@ impl<'s, S: Stairs> Search<'s, S> {
     fn grow_to(
         &self,
         flight: &Flight<S::Shape>,
-        link: Link,
+        link: ChainLink,
         spacing: f32,
         skipped: usize,
-        next: &mut Best<S::Shape>,
+        next: &mut BestBeginnings<S::Shape>,
     ) {
         let mut flight = flight.clone();
         if skipped > 0 {
@@ -269,15 +274,15 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// A face at a place: at the column near it, or unseen.
-    pub fn at(&self, along_m: f32) -> Link {
-        self.near(along_m).unwrap_or(Link {
+    pub fn at(&self, along_m: f32) -> ChainLink {
+        self.near(along_m).unwrap_or(ChainLink {
             along_m,
             column: None,
         })
     }
 
     /// The weightiest column within the tolerance of a place.
-    fn near(&self, along: f32) -> Option<Link> {
+    fn near(&self, along: f32) -> Option<ChainLink> {
         let scene = self.stairs.scene();
         let tolerance = self.stairs.spacing().tolerance_m;
         let columns = scene.columns.iter().enumerate();

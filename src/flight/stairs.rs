@@ -15,7 +15,7 @@ pub const MAX_FLIGHT: usize = 10;
 
 /// One face of a chain: its place, and the column that shows it unless it is inferred.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Link {
+pub struct ChainLink {
     /// Along the line of sight, metres.
     pub along_m: f32,
     /// Index of the column.
@@ -23,11 +23,11 @@ pub struct Link {
 }
 
 /// Faces one behind the other.
-pub type Chain = Vec<Link, MAX_FLIGHT>;
+pub type Chain = Vec<ChainLink, MAX_FLIGHT>;
 
 /// Mean distance of a flight's faces, landings left out, and the number of those: faces farther apart
 /// than `most_m`.
-pub fn regular(chain: &[Link], most_m: f32) -> (f32, usize) {
+pub fn regular(chain: &[ChainLink], most_m: f32) -> (f32, usize) {
     let (mut sum, mut spans, mut landings) = (0.0, 0.0, 0);
     for pair in chain.windows(2) {
         let [before, after] = pair else { continue };
@@ -91,20 +91,20 @@ pub trait Stairs {
     /// Whether a first face there may stand before the scanned sector, so that nothing shows it.
     fn out_of_view(&self, along_m: f32) -> bool;
     /// Log-likelihood that `next` adds to the chain, nats.
-    fn face(&self, chain: &[Link], next: Link, shape: Self::Shape) -> f32;
+    fn face(&self, chain: &[ChainLink], next: ChainLink, shape: Self::Shape) -> f32;
     /// Log-likelihood of everything behind the last face, nats.
-    fn behind(&self, chain: &[Link], shape: Self::Shape) -> f32;
+    fn behind(&self, chain: &[ChainLink], shape: Self::Shape) -> f32;
     /// Log-likelihood of the best explanation without stairs, nats.
     fn null(&self) -> f32;
     /// What a mark is taken for if the flight is true.
-    fn role(&self, mark: &Mark, chain: &[Link], shape: Self::Shape) -> Role;
+    fn role(&self, mark: &Mark, chain: &[ChainLink], shape: Self::Shape) -> Role;
     /// Whether the treads float.
     fn open(shape: Self::Shape) -> bool;
     /// The flight in words.
     fn explanation(shape: Self::Shape) -> Explanation;
 
     /// Log-likelihood ratio of a whole flight against everything that is no stair, nats.
-    fn whole(&self, chain: &[Link], shape: Self::Shape) -> f32 {
+    fn whole(&self, chain: &[ChainLink], shape: Self::Shape) -> f32 {
         let faces = (0..chain.len()).filter_map(|k| {
             let (before, rest) = chain.split_at_checked(k)?;
             Some(self.face(before, *rest.first()?, shape))
@@ -128,7 +128,7 @@ pub struct Flight<S> {
 
 impl<S: Clone> Flight<S> {
     /// The same with one more face behind the last one, if echoes stand there and there is room.
-    pub fn longer(&self, next: Link) -> Option<Self> {
+    pub fn longer(&self, next: ChainLink) -> Option<Self> {
         let behind = self.chain.last().is_some_and(|l| l.along_m < next.along_m);
         if !behind || next.column.is_none() {
             return None;

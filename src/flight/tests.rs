@@ -182,7 +182,7 @@ fn regularity_stands_in_for_one_edge_hidden_by_its_flash_and_no_more() {
 #[test]
 fn regularity_stands_in_for_nothing_where_a_step_may_be_odd() {
     let inferred = |off: f32| {
-        let mut outcome = Outcome::clear();
+        let mut outcome = Outcome::undecided();
         let mut supports = Vec::new();
         for height_sigma_m in [0.004, 0.012, 0.022] {
             let step = Step {
@@ -390,7 +390,7 @@ fn stairs_that_are_doubted_are_vouched_for_up_to_their_first_step() {
         confidence: 0.99,
     };
     let told = |doubted: bool, horizon_m: f32| {
-        let mut outcome = Outcome::clear();
+        let mut outcome = Outcome::undecided();
         let step = crate::answer::Step {
             distance_m: 1.3,
             ..Default::default()
@@ -407,7 +407,7 @@ fn stairs_that_are_doubted_are_vouched_for_up_to_their_first_step() {
     assert_eq!(told(false, 1.2), Status::Ok);
     assert_eq!(told(false, 0.9), Status::Degraded);
     // Without stairs there is nothing to vouch for but the way.
-    let mut clear = Outcome::clear();
+    let mut clear = Outcome::undecided();
     clear.reasons.add(Reason::CloseRival);
     promise(&mut clear, vouch(1.0));
     assert_eq!(clear.status, Status::Ok);

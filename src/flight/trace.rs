@@ -2,7 +2,7 @@
 //! rivals, their scores.
 
 pub use super::roles::Role;
-pub use super::stairs::{Explanation, Link};
+pub use super::stairs::{ChainLink, Explanation};
 use crate::echoes::Echo;
 use crate::params::carried::PastFeatures;
 use crate::params::hazard::Features;
@@ -23,7 +23,7 @@ pub struct Hypothesis<'a> {
     pub explanation: Explanation,
     /// Its faces along the line of sight: horizontal distances going up, depths below the mirror
     /// going down.
-    pub faces: &'a [Link],
+    pub faces: &'a [ChainLink],
     /// Log-likelihood ratio against everything that is no stair, nats.
     pub score: f32,
     /// Whether it is the answer.

@@ -2,7 +2,7 @@
 
 use crate::math;
 use crate::params::current;
-use crate::posterior::{Edge, Kind, MAX_STEPS, Staircase, View};
+use crate::posterior::{Edge, GroundKind, MAX_STEPS, Staircase, View};
 use heapless::Vec;
 
 /// So many are carried on.
@@ -91,7 +91,7 @@ impl Hypotheses {
         let seen = edges(&s, &self.now);
         let last = seen.iter().rposition(|e| e.seen).map_or(0, |k| k + 1);
         s.steps = last as u8;
-        (s.kind == Kind::Stairs && last > 0).then_some(s)
+        (s.kind == GroundKind::Stairs && last > 0).then_some(s)
     }
 
     /// What earlier scans say for a staircase, nats: at most 0, and no less than the bound. A step that

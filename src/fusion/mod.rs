@@ -22,9 +22,9 @@ use crate::answer::Step;
 use crate::config::{Config, MountConfig, RadarConfig};
 use crate::posterior::View;
 
-/// What is carried on.
+/// The evidence of earlier scans, moved along with the chair.
 #[derive(Debug)]
-pub struct Memory {
+pub struct History {
     /// Number of the scan that it is of; none without one.
     scan: Option<u32>,
     /// With what instrument.
@@ -43,13 +43,13 @@ pub struct Memory {
     pub outlook: Outlook,
 }
 
-impl Default for Memory {
+impl Default for History {
     fn default() -> Self {
         Self::new()
     }
 }
 
-impl Memory {
+impl History {
     /// Nothing yet.
     pub const fn new() -> Self {
         Self {

@@ -31,13 +31,13 @@ struct Past {
 
 /// The same in a few bytes: log-odds in [`FINE`]ths.
 #[derive(Clone, Copy, Debug, Default)]
-struct Packed {
+struct PackedOdds {
     scans: u8,
     least: i8,
     mean: i8,
 }
 
-impl Packed {
+impl PackedOdds {
     const NONE: Self = Self {
         scans: 0,
         least: 0,
@@ -55,15 +55,15 @@ impl Past {
         mean: 0.0,
     };
 
-    fn pack(&self) -> Packed {
-        Packed {
+    fn pack(&self) -> PackedOdds {
+        PackedOdds {
             scans: self.scans as u8,
             least: math::round(self.least * FINE) as i8,
             mean: math::round(self.mean * FINE) as i8,
         }
     }
 
-    fn unpack(p: Packed) -> Self {
+    fn unpack(p: PackedOdds) -> Self {
         Self {
             scans: f32::from(p.scans),
             least: f32::from(p.least) / FINE,
@@ -93,8 +93,8 @@ impl Past {
 #[derive(Debug)]
 pub struct Outlook {
     /// Of earlier scans' cells, where they were.
-    past: [Packed; CELLS],
-    present: [Packed; CELLS],
+    past: [PackedOdds; CELLS],
+    present: [PackedOdds; CELLS],
     /// How far the chair has gone since, metres; none where nothing was carried on.
     moved_m: Option<f32>,
     /// Cells in which this answer and the one before do not agree, a bit each.
@@ -112,8 +112,8 @@ impl Outlook {
     /// Nothing.
     pub(super) const fn new() -> Self {
         Self {
-            past: [Packed::NONE; CELLS],
-            present: [Packed::NONE; CELLS],
+            past: [PackedOdds::NONE; CELLS],
+            present: [PackedOdds::NONE; CELLS],
             moved_m: None,
             differs: 0,
         }
@@ -122,13 +122,13 @@ impl Outlook {
     pub(super) fn go(&mut self, moved_m: f32) {
         self.past = self.present;
         self.moved_m = Some(moved_m);
-        self.present = [Packed::NONE; CELLS];
+        self.present = [PackedOdds::NONE; CELLS];
         self.differs = 0;
     }
 
     pub(super) fn drop_past(&mut self) {
         self.moved_m = None;
-        self.present = [Packed::NONE; CELLS];
+        self.present = [PackedOdds::NONE; CELLS];
         self.differs = 0;
     }
 

@@ -35,7 +35,7 @@ fn steps(x_m: f32, sigma_m: f32) -> [Step; 3] {
 }
 
 /// A scan from which the flight stands at `x_m`.
-fn scan(memory: &mut Memory, number: u32, x_m: f32, moved_m: Option<f32>) -> [Step; 3] {
+fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [Step; 3] {
     memory.begin(number, instrument(), VIEW, moved_m, 0.0);
     memory.hypotheses.keep(&flight(x_m), 5.0);
     memory.hypotheses.keep(&Staircase::nothing(), -20.0);
@@ -47,7 +47,7 @@ fn scan(memory: &mut Memory, number: u32, x_m: f32, moved_m: Option<f32>) -> [St
 
 #[test]
 fn a_first_scan_is_as_it_is() {
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     let told = scan(&mut memory, 1, 1.2, None);
     assert_eq!(told, steps(1.2, 0.01));
     assert!(memory.is_empty() && !memory.confirms() && !memory.changed());
@@ -56,7 +56,7 @@ fn a_first_scan_is_as_it_is() {
 
 #[test]
 fn what_was_told_before_has_a_say_where_the_chair_is_now() {
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     let told = scan(&mut memory, 2, 1.1, Some(0.1));
     assert!(memory.confirms());
@@ -75,7 +75,7 @@ fn what_was_told_before_has_a_say_where_the_chair_is_now() {
 
 #[test]
 fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     scan(&mut memory, 1, 2.0, None);
     memory.begin(2, instrument(), VIEW, Some(0.2), 0.0);
     // The third one came into view only now, a fourth cannot be seen yet.
@@ -87,13 +87,13 @@ fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
 #[test]
 fn everything_is_forgotten_where_the_way_is_not_known() {
     for (number, moved_m) in [(2, None), (3, Some(0.1))] {
-        let mut memory = Memory::new();
+        let mut memory = History::new();
         scan(&mut memory, 1, 1.2, None);
         let told = scan(&mut memory, number, 1.1, moved_m);
         assert_eq!(told, steps(1.1, 0.01), "{number} {moved_m:?}");
         assert!(memory.is_empty());
     }
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     let (mut mount, radar) = instrument();
     mount.mount_height += 100;
@@ -103,7 +103,7 @@ fn everything_is_forgotten_where_the_way_is_not_known() {
 
 #[test]
 fn an_odometer_that_stands_still_is_not_confirmed() {
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     for (k, x_m) in (2..).zip([1.16, 1.12, 1.08]) {
         scan(&mut memory, k, x_m, Some(0.0));
@@ -113,7 +113,7 @@ fn an_odometer_that_stands_still_is_not_confirmed() {
 
 #[test]
 fn five_scans_from_one_place_are_little_surer_than_one() {
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     let mut last = 0.01;
     for number in 2..=5 {
@@ -126,7 +126,7 @@ fn five_scans_from_one_place_are_little_surer_than_one() {
 
 #[test]
 fn readings_that_disagree_make_no_one_surer() {
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
     let mut told = steps(1.1, 0.01);
@@ -138,7 +138,7 @@ fn readings_that_disagree_make_no_one_surer() {
 
 #[test]
 fn a_contradicted_memory_is_a_first_scan() {
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
     memory.contradict();
@@ -151,7 +151,7 @@ fn a_contradicted_memory_is_a_first_scan() {
 
 #[test]
 fn a_cell_knows_how_many_scans_were_sure_of_it() {
-    let mut memory = Memory::new();
+    let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     for k in 0..crate::posterior::CELLS {
         memory.outlook.look(k, -4.0, None, true);

@@ -89,7 +89,7 @@ impl Mean {
 
 /// A step over several scans.
 #[derive(Clone, Copy, Debug)]
-struct Track {
+struct StepTrack {
     place: Mean,
     level: Mean,
 }
@@ -97,7 +97,7 @@ struct Track {
 /// The steps that earlier scans told, where they stand now; once combined, those that this one tells.
 #[derive(Debug)]
 pub struct Tracks {
-    past: Vec<Track, MAX_STEPS>,
+    past: Vec<StepTrack, MAX_STEPS>,
     moved_m: f32,
     /// How far the chair went during this scan, metres.
     rode_m: f32,
@@ -148,8 +148,8 @@ impl Tracks {
 
     /// The track of a step, if it was told before.
     #[inline(never)]
-    fn of(&self, step: &Step) -> Option<&Track> {
-        let off = |t: &Track| (t.place.value - step.distance_m).abs();
+    fn of(&self, step: &Step) -> Option<&StepTrack> {
+        let off = |t: &StepTrack| (t.place.value - step.distance_m).abs();
         let near = self.past.iter().filter(|t| off(t) <= current().same_step_m);
         near.min_by(|a, b| off(a).total_cmp(&off(b)))
     }
@@ -192,12 +192,12 @@ impl Tracks {
             let place_m = math::hypot(step.distance_sigma_m, rode_m);
             let place = Estimate::new(step.distance_m, place_m);
             let level = Estimate::new(step.height_m, step.height_sigma_m);
-            let mut track = Track {
+            let mut track = StepTrack {
                 place: Mean::first(place),
                 level: Mean::first(level),
             };
             if let Some(past) = self.of(step) {
-                track = Track {
+                track = StepTrack {
                     place: past.place.with_same(place, alike.0),
                     level: past.level.with(level, alike.1),
                 };

@@ -5,7 +5,7 @@ use core::num::NonZeroU32;
 use heapless::Vec;
 use rand_core::Rng;
 
-use super::particles::{Gaussian, Particle, UNITS_PER_CELL, uniform};
+use super::particles::{Gaussian, PointParticle, UNITS_PER_CELL, uniform};
 use crate::config::{MAX_MODES, ParticleConfig, Spread};
 use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
@@ -132,7 +132,7 @@ impl<'a> Field<'a> {
 
     /// Power above the minimum at a particle's place (angle, range), units of a cell; 0 outside
     /// the map and, on the CFAR map, below the threshold and where only a side lobe is.
-    pub fn weight(&self, particle: &Particle) -> u16 {
+    pub fn weight(&self, particle: &PointParticle) -> u16 {
         let Some((row, bin)) = particle.cell() else {
             return 0;
         };
@@ -147,7 +147,7 @@ impl<'a> Field<'a> {
     }
 
     /// Whether a particle lies in a high-intensity cell.
-    pub fn is_bright(&self, particle: &Particle) -> bool {
+    pub fn is_bright(&self, particle: &PointParticle) -> bool {
         particle.cell().is_some_and(|(row, bin)| {
             self.map.cell(row, bin) >= self.bright() && (!self.cfar || self.map.hit(row, bin))
         })
@@ -253,10 +253,10 @@ mod tests {
         (map, levels)
     }
 
-    fn at(row: i16, bin: i16) -> Particle {
-        Particle {
+    fn at(row: i16, bin: i16) -> PointParticle {
+        PointParticle {
             at: [row * UNITS_PER_CELL, bin * UNITS_PER_CELL],
-            ..Particle::default()
+            ..PointParticle::default()
         }
     }
 
@@ -343,9 +343,9 @@ mod tests {
         );
         let middle = ((near * near + far * far) / 2.0).sqrt();
         for _ in 0..n {
-            let particle = Particle {
+            let particle = PointParticle {
                 at: field.anywhere(&mut rng),
-                ..Particle::default()
+                ..PointParticle::default()
             };
             let (row, bin) = particle.cell().expect("within the map");
             assert!(row < map.rows() && bin < map.bins());

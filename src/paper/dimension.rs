@@ -1,7 +1,7 @@
 //! From a cluster to a step: distance and height with their standard deviations (paper IV).
 
 use super::cluster::{Extent, Fate};
-use super::particles::{Moments, Particle};
+use super::particles::{Moments, PointParticle};
 use crate::answer::{Direction, Outcome, Step};
 use crate::config::{ParticleConfig, Plane};
 use crate::grid::Geometry;
@@ -30,7 +30,7 @@ pub struct ClusterShape {
 
 impl ClusterShape {
     /// The shape of `members`, the topmost first.
-    pub fn of(members: &[Particle]) -> Self {
+    pub fn of(members: &[PointParticle]) -> Self {
         let peak = members.iter().map(|p| p.weight).max().unwrap_or(0);
         let power = Moments::of(members, |p| linear_power(peak - p.weight.min(peak)));
         let places = Moments::of(members, |_| 1);
@@ -39,7 +39,7 @@ impl ClusterShape {
         };
         let next = (members.get(TOP_GAPS)).or(members.last()).unwrap_or(top);
         let gaps = TOP_GAPS.min(members.len() - 1).max(1);
-        let across = |p: &Particle| f32::from(p.at[1]);
+        let across = |p: &PointParticle| f32::from(p.at[1]);
         Self {
             count: members.len() as u16,
             along: power.mean[0],
@@ -109,14 +109,14 @@ fn linear_power(below: u16) -> u16 {
     eighth.checked_shr(u32::from(below / 8)).unwrap_or(0)
 }
 
-/// The answer that the clusters `kept` make, nearest step first.
+/// The answer that the clusters `kept` make, nearest step first, undecided.
 pub fn outcome<'a>(
     kept: impl Iterator<Item = &'a ClusterShape>,
     geometry: &Geometry,
     unit_m: f32,
     config: &ParticleConfig,
 ) -> Outcome {
-    let mut outcome = Outcome::clear();
+    let mut outcome = Outcome::undecided();
     for shape in kept {
         // A full list has no room for another step, whichever it is.
         let _ = outcome.steps.push(shape.step(geometry, unit_m, config));
@@ -148,16 +148,16 @@ mod tests {
     }
     const UNIT_M: f32 = 0.0128 / 64.0;
 
-    fn particle(along_m: f32, across_m: f32, weight: u16) -> Particle {
+    fn particle(along_m: f32, across_m: f32, weight: u16) -> PointParticle {
         let at = [along_m, across_m].map(|m| (m / UNIT_M).round() as i16);
-        Particle {
+        PointParticle {
             at,
             weight,
             mark: 0,
         }
     }
 
-    fn step(members: &[Particle], plane: Plane) -> Step {
+    fn step(members: &[PointParticle], plane: Plane) -> Step {
         let shape = ClusterShape::of(members);
         shape.step(&geometry(plane), UNIT_M, &ParticleConfig::default())
     }
@@ -230,6 +230,6 @@ mod tests {
             assert!(distances.is_sorted() && distances.len() == 2);
         }
         let none = outcome([].iter(), &geometry(Plane::Depth), UNIT_M, &config);
-        assert_eq!(none, Outcome::clear());
+        assert_eq!(none, Outcome::undecided());
     }
 }

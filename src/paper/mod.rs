@@ -23,13 +23,14 @@ use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, ParticleConfig, Spread};
 use crate::drive::{Drive, Mode};
 use crate::estimator::Estimator;
+use crate::fusion::History;
 use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
 use crate::observer::{CloudStage, Event, Observer};
 use bright::{Field, HIGH_INTENSITY_DB, MapLevels};
 use cluster::{Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use dimension::ClusterShape;
-use particles::{Cloud, Moments, Particle, UNITS_PER_CELL};
+use particles::{Moments, PointCloud, PointParticle, UNITS_PER_CELL};
 
 /// Clusters closer than this in depth or in height are redundant, metres (III-B).
 const REDUNDANT_M: f32 = 0.1;
@@ -62,7 +63,7 @@ impl Places {
     }
 
     /// Takes a particle from cells of `map` to its place.
-    fn place(self, map: &PolarMap, particle: &mut Particle) {
+    fn place(self, map: &PolarMap, particle: &mut PointParticle) {
         let geometry = map.geometry();
         let unit = f32::from(UNITS_PER_CELL);
         let [row, bin] = particle.at.map(|c| f32::from(c) / unit);
@@ -79,7 +80,7 @@ impl Places {
 #[derive(Debug)]
 pub struct Paper {
     levels: MapLevels,
-    cloud: Cloud,
+    cloud: PointCloud,
 }
 
 impl Paper {
@@ -87,7 +88,7 @@ impl Paper {
     pub const fn new() -> Self {
         Self {
             levels: MapLevels::new(),
-            cloud: Cloud::new(),
+            cloud: PointCloud::new(),
         }
     }
 }
@@ -109,6 +110,7 @@ impl Estimator for Paper {
         config: &Config,
         scan: u32,
         drive: &Drive<'_>,
+        _past: Option<&mut History>,
         observer: &mut dyn Observer,
     ) -> Outcome {
         let Self { levels, cloud } = self;
@@ -138,12 +140,12 @@ impl Estimator for Paper {
             .map(|(_, shape)| shape);
         let mut outcome =
             dimension::outcome(kept, map.geometry(), places.unit_m, &config.particles);
-        // It has no echoes to compare from sweep to sweep.
-        if drive.mode != Mode::Standing {
+        if drive.mode == Mode::Standing {
+            outcome.decide(Status::Ok);
+        } else {
+            // It has no echoes to compare from sweep to sweep.
+            outcome.decide(Status::Degraded);
             outcome.reasons.add(Reason::Unconfirmed);
-            if outcome.status == Status::Ok {
-                outcome.status = Status::Degraded;
-            }
         }
         outcome
     }
@@ -159,7 +161,7 @@ impl Default for Paper {
 fn show(
     observer: &mut dyn Observer,
     stage: CloudStage,
-    cloud: &Cloud,
+    cloud: &PointCloud,
     field: &Field<'_>,
     clusters: &[Extent],
 ) {
@@ -181,7 +183,7 @@ fn converge(
     field: &Field<'_>,
     config: &ParticleConfig,
     rng: &mut Xoshiro128PlusPlus,
-    cloud: &mut Cloud,
+    cloud: &mut PointCloud,
     observer: &mut dyn Observer,
 ) {
     cloud.clear();
@@ -217,7 +219,7 @@ fn vigilance(sensitivity: u16) -> u16 {
 }
 
 /// Marks the particles with their clusters.
-fn form_clusters(cloud: &mut Cloud, sensitivity: u16) {
+fn form_clusters(cloud: &mut PointCloud, sensitivity: u16) {
     cloud.sort_by_key(|p| (p.at, p.weight));
     cloud.merge_duplicates();
     let particles = cloud.particles_mut();
@@ -235,7 +237,7 @@ fn form_clusters(cloud: &mut Cloud, sensitivity: u16) {
     let scale = |low: i16, high: i16| 255.0 / (f32::from(high) - f32::from(low)).max(1.0);
     let scales = [scale(low[0], high[0]), scale(low[1], high[1])];
     let power_scale = 255.0 * DB_PER_UNIT / HIGH_INTENSITY_DB;
-    let features = |p: &Particle| {
+    let features = |p: &PointParticle| {
         // `as` saturates: beyond the span power counts no further.
         let [along, across] = [0, 1].map(|k: usize| {
             let offset = f32::from(p.at[k & 1]) - f32::from(low[k & 1]);
@@ -252,7 +254,7 @@ fn form_clusters(cloud: &mut Cloud, sensitivity: u16) {
 
 /// Takes a cluster's outliers out of it, so that what is left is evenly spread: the paper's
 /// "outliers detection and removal applied to particles in each cluster".
-fn reject_strays(cloud: &mut Cloud) {
+fn reject_strays(cloud: &mut PointCloud) {
     let mut rest = cloud.particles_mut();
     while let Some((members, after)) = rest.split_at_mut_checked(cluster_len(rest))
         && let Some(m) = Moments::of(&*members, |_| 1)
@@ -272,19 +274,19 @@ fn reject_strays(cloud: &mut Cloud) {
 }
 
 /// Puts the particles of each cluster side by side, the topmost first.
-fn sort_by_cluster(cloud: &mut Cloud) {
+fn sort_by_cluster(cloud: &mut PointCloud) {
     cloud.sort_by_key(|p| (p.mark, p.at[1], p.at[0], p.weight));
 }
 
 /// How many particles at the front belong to the cluster of the first.
-fn cluster_len(particles: &[Particle]) -> usize {
+fn cluster_len(particles: &[PointParticle]) -> usize {
     let mark = particles.first().map(|p| p.mark);
     let same = particles.iter().take_while(|p| Some(p.mark) == mark);
     same.count()
 }
 
 /// The particles of each cluster, side by side as [`sort_by_cluster`] puts them.
-fn members(mut particles: &[Particle]) -> impl Iterator<Item = &[Particle]> {
+fn members(mut particles: &[PointParticle]) -> impl Iterator<Item = &[PointParticle]> {
     // `chunk_by` would do, but for its path to a panic.
     core::iter::from_fn(move || {
         let (members, rest) = particles.split_at_checked(cluster_len(particles))?;
@@ -294,7 +296,7 @@ fn members(mut particles: &[Particle]) -> impl Iterator<Item = &[Particle]> {
 }
 
 /// The shape of each cluster; empty ones included, so that numbers stay what they are.
-fn shapes(cloud: &Cloud) -> Vec<ClusterShape, MAX_CLUSTERS> {
+fn shapes(cloud: &PointCloud) -> Vec<ClusterShape, MAX_CLUSTERS> {
     let mut shapes = Vec::new();
     for members in members(cloud.particles()) {
         let mark = members.first().map_or(NO_CLUSTER, |p| p.mark);
@@ -318,7 +320,7 @@ fn extents(shapes: &[ClusterShape], unit_m: f32) -> Vec<Extent, MAX_CLUSTERS> {
 }
 
 /// Gives the particles of fused clusters to the cluster that these are fused with.
-fn join(cloud: &mut Cloud, extents: &mut [Extent], shapes: &mut [ClusterShape], unit_m: f32) {
+fn join(cloud: &mut PointCloud, extents: &mut [Extent], shapes: &mut [ClusterShape], unit_m: f32) {
     for particle in cloud.particles_mut() {
         let extent = extents.get(usize::from(particle.mark));
         if let Some(Fate::Fused(into)) = extent.map(|e| e.fate) {
@@ -421,7 +423,7 @@ mod tests {
 
     #[test]
     fn a_particle_far_from_its_cluster_is_taken_out_of_it() {
-        let mut cloud = Cloud::new();
+        let mut cloud = PointCloud::new();
         let mut k = 0;
         // 40 side by side in each of two clusters, and beside the second a stray one.
         cloud.add_mode(81, || {

@@ -1,6 +1,6 @@
 //! Particles: a probability density as weighted samples in two coordinates (paper III-A).
 //!
-//! A [`Cloud`] holds samples in *modes*, each a subset whose weights are normalised and resampled
+//! A [`PointCloud`] holds samples in *modes*, each a subset whose weights are normalised and resampled
 //! on their own, so that a weak place keeps its share beside a strong one. What the coordinates
 //! and weights mean is the estimator's business: cells of the map while the particles are weighed,
 //! places in the sagittal plane once they are clustered. Eight bytes a particle, everything in
@@ -24,7 +24,7 @@ pub const UNITS_PER_CELL: i16 = 64;
 
 /// One sample.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Particle {
+pub struct PointParticle {
     /// Its two coordinates.
     pub at: [i16; 2],
     /// Its weight, not normalised.
@@ -33,7 +33,7 @@ pub struct Particle {
     pub mark: u16,
 }
 
-impl Particle {
+impl PointParticle {
     /// The cell (row, bin) of the map that a particle with coordinates (angle, range) lies in;
     /// `None` short of the first.
     pub fn cell(&self) -> Option<(usize, usize)> {
@@ -88,12 +88,12 @@ pub fn uniform(rng: &mut impl Rng, below: u32) -> u32 {
 }
 
 /// Weighted particles in modes: as many as a scan has.
-pub type Cloud = SizedCloud<MAX_PARTICLES>;
+pub type PointCloud = SizedCloud<MAX_PARTICLES>;
 
 /// Weighted particles in modes; `N` at most.
 #[derive(Debug, Default)]
 pub struct SizedCloud<const N: usize> {
-    particles: Vec<Particle, N>,
+    particles: Vec<PointParticle, N>,
     /// Where each mode ends.
     ends: Vec<u16, MAX_CLOUD_MODES>,
 }
@@ -114,12 +114,12 @@ impl<const N: usize> SizedCloud<N> {
     }
 
     /// All particles, mode after mode.
-    pub fn particles(&self) -> &[Particle] {
+    pub fn particles(&self) -> &[PointParticle] {
         &self.particles
     }
 
     /// All particles, to be moved or weighed.
-    pub fn particles_mut(&mut self) -> &mut [Particle] {
+    pub fn particles_mut(&mut self) -> &mut [PointParticle] {
         &mut self.particles
     }
 
@@ -130,7 +130,7 @@ impl<const N: usize> SizedCloud<N> {
             return false;
         }
         let complete = (0..count).all(|_| {
-            let particle = Particle {
+            let particle = PointParticle {
                 at: draw(),
                 weight: 1,
                 mark: 1,
@@ -142,7 +142,7 @@ impl<const N: usize> SizedCloud<N> {
     }
 
     /// The particles of one mode after the other; modes without any weight have been removed.
-    pub fn modes(&self) -> impl Iterator<Item = &[Particle]> {
+    pub fn modes(&self) -> impl Iterator<Item = &[PointParticle]> {
         let mut start = 0;
         self.ends.iter().map(move |&end| {
             let mode = self.particles.get(start..usize::from(end)).unwrap_or(&[]);
@@ -152,7 +152,7 @@ impl<const N: usize> SizedCloud<N> {
     }
 
     /// Gives each particle a weight.
-    pub fn weigh(&mut self, mut weight: impl FnMut(&Particle) -> u16) {
+    pub fn weigh(&mut self, mut weight: impl FnMut(&PointParticle) -> u16) {
         for particle in &mut self.particles {
             particle.weight = weight(particle);
         }
@@ -213,7 +213,7 @@ impl<const N: usize> SizedCloud<N> {
     }
 
     /// Puts all particles in ascending order of `key`; they form one mode from then on.
-    pub fn sort_by_key<K: Ord>(&mut self, key: impl Fn(&Particle) -> K) {
+    pub fn sort_by_key<K: Ord>(&mut self, key: impl Fn(&PointParticle) -> K) {
         shell_sort(&mut self.particles, |a, b| key(a) < key(b));
         self.ends.clear();
         // One of 64 places is free.
@@ -221,7 +221,7 @@ impl<const N: usize> SizedCloud<N> {
     }
 
     /// Keeps the particles that `keep` holds for, in order, as one mode.
-    pub fn retain(&mut self, keep: impl FnMut(&Particle) -> bool) {
+    pub fn retain(&mut self, keep: impl FnMut(&PointParticle) -> bool) {
         self.particles.retain(keep);
         self.ends.clear();
         // One of 64 places is free.
@@ -230,7 +230,7 @@ impl<const N: usize> SizedCloud<N> {
 }
 
 /// Copies `from` down to `to`; returns the end of the copy.
-fn move_down(particles: &mut [Particle], from: core::ops::Range<usize>, to: usize) -> usize {
+fn move_down(particles: &mut [PointParticle], from: core::ops::Range<usize>, to: usize) -> usize {
     let count = from.len();
     if from.start != to {
         for k in 0..count {
@@ -247,7 +247,7 @@ fn move_down(particles: &mut [Particle], from: core::ops::Range<usize>, to: usiz
 /// offset is laid over the cumulated weights, each particle survives once for each of its teeth.
 /// The expected number of copies is exactly n times the normalised weight. Returns whether there
 /// was any weight.
-fn resample_mode(mode: &mut [Particle], rng: &mut impl Rng) -> bool {
+fn resample_mode(mode: &mut [PointParticle], rng: &mut impl Rng) -> bool {
     let n = mode.len() as u32;
     let total: u32 = mode.iter().map(|p| u32::from(p.weight)).sum();
     let Some(total) = NonZeroU32::new(total) else {
@@ -262,7 +262,7 @@ fn resample_mode(mode: &mut [Particle], rng: &mut impl Rng) -> bool {
         let copies = below_tooth / total;
         below_tooth -= copies * total.get();
         if let (true, Some(slot)) = (copies > 0, mode.get_mut(kept)) {
-            *slot = Particle {
+            *slot = PointParticle {
                 mark: copies as u16,
                 ..particle
             };
@@ -276,7 +276,7 @@ fn resample_mode(mode: &mut [Particle], rng: &mut impl Rng) -> bool {
         let Some(&particle) = mode.get(k) else { break };
         let start = end.saturating_sub(usize::from(particle.mark));
         if let Some(copies) = mode.get_mut(start..end) {
-            copies.fill(Particle {
+            copies.fill(PointParticle {
                 mark: 1,
                 ..particle
             });
@@ -302,8 +302,8 @@ pub struct Moments {
 impl Moments {
     /// The moments of `particles` under `weight`; `None` when that is zero throughout.
     pub fn of<'a>(
-        particles: impl IntoIterator<Item = &'a Particle>,
-        mut weight: impl FnMut(&Particle) -> u16,
+        particles: impl IntoIterator<Item = &'a PointParticle>,
+        mut weight: impl FnMut(&PointParticle) -> u16,
     ) -> Option<Self> {
         // Sums about the first particle keep their digits.
         let mut origin = None;
@@ -351,8 +351,8 @@ mod tests {
     }
 
     /// A cloud with one mode for each list of weights; particle k of mode m stands at (m, k).
-    fn cloud(modes: &[&[u16]]) -> Cloud {
-        let mut cloud = Cloud::new();
+    fn cloud(modes: &[&[u16]]) -> PointCloud {
+        let mut cloud = PointCloud::new();
         for (m, weights) in modes.iter().enumerate() {
             let mut k = -1;
             assert!(cloud.add_mode(weights.len(), || {
@@ -387,7 +387,7 @@ mod tests {
             sigma: [100, 20],
         };
         let mut rng = rng(2);
-        let mut cloud = Cloud::new();
+        let mut cloud = PointCloud::new();
         assert!(cloud.add_mode(1000, || gaussian.draw(&mut rng)));
         let m = Moments::of(cloud.particles(), |_| 1).unwrap();
         assert!((m.mean[0] - 1000.0).abs() < 10.0 && (m.mean[1] + 300.0).abs() < 2.0);
@@ -400,7 +400,7 @@ mod tests {
     fn a_cell_reaches_half_a_cell_around_its_middle() {
         let cell = |row, bin| {
             let at = [row, bin];
-            Particle {
+            PointParticle {
                 at,
                 weight: 0,
                 mark: 0,
@@ -461,14 +461,14 @@ mod tests {
             .collect();
         assert_eq!(places, [vec![[1, 0]; 3], vec![[3, 0], [3, 1]]]);
         cloud.merge_duplicates();
-        let sizes: std::vec::Vec<usize> = cloud.modes().map(<[Particle]>::len).collect();
+        let sizes: std::vec::Vec<usize> = cloud.modes().map(<[PointParticle]>::len).collect();
         assert_eq!(sizes, [1, 2]);
         assert_eq!(cloud.particles()[0].mark, 3);
     }
 
     #[test]
     fn a_full_cloud_takes_no_more() {
-        let mut cloud = Cloud::new();
+        let mut cloud = PointCloud::new();
         assert!(cloud.add_mode(MAX_PARTICLES - 1, || [0, 0]));
         assert!(!cloud.add_mode(2, || [1, 1]));
         assert_eq!(cloud.particles().len(), MAX_PARTICLES);
@@ -481,7 +481,7 @@ mod tests {
     #[test]
     fn no_particles_have_no_moments() {
         assert_eq!(Moments::of([], |_| 1), None);
-        assert_eq!(Moments::of([&Particle::default()], |_| 0), None);
+        assert_eq!(Moments::of([&PointParticle::default()], |_| 0), None);
     }
 
     proptest! {
@@ -513,9 +513,9 @@ mod tests {
         fn moments_agree_with_f64(
             points in proptest::collection::vec((any::<i16>(), any::<i16>(), 1_u16..), 1..200),
         ) {
-            let particles: std::vec::Vec<Particle> = points
+            let particles: std::vec::Vec<PointParticle> = points
                 .iter()
-                .map(|&(a, b, weight)| Particle { at: [a, b], weight, mark: 0 })
+                .map(|&(a, b, weight)| PointParticle { at: [a, b], weight, mark: 0 })
                 .collect();
             let m = Moments::of(&particles, |p| p.weight).unwrap();
             let total: f64 = points.iter().map(|p| f64::from(p.2)).sum();

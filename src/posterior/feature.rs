@@ -23,7 +23,7 @@ pub enum Class {
 
 /// Where a point feature is expected.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
+pub struct FeaturePlace {
     /// Of which class.
     pub class: Class,
     /// Distance from the mirror, metres.

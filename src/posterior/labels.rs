@@ -4,7 +4,7 @@
 //! An echo belongs to the point feature that claims most of it, if that is more than the part of any
 //! class of extended features; else to the class of these with the largest density. The shares are those of [`Model::riser`].
 
-use super::feature::{Class, Place, before};
+use super::feature::{Class, FeaturePlace, before};
 use super::model::{BEHIND_M, MAX_SEEN, Model, NEAR, Seen, logistic};
 use super::staircase::{MAX_STEPS, Staircase};
 use crate::math;
@@ -86,7 +86,7 @@ pub enum Sample {
 #[derive(Clone, Copy)]
 struct Claim {
     riser: usize,
-    place: Place,
+    place: FeaturePlace,
     /// Number of the echo and the share that it claims.
     echo: Option<(usize, f32)>,
 }
@@ -209,7 +209,7 @@ impl Model<'_> {
         }
     }
 
-    fn hit(&self, s: &Staircase, k: usize, place: &Place, e: &Seen) -> (Hit, Level) {
+    fn hit(&self, s: &Staircase, k: usize, place: &FeaturePlace, e: &Seen) -> (Hit, Level) {
         let cos = e.x_m / e.range_m;
         let (low, top) = self.face_span(s, k);
         let (x, y) = (place.x_m, place.y_m - self.height_m);

@@ -29,5 +29,6 @@ pub use model::{LEAST_DB, Model, level_density, tailed};
 pub use proposals::{Base, FLOOR, Proposals, weight};
 pub use refine::refine;
 pub use staircase::{
-    Edge, Kind, LONGEST_GOING_M, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep, View,
+    Edge, GroundKind, LONGEST_GOING_M, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep,
+    View,
 };

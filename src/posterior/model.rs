@@ -12,9 +12,9 @@
 //! where p₀ is the probability that a riser shows nothing at all: one that is seen shows at least
 //! one echo. What one feature has claimed of an echo, the next one cannot have.
 
-use super::feature::{Class, Place, before};
+use super::feature::{Class, FeaturePlace, before};
 use super::prior::ln;
-use super::staircase::{Kind, Staircase, View};
+use super::staircase::{GroundKind, Staircase, View};
 use crate::echoes::Echo;
 use crate::grid::Geometry;
 use crate::math;
@@ -65,7 +65,7 @@ const LEAST: f32 = 1e-12;
 const FAINT: f32 = 1e-16;
 
 /// Sums over the echoes from each number on.
-pub type Sums = [f32; MAX_SEEN + 1];
+pub type EchoSums = [f32; MAX_SEEN + 1];
 
 /// An echo as the model sees it.
 #[derive(Clone, Copy, Debug, Default)]
@@ -262,7 +262,7 @@ impl<'p> Model<'p> {
     /// The same by class: face, tread, floor, air, inside, noise.
     #[inline]
     pub(super) fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
-        if s.kind == Kind::Drop && e.x_m > s.wall_m {
+        if s.kind == GroundKind::Drop && e.x_m > s.wall_m {
             return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];
         }
         let base = self.base(s, k, e.x_m);
@@ -309,7 +309,7 @@ impl<'p> Model<'p> {
 
     /// Level of what lies below `x` before riser `k`.
     pub(super) fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
-        if s.kind == Kind::Ramp {
+        if s.kind == GroundKind::Ramp {
             s.slope * math::max(x - s.wall_m, 0.0)
         } else {
             s.level(k)
@@ -352,7 +352,7 @@ impl<'p> Model<'p> {
     /// Log-likelihoods of all echoes on the tread before riser `k`, wherever that begins, summed up
     /// from the farthest: entry i holds those from number i on.
     #[inline(never)]
-    pub fn sums(&self, s: &Staircase, k: usize) -> Sums {
+    pub fn sums(&self, s: &Staircase, k: usize) -> EchoSums {
         let mut sums = [0.0; MAX_SEEN + 1];
         let mut sum = 0.0;
         let places = sums.iter_mut().zip(&self.echoes);
@@ -381,7 +381,7 @@ impl<'p> Model<'p> {
         let [face, tread, floor] = &mut out;
         if k == 0 {
             let mut end = 2.2;
-            if s.kind != Kind::Ramp && n == 0 {
+            if s.kind != GroundKind::Ramp && n == 0 {
                 end = math::min(end, s.wall_m);
             }
             if !s.open {
@@ -424,7 +424,7 @@ impl<'p> Model<'p> {
     }
 
     #[inline(never)]
-    fn points(&self, s: &Staircase, k: usize, wall: bool, places: &[Place]) -> f32 {
+    fn points(&self, s: &Staircase, k: usize, wall: bool, places: &[FeaturePlace]) -> f32 {
         let mut used = [0f32; NEAR];
         let (mut gone, mut found) = (1.0f32, 0.0f32);
         let mut odds = 0.0;
@@ -521,7 +521,7 @@ impl<'p> Model<'p> {
         &self,
         s: &Staircase,
         k: usize,
-        place: &Place,
+        place: &FeaturePlace,
         p: &Point,
         e: &Seen,
     ) -> f32 {

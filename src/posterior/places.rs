@@ -1,6 +1,6 @@
 //! Where a staircase shows point features, and what can be seen of it.
 
-use super::feature::{Class, Place};
+use super::feature::{Class, FeaturePlace};
 use super::model::Model;
 use super::staircase::Staircase;
 use crate::math;
@@ -40,14 +40,14 @@ impl Model<'_> {
 
     /// Where riser `k` shows point features; `k` may be the wall behind the last one.
     #[inline(never)]
-    pub(super) fn places(&self, s: &Staircase, k: usize) -> Vec<Place, 3> {
+    pub(super) fn places(&self, s: &Staircase, k: usize) -> Vec<FeaturePlace, 3> {
         let mut places = Vec::new();
         let h = self.height_m;
         let (x, b, t) = (s.x(k), s.level(k), s.level(k + 1));
         let mut push = |class, x_m: f32, y_m: f32, room| {
             if self.in_scan(x_m, y_m) {
                 let range_m = math::hypot(x_m, y_m - h);
-                let _ = places.push(Place {
+                let _ = places.push(FeaturePlace {
                     class,
                     x_m,
                     y_m,

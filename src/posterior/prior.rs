@@ -1,6 +1,6 @@
 //! What stairs people build, and what else stands about: the prior of a hypothesis.
 
-use super::staircase::{Kind, LONGEST_GOING_M, Staircase};
+use super::staircase::{GroundKind, LONGEST_GOING_M, Staircase};
 use crate::math;
 
 /// Spread that the echoes leave of a place, a rise and one step's own departure, times √(2π), metres:
@@ -81,12 +81,12 @@ pub fn prior(s: &Staircase) -> f32 {
     };
     let mut p = wall
         + match s.kind {
-            Kind::Nothing => const { ln(0.31) },
-            Kind::Ramp => const { ln(0.08 / 12.0) },
-            Kind::Drop => const { ln(0.03) },
-            Kind::Stairs => const { ln(0.10) },
-            Kind::Box => const { ln(0.06) },
-            Kind::Threshold => const { ln(0.05) },
+            GroundKind::Nothing => const { ln(0.31) },
+            GroundKind::Ramp => const { ln(0.08 / 12.0) },
+            GroundKind::Drop => const { ln(0.03) },
+            GroundKind::Stairs => const { ln(0.10) },
+            GroundKind::Box => const { ln(0.06) },
+            GroundKind::Threshold => const { ln(0.05) },
         };
     if n == 0 {
         return p;
@@ -99,8 +99,8 @@ pub fn prior(s: &Staircase) -> f32 {
         + const { ln(RISE_M) };
     let rise = s.rise();
     p += match s.kind {
-        Kind::Box => -const { ln(0.55) },
-        Kind::Threshold => -const { ln(0.05) },
+        GroundKind::Box => -const { ln(0.55) },
+        GroundKind::Threshold => -const { ln(0.05) },
         _ => shoulder(rise, if n > 1 { 0.085 } else { 0.05 }, 0.22, 0.02) - const { ln(0.15) },
     };
     if let Some(going) = s.going() {

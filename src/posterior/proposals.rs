@@ -4,9 +4,9 @@
 //! likelihood is looked at anew.
 
 use super::cloud::{Cloud, Told};
-use super::model::{BEHIND_M, Model, Sums};
+use super::model::{BEHIND_M, EchoSums, Model};
 use super::prior::{GOES_ON, LANDING, going, ln, overhang, prior};
-use super::staircase::{Kind, MAX_STEPS, Sigmas, Staircase};
+use super::staircase::{GroundKind, MAX_STEPS, Sigmas, Staircase};
 use crate::math;
 use crate::params::current;
 use heapless::Vec;
@@ -96,7 +96,7 @@ impl Proposals<'_> {
     /// Everything near a hypothesis.
     pub fn around(&mut self, base: &Base) {
         match base.staircase.kind {
-            Kind::Stairs => {
+            GroundKind::Stairs => {
                 let rules = &current().rules;
                 type Proposal<'a> = fn(&mut Proposals<'a>, &Base);
                 let proposals: [(bool, Proposal<'_>); 6] = [
@@ -111,7 +111,7 @@ impl Proposals<'_> {
                     propose(self, base);
                 }
             }
-            Kind::Nothing => self.floor(base),
+            GroundKind::Nothing => self.floor(base),
             _ => {}
         }
     }
@@ -181,7 +181,7 @@ impl Proposals<'_> {
         let top = s.level(s.len()) + s.rise();
         let before = self.before(base, top - 0.03);
         for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
-            let more = self.more(base, top + off, Kind::Stairs, before.as_ref());
+            let more = self.more(base, top + off, GroundKind::Stairs, before.as_ref());
             for &(at, step) in near.iter().chain(far.iter().skip(1)) {
                 let landing = if at > x + 0.4 { LANDING } else { 0.0 };
                 let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
@@ -195,7 +195,7 @@ impl Proposals<'_> {
 
     /// The echoes on the last tread, which are the same whatever stands behind; nothing where one more riser,
     /// `top_m` high at least, hides what is behind it.
-    fn before(&self, base: &Base, top_m: f32) -> Option<Sums> {
+    fn before(&self, base: &Base, top_m: f32) -> Option<EchoSums> {
         let s = &base.staircase;
         (!self.hides(top_m)).then(|| self.model.sums(s, s.len()))
     }
@@ -207,7 +207,13 @@ impl Proposals<'_> {
 
     /// One more riser behind the last whose top is at `top_m`, wherever it stands, where `before` holds the
     /// echoes on the tread before it.
-    fn more<'b>(&self, base: &Base, top_m: f32, kind: Kind, before: Option<&'b Sums>) -> More<'b> {
+    fn more<'b>(
+        &self,
+        base: &Base,
+        top_m: f32,
+        kind: GroundKind,
+        before: Option<&'b EchoSums>,
+    ) -> More<'b> {
         let s = &base.staircase;
         let n = s.len();
         let mut far = s.with(n, s.last_x(), top_m);
@@ -240,7 +246,8 @@ impl Proposals<'_> {
                 wall,
             }) => {
                 let (from, to) = (x_m - NEAR_M, x_m + NEAR_M);
-                let at = |sums: &Sums, x| sums.get(model.first_beyond(x)).copied().unwrap_or(0.0);
+                let at =
+                    |sums: &EchoSums, x| sums.get(model.first_beyond(x)).copied().unwrap_or(0.0);
                 let start = if n > 0 {
                     s.last_x() + BEHIND_M
                 } else {
@@ -360,7 +367,7 @@ impl Proposals<'_> {
     #[inline(never)]
     fn drops(&mut self, base: &Base, spots: &Spots) {
         let drop = |wall_m| Staircase {
-            kind: Kind::Drop,
+            kind: GroundKind::Drop,
             wall_m,
             ..base.staircase
         };
@@ -369,7 +376,7 @@ impl Proposals<'_> {
             model.sums(&drop(f32::INFINITY), 0),
             model.sums(&drop(f32::NEG_INFINITY), 0),
         );
-        let at = |sums: &Sums, k| sums.get(k).copied().unwrap_or(0.0);
+        let at = |sums: &EchoSums, k| sums.get(k).copied().unwrap_or(0.0);
         for &(x, dx) in spots {
             let brink = drop(x);
             let first = model.first_beyond(x);
@@ -423,16 +430,16 @@ impl Proposals<'_> {
 /// One more riser behind the last of a hypothesis, wherever it stands.
 struct More<'b> {
     top_m: f32,
-    kind: Kind,
+    kind: GroundKind,
     sums: Option<Split<'b>>,
 }
 
 /// What does not depend on where a riser stands.
 struct Split<'b> {
     /// Of the echoes from each number on, on the tread before it …
-    before: &'b Sums,
+    before: &'b EchoSums,
     /// … and on the one behind it.
-    behind: Sums,
+    behind: EchoSums,
     /// Of the wall behind.
     wall: f32,
 }
@@ -456,13 +463,13 @@ const DROP: f32 = 0.1;
 /// What may stand alone on the floor: height, metres, how often where an echo shows it and where none
 /// does, and what that is called. Boxes and thresholds that show nothing change nothing; steps that show
 /// nothing look alike, low ones and high ones.
-pub const FLOOR: [(f32, [f32; 2], Kind); 8] = [
-    (0.02, [0.5, 0.0], Kind::Threshold),
-    (0.045, [0.05, 0.0], Kind::Threshold),
-    (0.075, [0.08, 0.13], Kind::Stairs),
-    (0.11, [0.10, 0.0], Kind::Stairs),
-    (0.16, [0.14, 0.25], Kind::Stairs),
-    (0.22, [0.06, 0.0], Kind::Stairs),
-    (0.32, [0.15, 0.0], Kind::Box),
-    (0.50, [0.15, 0.0], Kind::Box),
+pub const FLOOR: [(f32, [f32; 2], GroundKind); 8] = [
+    (0.02, [0.5, 0.0], GroundKind::Threshold),
+    (0.045, [0.05, 0.0], GroundKind::Threshold),
+    (0.075, [0.08, 0.13], GroundKind::Stairs),
+    (0.11, [0.10, 0.0], GroundKind::Stairs),
+    (0.16, [0.14, 0.25], GroundKind::Stairs),
+    (0.22, [0.06, 0.0], GroundKind::Stairs),
+    (0.32, [0.15, 0.0], GroundKind::Box),
+    (0.50, [0.15, 0.0], GroundKind::Box),
 ];

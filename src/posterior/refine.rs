@@ -15,12 +15,12 @@ const ROUNDS: usize = 2;
 
 /// Weighted sum of readings of one level.
 #[derive(Clone, Copy, Default)]
-struct Reading {
+struct LevelSum {
     weight: f32,
     sum: f32,
 }
 
-impl Reading {
+impl LevelSum {
     fn add(&mut self, value: f32, sigma_m: f32) {
         let weight = 1.0 / (sigma_m * sigma_m);
         self.weight += weight;
@@ -36,7 +36,7 @@ pub fn refine(model: &Model<'_>, start: &Staircase) -> (Staircase, Sigmas) {
     let mut sigmas = [RISE_SIGMA_M; MAX_STEPS];
     let rise_m = start.rise();
     for _ in 0..ROUNDS {
-        let mut levels = [Reading::default(); MAX_STEPS];
+        let mut levels = [LevelSum::default(); MAX_STEPS];
         let (mut overhang, mut overhangs) = (0.0, 0.0);
         for k in 0..s.len() {
             let mut x = (None, None);
@@ -73,7 +73,7 @@ pub fn refine(model: &Model<'_>, start: &Staircase) -> (Staircase, Sigmas) {
 }
 
 /// Levels by the readings and the flight's regularity.
-fn regular(s: &mut Staircase, sigmas: &mut Sigmas, levels: &[Reading; MAX_STEPS], rise_m: f32) {
+fn regular(s: &mut Staircase, sigmas: &mut Sigmas, levels: &[LevelSum; MAX_STEPS], rise_m: f32) {
     let own = DEPARTS_M * DEPARTS_M;
     let known = 1.0 / (RISE_SIGMA_M * RISE_SIGMA_M);
     let (mut weight, mut sum) = (known, known * rise_m);

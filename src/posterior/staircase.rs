@@ -17,7 +17,7 @@ pub const LONGEST_GOING_M: f32 = 0.62;
 
 /// What stands there.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Kind {
+pub enum GroundKind {
     /// Level ground, and perhaps a wall.
     #[default]
     Nothing,
@@ -37,7 +37,7 @@ pub enum Kind {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Staircase {
     /// What it is.
-    pub kind: Kind,
+    pub kind: GroundKind,
     /// Number of risers.
     pub steps: u8,
     /// Whether there is nothing below the treads.
@@ -175,7 +175,7 @@ impl Staircase {
     /// Where a wall stands, metres; infinitely far off if none does.
     pub fn wall(&self) -> f32 {
         match self.kind {
-            Kind::Ramp | Kind::Drop => f32::INFINITY,
+            GroundKind::Ramp | GroundKind::Drop => f32::INFINITY,
             _ => self.wall_m,
         }
     }
@@ -237,7 +237,7 @@ impl Staircase {
         if n >= MAX_STEPS || k > n {
             return out;
         }
-        out.kind = Kind::Stairs;
+        out.kind = GroundKind::Stairs;
         out.steps = (n + 1) as u8;
         for (places, value) in [(&mut out.x_m, x_m), (&mut out.top_m, top_m)] {
             let mut moved = value;
@@ -264,7 +264,7 @@ impl Staircase {
     /// The edges that count as steps, the nearest first.
     pub fn edges(&self, view: &View) -> impl Iterator<Item = Edge> + '_ {
         let counts = match self.kind {
-            Kind::Stairs => self.len(),
+            GroundKind::Stairs => self.len(),
             _ => 0,
         };
         let overhang_m = if self.open { 0.0 } else { self.overhang_m };
@@ -322,7 +322,7 @@ impl Staircase {
                 push(t.x_m, 1.0);
             }
         }
-        if self.kind == Kind::Drop {
+        if self.kind == GroundKind::Drop {
             push(self.wall_m, 1.0);
         }
         crate::sort::shell_sort(&mut conflicts, |a, b| a.x_m < b.x_m);

@@ -21,8 +21,8 @@ use crate::Iq;
 use crate::config::RadarConfig;
 use crate::scan::time::Micros;
 use chip::{
-    BURST_ERROR, CHIP_ID, CLOCK_ERROR, FIFO_RESET, FILLED, FRAME_START, FSTAT, GSR0_ERRORS,
-    GSR0_FIFO, IDENTITY, MAIN, MAIN_AT_REST, OVERFLOW, PACR1, PLL_ON, SFCTL, SW_RESET, Shape,
+    BURST_ERROR, CHIP_ID, CLOCK_ERROR, ChirpShape, FIFO_RESET, FILLED, FRAME_START, FSTAT,
+    GSR0_ERRORS, GSR0_FIFO, IDENTITY, MAIN, MAIN_AT_REST, OVERFLOW, PACR1, PLL_ON, SFCTL, SW_RESET,
     UNDERFLOW,
 };
 
@@ -54,7 +54,7 @@ const BURST: u32 = 0x7f << 25 | 1 << 24 | 0x60 << 17;
 
 /// What the chip is asked for.
 #[derive(Clone, Copy, Debug)]
-enum Stage {
+enum ChipStage {
     /// Nothing.
     Idle,
     /// It comes out of its reset.
@@ -72,8 +72,8 @@ enum Stage {
 /// The chip without its port.
 #[derive(Debug)]
 pub struct Bgt60 {
-    stage: Stage,
-    shape: Shape,
+    stage: ChipStage,
+    shape: ChirpShape,
     /// The chip is left alone until then.
     look: Micros,
     /// By when the answer must have come.
@@ -92,8 +92,8 @@ impl Bgt60 {
     /// With nothing asked for.
     pub const fn new() -> Self {
         Self {
-            stage: Stage::Idle,
-            shape: Shape::DEFAULT,
+            stage: ChipStage::Idle,
+            shape: ChirpShape::DEFAULT,
             look: Micros(0),
             until: Micros(0),
             stale: 0,
@@ -108,12 +108,12 @@ impl Bgt60 {
         wish: &Wish,
         timeout_us: u32,
     ) {
-        self.shape = Shape::of(wish.bandwidth_khz, wish.samples);
+        self.shape = ChirpShape::of(wish.bandwidth_khz, wish.samples);
         self.until = now.plus(timeout_us);
         self.look = now.plus(RESET_US);
         self.stage = match greet(spi, &self.shape) {
-            Ok(()) => Stage::Resetting,
-            Err(error) => Stage::Failed(error),
+            Ok(()) => ChipStage::Resetting,
+            Err(error) => ChipStage::Failed(error),
         };
     }
 
@@ -124,18 +124,18 @@ impl Bgt60 {
         now: Micros,
     ) -> Poll<Result<RadarConfig, LinkError>> {
         let outcome = match self.stage {
-            Stage::Failed(error) => Err(error),
+            ChipStage::Failed(error) => Err(error),
             _ if now.reached(self.until) => Err(LinkError::Timeout),
-            Stage::Resetting => {
+            ChipStage::Resetting => {
                 if now.reached(self.look) {
-                    self.stage = Stage::Writing(0);
+                    self.stage = ChipStage::Writing(0);
                 }
                 return Poll::Pending;
             }
-            Stage::Writing(k) => match self.shape.register(k) {
+            ChipStage::Writing(k) => match self.shape.register(k) {
                 Some(register) => match set(spi, register) {
                     Ok(()) => {
-                        self.stage = Stage::Writing(k + 1);
+                        self.stage = ChipStage::Writing(k + 1);
                         return Poll::Pending;
                     }
                     Err(error) => Err(error),
@@ -144,7 +144,7 @@ impl Bgt60 {
             },
             _ => Err(LinkError::Answer),
         };
-        self.stage = Stage::Idle;
+        self.stage = ChipStage::Idle;
         Poll::Ready(outcome)
     }
 
@@ -161,16 +161,16 @@ impl Bgt60 {
         self.stage = match start(spi) {
             Ok(stale) => {
                 self.stale = stale;
-                Stage::Sampling
+                ChipStage::Sampling
             }
-            Err(error) => Stage::Failed(error),
+            Err(error) => ChipStage::Failed(error),
         };
     }
 
     /// Whether the chirp has been captured: the chip wakes up for a millisecond before it sweeps, so that the mirror
     /// has to stand until its samples are seen in the FIFO.
     pub fn sent(&self) -> bool {
-        !matches!(self.stage, Stage::Sampling)
+        !matches!(self.stage, ChipStage::Sampling)
     }
 
     /// Looks whether the chirp is complete, and reads it piece by piece.
@@ -181,12 +181,12 @@ impl Bgt60 {
         samples: &mut [Iq],
     ) -> Poll<Result<(), LinkError>> {
         let outcome = match self.stage {
-            Stage::Failed(error) => Err(error),
+            ChipStage::Failed(error) => Err(error),
             _ if now.reached(self.until) => Err(LinkError::Timeout),
             _ if samples.len() != usize::from(self.shape.pairs) => Err(LinkError::Answer),
-            Stage::Sampling if !now.reached(self.look) => Ok(false),
-            Stage::Sampling => self.look_at_fifo(spi, now),
-            Stage::Reading(done) => self.read_piece(spi, samples, done),
+            ChipStage::Sampling if !now.reached(self.look) => Ok(false),
+            ChipStage::Sampling => self.look_at_fifo(spi, now),
+            ChipStage::Reading(done) => self.read_piece(spi, samples, done),
             _ => Err(LinkError::Answer),
         };
         let complete = match outcome {
@@ -194,7 +194,7 @@ impl Bgt60 {
             Ok(true) => Ok(()),
             Err(error) => Err(error),
         };
-        self.stage = Stage::Idle;
+        self.stage = ChipStage::Idle;
         Poll::Ready(complete)
     }
 
@@ -210,7 +210,7 @@ impl Bgt60 {
             return Err(LinkError::Module(FIFO_FAILED));
         }
         if state & FILLED != 0 {
-            self.stage = Stage::Reading(0);
+            self.stage = ChipStage::Reading(0);
         } else {
             self.look = now.plus(LOOK_US);
         }
@@ -240,7 +240,7 @@ impl Bgt60 {
         };
         let last = pieces.next().is_none();
         let word = burst(spi, piece)?;
-        self.stage = Stage::Reading(done + piece.len() as u16);
+        self.stage = ChipStage::Reading(done + piece.len() as u16);
         // A word that was not there comes as ones (section 5.1).
         if last && self.state(spi)? & UNDERFLOW != 0 && word == 0xff_ffff {
             return Err(LinkError::Module(FIFO_FAILED));
@@ -274,7 +274,7 @@ fn set(spi: &mut impl SpiDevice<u8>, (address, value): (u8, u32)) -> Result<(), 
 
 /// Sees who is there and resets it. SFCTL comes first: after power-up the chip sends with the edge at which it is
 /// read.
-fn greet(spi: &mut impl SpiDevice<u8>, shape: &Shape) -> Result<(), LinkError> {
+fn greet(spi: &mut impl SpiDevice<u8>, shape: &ChirpShape) -> Result<(), LinkError> {
     write(spi, SFCTL, shape.fifo())?;
     if read(spi, CHIP_ID)? != IDENTITY {
         return Err(LinkError::Module(STRANGER));

@@ -49,7 +49,7 @@ const MAGIC: [u8; 2] = *b"SR";
 /// What a frame is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u8)]
-pub enum Kind {
+pub enum FrameKind {
     /// Scanner: what are you set to?
     Configure = 0x01,
     /// Module: this.
@@ -68,17 +68,17 @@ pub enum Kind {
     Error = 0xE0,
 }
 
-impl Kind {
+impl FrameKind {
     fn from_byte(byte: u8) -> Option<Self> {
         [
-            Kind::Configure,
-            Kind::Settings,
-            Kind::Program,
-            Kind::Rate,
-            Kind::RateSet,
-            Kind::Trigger,
-            Kind::Chirp,
-            Kind::Error,
+            FrameKind::Configure,
+            FrameKind::Settings,
+            FrameKind::Program,
+            FrameKind::Rate,
+            FrameKind::RateSet,
+            FrameKind::Trigger,
+            FrameKind::Chirp,
+            FrameKind::Error,
         ]
         .into_iter()
         .find(|kind| *kind as u8 == byte)
@@ -89,7 +89,7 @@ impl Kind {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Frame<'a> {
     /// What it is.
-    pub kind: Kind,
+    pub kind: FrameKind,
     /// Its sequence number.
     pub sequence: u16,
     /// Its payload.
@@ -99,7 +99,7 @@ pub struct Frame<'a> {
 /// Puts a frame together; `out` is cleared first. Payloads that do not fit `out` are cut, which
 /// the receiver notices.
 pub fn encode<const N: usize>(
-    kind: Kind,
+    kind: FrameKind,
     sequence: u16,
     payload: &[u8],
     out: &mut heapless::Vec<u8, N>,
@@ -259,7 +259,7 @@ impl Decoder {
         if version != VERSION {
             return Err(FrameError::Version);
         }
-        if Kind::from_byte(kind).is_none() {
+        if FrameKind::from_byte(kind).is_none() {
             return Err(FrameError::Kind);
         }
         let length = usize::from(u16::from_le_bytes([l0, l1]));
@@ -292,7 +292,7 @@ impl Decoder {
             return None;
         };
         Some(Frame {
-            kind: Kind::from_byte(kind)?,
+            kind: FrameKind::from_byte(kind)?,
             sequence: u16::from_le_bytes([s0, s1]),
             payload: self.bytes.get(HEADER..self.total - TRAILER)?,
         })
@@ -311,13 +311,13 @@ mod tests {
     use proptest::prelude::*;
     use std::vec::Vec;
 
-    fn frame(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+    fn frame(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
         let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
         encode(kind, sequence, payload, &mut out);
         out.to_vec()
     }
 
-    type Found = Result<(Kind, u16, Vec<u8>), FrameError>;
+    type Found = Result<(FrameKind, u16, Vec<u8>), FrameError>;
 
     /// All frames and errors that a stream of bytes brings.
     fn decode(bytes: &[u8]) -> Vec<Found> {
@@ -338,7 +338,7 @@ mod tests {
 
     #[test]
     fn layout_is_as_documented() {
-        let bytes = frame(Kind::Trigger, 0x0201, &(-20_000_i32).to_le_bytes());
+        let bytes = frame(FrameKind::Trigger, 0x0201, &(-20_000_i32).to_le_bytes());
         assert_eq!(
             bytes[..12],
             [0x53, 0x52, 1, 2, 1, 2, 4, 0, 0xE0, 0xB1, 0xFF, 0xFF]
@@ -350,7 +350,7 @@ mod tests {
 
     #[test]
     fn wrong_headers_are_named_and_skipped() {
-        let good = frame(Kind::Error, 7, &[2]);
+        let good = frame(FrameKind::Error, 7, &[2]);
         for (offset, value, error) in [
             (2, 9, FrameError::Version),
             (3, 0x77, FrameError::Kind),
@@ -362,7 +362,7 @@ mod tests {
             bad.extend(&good);
             let found = decode(&bad);
             assert_eq!(found[0], Err(error));
-            assert_eq!(*found.last().unwrap(), Ok((Kind::Error, 7, vec![2])));
+            assert_eq!(*found.last().unwrap(), Ok((FrameKind::Error, 7, vec![2])));
         }
     }
 
@@ -393,12 +393,12 @@ mod tests {
         ) {
             let mut bytes = garbage.clone();
             bytes.extend([0x53]);
-            bytes.extend(frame(Kind::Chirp, sequence, &payload));
+            bytes.extend(frame(FrameKind::Chirp, sequence, &payload));
             bytes.extend(&garbage);
-            bytes.extend(frame(Kind::Settings, 1, &[]));
+            bytes.extend(frame(FrameKind::Settings, 1, &[]));
             let found = decode(&bytes);
             prop_assert_eq!(found.len(), 2);
-            prop_assert_eq!(&found[0], &Ok((Kind::Chirp, sequence, payload)));
+            prop_assert_eq!(&found[0], &Ok((FrameKind::Chirp, sequence, payload)));
         }
 
         #[test]
@@ -408,7 +408,7 @@ mod tests {
 
         #[test]
         fn a_flipped_bit_is_noticed(bit in 0_usize..(8 * 20)) {
-            let mut bytes = frame(Kind::Chirp, 3, &[1, 2, 3, 4, 5, 6, 7, 8]);
+            let mut bytes = frame(FrameKind::Chirp, 3, &[1, 2, 3, 4, 5, 6, 7, 8]);
             bytes[bit / 8] ^= 1 << (bit % 8);
             prop_assert!(!decode(&bytes).iter().any(Result::is_ok));
         }

@@ -14,7 +14,7 @@
 
 use core::task::Poll;
 
-use super::frame::{self, Ability, Decoder, Frame, Kind, Progress};
+use super::frame::{self, Ability, Decoder, Frame, FrameKind, Progress};
 use super::module::{LinkError, Wish};
 use super::wire::{LINK_BAUD, Wire};
 use crate::Iq;
@@ -25,7 +25,7 @@ use crate::scan::time::Micros;
 /// The request that waits for its answer.
 #[derive(Clone, Copy, Debug)]
 struct Request {
-    kind: Kind,
+    kind: FrameKind,
     sequence: u16,
     deadline: Micros,
     strangers: bool,
@@ -46,7 +46,7 @@ const PENANCE: u8 = 200;
 
 /// What [`Frames::settings`] waits for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Stage {
+enum SettingsStage {
     /// The module's settings.
     Asked,
     /// Its consent to another rate, in Mbaud.
@@ -74,7 +74,7 @@ pub struct Frames {
     breaks: u8,
     /// Whether the module may be at another rate than the scanner thinks: one of them was reset.
     unsure: bool,
-    stage: Stage,
+    stage: SettingsStage,
     /// By when the settings must have come.
     until: Micros,
     wish: Wish,
@@ -105,7 +105,7 @@ impl Frames {
             quiet: None,
             breaks: 0,
             unsure: true,
-            stage: Stage::Asked,
+            stage: SettingsStage::Asked,
             until: Micros(0),
             wish: Wish::DEFAULT,
             radar: RadarConfig::DEFAULT,
@@ -121,7 +121,7 @@ impl Frames {
         &mut self,
         port: &mut impl BytePort,
         now: Micros,
-        kinds: (Kind, Kind),
+        kinds: (FrameKind, FrameKind),
         payload: &[u8],
         timeout_us: u32,
     ) {
@@ -136,7 +136,7 @@ impl Frames {
         &mut self,
         port: &mut impl BytePort,
         now: Micros,
-        (kind, answer): (Kind, Kind),
+        (kind, answer): (FrameKind, FrameKind),
         payload: &[u8],
         timeout_us: u32,
     ) -> Request {
@@ -237,7 +237,7 @@ impl Frames {
             return None;
         }
         Some(match kind {
-            Kind::Error => Err(LinkError::Module(payload.first().copied().unwrap_or(0))),
+            FrameKind::Error => Err(LinkError::Module(payload.first().copied().unwrap_or(0))),
             _ if kind == request.kind => Ok(()),
             _ => Err(LinkError::Answer),
         })
@@ -276,10 +276,10 @@ impl Frames {
     fn ask(&mut self, port: &mut impl BytePort, now: Micros, timeout_us: u32) {
         let wish = frame::wish_payload(&self.wish);
         let (kind, payload) = match self.wish.is_of_module() {
-            true => (Kind::Program, &wish[..]),
-            false => (Kind::Configure, &[][..]),
+            true => (FrameKind::Program, &wish[..]),
+            false => (FrameKind::Configure, &[][..]),
         };
-        self.send(port, now, (kind, Kind::Settings), payload, timeout_us);
+        self.send(port, now, (kind, FrameKind::Settings), payload, timeout_us);
     }
 
     /// [`super::RadarModule::program`].
@@ -296,7 +296,7 @@ impl Frames {
         } else if self.unsure {
             self.fall_back(port);
         }
-        self.stage = Stage::Asked;
+        self.stage = SettingsStage::Asked;
         self.until = now.plus(timeout_us);
         self.ask(port, now, timeout_us);
     }
@@ -312,9 +312,9 @@ impl Frames {
             return Poll::Pending;
         };
         match self.stage {
-            Stage::Asked => self.told(port, now, result),
-            Stage::Raising(rate) => self.consented(port, now, rate, result),
-            Stage::Checking => {
+            SettingsStage::Asked => self.told(port, now, result),
+            SettingsStage::Raising(rate) => self.consented(port, now, rate, result),
+            SettingsStage::Checking => {
                 if result.and_then(|()| self.read_settings()).is_err() {
                     self.give_up(port, self.rate);
                 }
@@ -350,8 +350,8 @@ impl Frames {
         if rate == self.rate {
             return Poll::Ready(Ok(self.radar));
         }
-        self.stage = Stage::Raising(rate);
-        let kinds = (Kind::Rate, Kind::RateSet);
+        self.stage = SettingsStage::Raising(rate);
+        let kinds = (FrameKind::Rate, FrameKind::RateSet);
         let left = self.until.since(now).min(CHECK_US);
         self.send(port, now, kinds, &[rate], left);
         Poll::Pending
@@ -372,7 +372,7 @@ impl Frames {
         }
         self.set_rate(port, rate);
         self.quiet = Some(now.plus(SWITCH_US));
-        self.stage = Stage::Checking;
+        self.stage = SettingsStage::Checking;
         self.ask(port, now, SWITCH_US + CHECK_US);
         Poll::Pending
     }
@@ -389,7 +389,7 @@ impl Frames {
             port.pulse();
         }
         let payload = shaft_angle.to_le_bytes();
-        let kinds = (Kind::Trigger, Kind::Chirp);
+        let kinds = (FrameKind::Trigger, FrameKind::Chirp);
         self.send(port, now, kinds, &payload, timeout_us);
     }
 
@@ -466,7 +466,7 @@ impl Frames {
             port.pulse();
         }
         let payload = shaft_angle.to_le_bytes();
-        let kinds = (Kind::Trigger, Kind::Chirp);
+        let kinds = (FrameKind::Trigger, FrameKind::Chirp);
         self.ahead = Some(self.begin(port, now, kinds, &payload, timeout_us));
         true
     }

@@ -24,7 +24,7 @@ use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig, SAMPLES};
 use crate::scan::board::{BytePort, MOST_READ};
 use crate::scan::time::Micros;
-pub use reader::{Event, Reader};
+pub use reader::{Reader, ReaderEvent};
 
 /// A module that triggers itself pauses at most 128 ms, and measures for some 16.
 const ALONE_US: u32 = 160_000;
@@ -36,7 +36,7 @@ const UNSAMPLED_HALVES: u32 = 75;
 const SCALE: i16 = 16;
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum Stage {
+enum SiRadStage {
     /// Nothing is waited for.
     #[default]
     Idle,
@@ -54,7 +54,7 @@ pub struct SiRad {
     reader: Reader,
     out: heapless::Vec<u8, 48>,
     sent: usize,
-    stage: Stage,
+    stage: SiRadStage,
     deadline: Micros,
     /// The last request has not ended well: answers to it may still come.
     doubtful: bool,
@@ -77,7 +77,7 @@ impl SiRad {
             reader: Reader::new(),
             out: heapless::Vec::new(),
             sent: 0,
-            stage: Stage::Idle,
+            stage: SiRadStage::Idle,
             deadline: Micros(0),
             doubtful: false,
             errors: 0,
@@ -97,7 +97,7 @@ impl SiRad {
         };
         self.counter = None;
         self.begin(port, now, timeout_us);
-        self.stage = Stage::Barrier;
+        self.stage = SiRadStage::Barrier;
         for line in [
             command::system(),
             command::baseband(command::code(wish.samples)),
@@ -132,7 +132,7 @@ impl SiRad {
         let doubtful = self.doubtful;
         self.begin(port, now, timeout_us);
         if doubtful {
-            self.stage = Stage::Barrier;
+            self.stage = SiRadStage::Barrier;
             self.send(port, command::INFO);
         } else {
             self.fire(port);
@@ -153,9 +153,9 @@ impl SiRad {
     /// Whether the mirror may be held for no longer than a chirp takes: the answer has begun.
     pub fn sent(&self) -> bool {
         match self.stage {
-            Stage::Idle | Stage::Alone => true,
-            Stage::Raw => self.reader.in_raw(),
-            Stage::Barrier => false,
+            SiRadStage::Idle | SiRadStage::Alone => true,
+            SiRadStage::Raw => self.reader.in_raw(),
+            SiRadStage::Barrier => false,
         }
     }
 
@@ -171,7 +171,7 @@ impl SiRad {
 
     /// Triggers a measurement; from now on its answer counts.
     fn fire(&mut self, port: &mut impl BytePort) {
-        self.stage = Stage::Raw;
+        self.stage = SiRadStage::Raw;
         self.errors = port.errors();
         self.out.clear();
         self.sent = 0;
@@ -200,7 +200,7 @@ impl SiRad {
         mut samples: Option<&mut [Iq]>,
     ) -> Poll<Result<(), LinkError>> {
         self.pump(port);
-        if self.stage == Stage::Idle {
+        if self.stage == SiRadStage::Idle {
             return Poll::Ready(Err(LinkError::Timeout));
         }
         for _ in 0..MOST_READ {
@@ -208,8 +208,8 @@ impl SiRad {
             let Some(event) = self.reader.push(byte) else {
                 continue;
             };
-            if self.stage == Stage::Barrier {
-                if event == Event::Info {
+            if self.stage == SiRadStage::Barrier {
+                if event == ReaderEvent::Info {
                     self.fire(port);
                 }
                 continue;
@@ -219,7 +219,7 @@ impl SiRad {
                 return self.finish(result);
             }
         }
-        if self.stage == Stage::Alone && now.reached(self.whole.plus(ALONE_US)) {
+        if self.stage == SiRadStage::Alone && now.reached(self.whole.plus(ALONE_US)) {
             return self.finish(Ok(()));
         }
         if now.reached(self.deadline) {
@@ -229,7 +229,7 @@ impl SiRad {
     }
 
     fn finish(&mut self, result: Result<(), LinkError>) -> Poll<Result<(), LinkError>> {
-        self.stage = Stage::Idle;
+        self.stage = SiRadStage::Idle;
         self.doubtful = result.is_err();
         Poll::Ready(result)
     }
@@ -239,19 +239,19 @@ impl SiRad {
         &mut self,
         port: &impl BytePort,
         now: Micros,
-        event: Event,
+        event: ReaderEvent,
         samples: Option<&mut [Iq]>,
     ) -> Option<Result<(), LinkError>> {
         match event {
-            Event::Value(at, value) => {
+            ReaderEvent::Value(at, value) => {
                 if let Some(sample) = samples.and_then(|s| s.get_mut(usize::from(at / 2))) {
                     put(sample, at, value);
                 }
                 None
             }
-            Event::Raw(counter, count) => self.raw(port, now, (counter, count), samples),
-            Event::Broken => Some(Err(LinkError::Frame(FrameError::Crc))),
-            Event::Bandwidth(steps) => {
+            ReaderEvent::Raw(counter, count) => self.raw(port, now, (counter, count), samples),
+            ReaderEvent::Broken => Some(Err(LinkError::Frame(FrameError::Crc))),
+            ReaderEvent::Bandwidth(steps) => {
                 let told = u32::try_from(steps).unwrap_or(0) * command::STEP_KHZ;
                 if samples.is_none() {
                     // Never more than was asked for: that would be another frame than this one is taken for.
@@ -259,8 +259,8 @@ impl SiRad {
                 }
                 None
             }
-            Event::Error(0) | Event::Info => None,
-            Event::Error(flags) => Some(Err(LinkError::Module(match flags as u8 {
+            ReaderEvent::Error(0) | ReaderEvent::Info => None,
+            ReaderEvent::Error(flags) => Some(Err(LinkError::Module(match flags as u8 {
                 0 => u8::MAX,
                 flags => flags,
             }))),
@@ -278,7 +278,7 @@ impl SiRad {
         if port.errors() != self.errors {
             return Some(Err(LinkError::Frame(FrameError::Crc)));
         }
-        if self.stage == Stage::Alone || self.counter == Some(counter) {
+        if self.stage == SiRadStage::Alone || self.counter == Some(counter) {
             return Some(Err(LinkError::Sequence));
         }
         self.counter = Some(counter);
@@ -286,7 +286,7 @@ impl SiRad {
             Some(samples) if usize::from(count) == 2 * samples.len() => Some(Ok(())),
             Some(_) => Some(Err(LinkError::Answer)),
             None => {
-                (self.stage, self.count, self.whole) = (Stage::Alone, count, now);
+                (self.stage, self.count, self.whole) = (SiRadStage::Alone, count, now);
                 None
             }
         }

@@ -28,12 +28,12 @@ const MAX_TRAINING: usize = 32;
 const MAX_GUARD: usize = 16;
 /// Zeros on both sides of the profile, so that no window needs a bounds check.
 const PAD: usize = MAX_GUARD + MAX_TRAINING + 1;
-/// Fractional bits of [`Cell::ratio`].
+/// Fractional bits of [`CellUnderTest::ratio`].
 const RATIO_BITS: u32 = 24;
 
 /// One cell under test.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell {
+pub struct CellUnderTest {
     /// Its power.
     pub power: u32,
     /// Sum of its training cells' powers.
@@ -42,7 +42,7 @@ pub struct Cell {
     pub ratio: u32,
 }
 
-impl Cell {
+impl CellUnderTest {
     /// Whether the power exceeds α · training / n, without a division.
     #[inline(always)]
     pub fn is_hit(self) -> bool {
@@ -106,7 +106,7 @@ impl Cfar {
     }
 
     /// The cells of a profile (`power` of the kept bins), each with its training sum.
-    pub fn run(&mut self, power: &[u32]) -> impl Iterator<Item = Cell> + '_ {
+    pub fn run(&mut self, power: &[u32]) -> impl Iterator<Item = CellUnderTest> + '_ {
         self.load(power);
         let windows = Windows::new(self.guard, self.training);
         let from = PAD - windows.reach();
@@ -122,7 +122,7 @@ impl Cfar {
         tested
             .zip(sums)
             .take(self.cells)
-            .map(|((&power, &ratio), training)| Cell {
+            .map(|((&power, &ratio), training)| CellUnderTest {
                 power,
                 training,
                 ratio,

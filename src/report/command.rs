@@ -64,14 +64,14 @@ pub enum Command<'a> {
     /// Keep the settings over loss of power.
     Save,
     /// Find out how the scanner is mounted.
-    Calibrate(Calibration),
+    Calibrate(CalibrationRequest),
     /// The chair's motion.
     Motion(Reading),
 }
 
 /// What `calibrate` is told.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Calibration {
+pub struct CalibrationRequest {
     /// Horizontal distance from the mirror's centre to the wall, mm.
     pub wall_mm: u16,
     /// Today's year, month and day as one number: 20261122.
@@ -138,17 +138,17 @@ fn bad(command: &'static str, field: &'static str, expected: &'static str) -> Ba
 }
 
 /// The words of a line.
-type Words<'a> = Filter<Split<'a, [char; 2]>, fn(&&'a str) -> bool>;
+type CommandWords<'a> = Filter<Split<'a, [char; 2]>, fn(&&'a str) -> bool>;
 
 /// The next word. Out of line, for there are many of them.
 #[inline(never)]
-fn next<'a>(words: &mut Words<'a>) -> Option<&'a str> {
+fn next<'a>(words: &mut CommandWords<'a>) -> Option<&'a str> {
     words.next()
 }
 
 /// The next word, if it is a whole number.
 #[inline(never)]
-fn next_number(words: &mut Words<'_>) -> Option<u32> {
+fn next_number(words: &mut CommandWords<'_>) -> Option<u32> {
     let number: i64 = next(words)?.parse().ok()?;
     number.try_into().ok()
 }
@@ -165,7 +165,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             bad("MOTION", field, "a motion sentence's field")
         });
     }
-    let mut words: Words<'_> = body.split([',', ' ']).filter(|word| !word.is_empty());
+    let mut words: CommandWords<'_> = body.split([',', ' ']).filter(|word| !word.is_empty());
     let command = match next(&mut words) {
         Some("start") => Command::Start,
         Some("stop") => Command::Stop,
@@ -228,7 +228,7 @@ pub fn is_motion(line: &str) -> bool {
 
 /// The arguments of `calibrate`.
 #[inline(never)]
-fn calibration(words: &mut Words<'_>) -> Result<Calibration, BadCommand> {
+fn calibration(words: &mut CommandWords<'_>) -> Result<CalibrationRequest, BadCommand> {
     let wall_mm = next_number(words).and_then(|wall| wall.try_into().ok());
     let wall_mm = wall_mm.ok_or(bad("calibrate", "wall", "a distance in mm"))?;
     let valid = |date: &u32| {
@@ -238,7 +238,7 @@ fn calibration(words: &mut Words<'_>) -> Result<Calibration, BadCommand> {
     };
     let date = next_number(words).filter(valid);
     let date = date.ok_or(bad("calibrate", "date", "year, month and day: YYYYMMDD"))?;
-    Ok(Calibration { wall_mm, date })
+    Ok(CalibrationRequest { wall_mm, date })
 }
 
 fn known_key(command: &'static str, key: &str) -> Result<&'static str, BadCommand> {
@@ -270,7 +270,7 @@ fn unframe(line: &str) -> Result<&str, BadCommand> {
 
 /// What a byte has completed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Input {
+pub enum ParserEvent {
     /// Nothing yet.
     Partial,
     /// [`LineReader::line`] holds a line.
@@ -289,7 +289,7 @@ pub struct LineReader {
 
 impl LineReader {
     /// Takes one byte.
-    pub fn push(&mut self, byte: u8) -> Input {
+    pub fn push(&mut self, byte: u8) -> ParserEvent {
         if self.complete {
             self.complete = false;
             self.bytes.clear();
@@ -297,13 +297,13 @@ impl LineReader {
         if matches!(byte, b'\r' | b'\n') {
             let skipped = core::mem::take(&mut self.skipping);
             if skipped || self.bytes.is_empty() {
-                return Input::Partial;
+                return ParserEvent::Partial;
             }
             self.complete = true;
-            return Input::Line;
+            return ParserEvent::Line;
         }
         if self.skipping {
-            return Input::Partial;
+            return ParserEvent::Partial;
         }
         if !(b' '..=b'~').contains(&byte) {
             return self.skip("printable ASCII");
@@ -311,13 +311,13 @@ impl LineReader {
         if self.bytes.push(byte).is_err() {
             return self.skip("at most 96 characters");
         }
-        Input::Partial
+        ParserEvent::Partial
     }
 
-    fn skip(&mut self, expected: &'static str) -> Input {
+    fn skip(&mut self, expected: &'static str) -> ParserEvent {
         self.bytes.clear();
         self.skipping = true;
-        Input::Bad(ConfigError {
+        ParserEvent::Bad(ConfigError {
             field: "line",
             expected,
         })
@@ -398,9 +398,9 @@ mod tests {
         let (mut lines, mut errors) = (Vec::new(), 0);
         for &byte in bytes {
             match reader.push(byte) {
-                Input::Line => lines.push(reader.line().into()),
-                Input::Bad(_) => errors += 1,
-                Input::Partial => {}
+                ParserEvent::Line => lines.push(reader.line().into()),
+                ParserEvent::Bad(_) => errors += 1,
+                ParserEvent::Partial => {}
             }
         }
         (lines, errors)

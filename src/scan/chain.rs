@@ -17,7 +17,7 @@ pub trait DataPath {
     fn samples(&mut self) -> &mut [Iq];
     /// Works off the samples as row `row`, seen while the shaft stood on its microstep.
     fn row(&mut self, row: u16);
-    /// Row `row` will not come.
+    /// Row `row` is lost: its chirp did not come after all retries.
     fn lost(&mut self, row: u16);
     /// The steps, after the last row, with what is known of the chair's motion meanwhile.
     fn conclude(&mut self, drive: &Drive<'_>) -> Outcome;

@@ -88,14 +88,14 @@ fn apart(a: u16, b: u16) -> u16 {
 
 /// What the encoder has read at a place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Seen {
+struct ShaftReading {
     /// Microsteps from the horizontal, as the pulses have it.
     position: i32,
     /// 1/65536 turn.
     reading: u16,
 }
 
-impl Seen {
+impl ShaftReading {
     /// What is to be read at `position`.
     fn expects(&self, position: i32) -> u16 {
         let way = position.wrapping_sub(self.position);
@@ -123,7 +123,7 @@ pub struct EncodedMirror<M, E> {
     /// What is to be read at home, once that is known.
     home: Option<u16>,
     /// What has been read since the last homing: there, then where sweeps have ended.
-    seen: heapless::Vec<Seen, PLACES>,
+    seen: heapless::Vec<ShaftReading, PLACES>,
     look: Option<Look>,
 }
 
@@ -141,8 +141,8 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
     }
 
     /// Whether what is read now is what must be read there.
-    fn agrees(&mut self, now: Seen) -> bool {
-        let near = |seen: &&Seen| seen.position.abs_diff(now.position) <= SAME_PLACE;
+    fn agrees(&mut self, now: ShaftReading) -> bool {
+        let near = |seen: &&ShaftReading| seen.position.abs_diff(now.position) <= SAME_PLACE;
         let known = self.seen.iter().find(near);
         let (expected, within) = match (known, self.seen.first()) {
             (Some(seen), _) => (seen.expects(now.position), REPEATS),
@@ -166,7 +166,7 @@ impl<M: Mirror, E: AngleEncoder> EncodedMirror<M, E> {
     fn read(&mut self) -> Result<(), MirrorError> {
         let reading = self.encoder.angle().map_err(|_| MirrorError::Encoder)?;
         let position = self.mirror.position();
-        match self.agrees(Seen { position, reading }) {
+        match self.agrees(ShaftReading { position, reading }) {
             true => Ok(()),
             false => Err(MirrorError::Slipped),
         }

@@ -121,7 +121,7 @@ struct Confirm {
 }
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum State {
+enum MirrorState {
     Unknown,
     /// The driver is told over its wire what to do; EN follows.
     SettingUp,
@@ -145,7 +145,7 @@ struct Crossing {
 
 /// What the search for home has found so far.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-struct Found {
+struct HomeSearch {
     /// Where the search ends.
     end: i32,
     /// The last edge that was not refuted; none before the first.
@@ -171,11 +171,11 @@ struct Found {
 pub struct Stepper<P, D = NoWire> {
     port: P,
     driver: D,
-    state: State,
+    state: MirrorState,
     /// As of the last look at the port.
     position: i32,
     motor: MotorConfig,
-    found: Found,
+    found: HomeSearch,
     /// Whether the switch's level has ever been seen high.
     level_seen: bool,
     /// Whether the driver is being looked at: a move waits for that, since one that was reset makes other
@@ -224,10 +224,10 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         Self {
             port,
             driver,
-            state: State::Unknown,
+            state: MirrorState::Unknown,
             position: 0,
             motor: MotorConfig::default(),
-            found: Found::default(),
+            found: HomeSearch::default(),
             level_seen: false,
             looking: false,
             next: None,
@@ -267,7 +267,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
 
     #[inline(never)]
     fn enter(&mut self, homing: Homing) {
-        self.state = State::Homing(homing);
+        self.state = MirrorState::Homing(homing);
         // Speeds from which the motor can stop dead, since an edge ends the move at once.
         let fast = Ramp {
             speed: self.motor.search_speed,
@@ -285,14 +285,14 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     #[inline(never)]
     fn fail(&mut self, error: MirrorError) -> Result<Motion, MirrorError> {
         self.disable();
-        self.state = State::Failed(error);
+        self.state = MirrorState::Failed(error);
         Err(error)
     }
 
     fn search(&mut self) {
-        self.found = Found {
+        self.found = HomeSearch {
             end: self.look().position.saturating_sub(SEARCH),
-            ..Found::default()
+            ..HomeSearch::default()
         };
         self.enter(Homing::Search);
     }
@@ -300,7 +300,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     /// EN: from now on the driver wakes.
     fn enable(&mut self) {
         self.port.set_enabled(true);
-        self.state = State::Waking(None);
+        self.state = MirrorState::Waking(None);
     }
 
     fn set_up(&mut self, now: Micros) -> Result<Motion, MirrorError> {
@@ -322,7 +322,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
         };
         let until = until.unwrap_or(now.plus(tuning.max(enable_wake.into())));
         if !now.reached(until) {
-            self.state = State::Waking(Some(until));
+            self.state = MirrorState::Waking(Some(until));
         } else if self.pressed() {
             self.enter(Homing::Leave { tries: 0 });
         } else {
@@ -345,7 +345,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     }
 
     fn crossing(&mut self, slow: bool, tries: u8) {
-        self.state = State::Crossing(Crossing { slow, tries });
+        self.state = MirrorState::Crossing(Crossing { slow, tries });
         let home = microsteps(self.motor.home_angle);
         if slow {
             let slow = self.slow();
@@ -360,7 +360,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
     fn cross_on(&mut self, at: Crossing, edge: bool) -> Result<Motion, MirrorError> {
         let off = self.position.abs_diff(microsteps(self.motor.home_angle));
         if at.slow && edge && off <= REPEATS {
-            self.state = State::Homed;
+            self.state = MirrorState::Homed;
             return Ok(Motion::Still);
         }
         // A switch that is pressed before it is reached is not where it was either.
@@ -425,7 +425,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
             return self.proven(look.slow);
         }
         if now.since(look.begun) < BOUNCE_US {
-            self.state = State::Homing(Homing::Confirm(Confirm { since, ..look }));
+            self.state = MirrorState::Homing(Homing::Confirm(Confirm { since, ..look }));
             return Ok(Motion::Moving);
         }
         if self.level_seen {
@@ -437,7 +437,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
 
     /// Nothing speaks against the edge at which the shaft stands.
     fn proven(&mut self, slow: bool) -> Result<Motion, MirrorError> {
-        let Found { edge, agreeing, .. } = self.found;
+        let HomeSearch { edge, agreeing, .. } = self.found;
         let near = match agreeing {
             0 => NEAR_SEARCH,
             _ => NEAR_APPROACH,
@@ -449,7 +449,7 @@ impl<P: StepPort, D: MotorDriver> Stepper<P, D> {
             if self.level_seen || self.found.agreeing >= AGREEING {
                 self.position = microsteps(self.motor.home_angle);
                 self.port.set_position(self.position);
-                self.state = State::Homed;
+                self.state = MirrorState::Homed;
                 return Ok(Motion::Still);
             }
         } else if slow {
@@ -475,14 +475,14 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
             Driver::StepDir => self.enable(),
             Driver::Tmc2209 => {
                 self.driver.set_up(motor);
-                self.state = State::SettingUp;
+                self.state = MirrorState::SettingUp;
             }
         }
     }
 
     #[inline(never)]
     fn check(&mut self, motor: &MotorConfig) {
-        if self.state != State::Homed {
+        if self.state != MirrorState::Homed {
             return;
         }
         if motor.driver != self.motor.driver {
@@ -494,14 +494,14 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
     }
 
     fn cross_home(&mut self, motor: &MotorConfig) {
-        if self.state == State::Homed {
+        if self.state == MirrorState::Homed {
             (self.motor.speed, self.motor.acceleration) = (motor.speed, motor.acceleration);
             self.crossing(false, 0);
         }
     }
 
     fn start_move(&mut self, position: i32, motor: &MotorConfig) {
-        if self.state == State::Homed {
+        if self.state == MirrorState::Homed {
             let ramp = motor.ramp();
             if self.looking {
                 self.next = Some((position, ramp));
@@ -513,8 +513,8 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
 
     fn poll(&mut self, now: Micros) -> Result<Motion, MirrorError> {
         match self.state {
-            State::Failed(error) => return Err(error),
-            State::SettingUp => return self.set_up(now),
+            MirrorState::Failed(error) => return Err(error),
+            MirrorState::SettingUp => return self.set_up(now),
             _ => {}
         }
         let pulses = self.look();
@@ -522,15 +522,15 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
             return self.fail(MirrorError::Stall);
         }
         match self.state {
-            State::Unknown => Err(MirrorError::NotHomed),
-            State::Waking(until) => {
+            MirrorState::Unknown => Err(MirrorError::NotHomed),
+            MirrorState::Waking(until) => {
                 self.wake(now, until);
                 Ok(Motion::Moving)
             }
             _ if pulses.moving => Ok(Motion::Moving),
             _ if self.looking => self.look_on(now),
-            State::Crossing(at) => self.cross_on(at, pulses.home_edge),
-            State::Homing(homing) => self.advance(now, homing, pulses.home_edge),
+            MirrorState::Crossing(at) => self.cross_on(at, pulses.home_edge),
+            MirrorState::Homing(homing) => self.advance(now, homing, pulses.home_edge),
             _ => Ok(Motion::Still),
         }
     }
@@ -540,13 +540,13 @@ impl<P: StepPort, D: MotorDriver> Mirror for Stepper<P, D> {
     }
 
     fn homed(&self) -> bool {
-        self.state == State::Homed
+        self.state == MirrorState::Homed
     }
 
     #[inline(never)]
     fn disable(&mut self) {
         self.port.set_enabled(false);
-        self.state = State::Unknown;
+        self.state = MirrorState::Unknown;
         (self.looking, self.next) = (false, None);
     }
 }

@@ -14,7 +14,7 @@ use embedded_hal::digital::OutputPin;
 
 use super::ramp::{self, Ramp};
 use super::schedule::scaled;
-use super::settings::Level;
+use super::settings::WireLevel;
 
 /// Emits the pulses of one move after another.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ pub struct Pulser<S, D, E> {
     dir: D,
     enable: E,
     /// Level of EN that switches the driver on.
-    on: Level,
+    on: WireLevel,
     /// How many of the driver's own steps are how many microsteps.
     ratio: (i32, i32),
     /// The place that was declared last, microsteps.
@@ -42,11 +42,11 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
     /// A pulser at position 0 with its driver off, which a low EN switches on; `tick_hz` is the timer's
     /// frequency.
     pub fn new(step: S, dir: D, enable: E, tick_hz: u32) -> Self {
-        Self::with_enable(step, dir, (enable, Level::Low), tick_hz)
+        Self::with_enable(step, dir, (enable, WireLevel::Low), tick_hz)
     }
 
     /// A pulser whose driver this level of EN switches on.
-    pub fn with_enable(step: S, dir: D, (enable, on): (E, Level), tick_hz: u32) -> Self {
+    pub fn with_enable(step: S, dir: D, (enable, on): (E, WireLevel), tick_hz: u32) -> Self {
         let mut pulser = Self {
             step,
             dir,
@@ -67,7 +67,7 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
 
     /// Takes over the driver's ratio of own steps and microsteps, and the level of EN that switches it on.
     /// Counts from the next [`Pulser::set_enabled`].
-    pub fn configure(&mut self, ratio: (i32, i32), on: Level) {
+    pub fn configure(&mut self, ratio: (i32, i32), on: WireLevel) {
         let origin = self.position();
         self.ratio = ratio;
         self.on = on;
@@ -84,8 +84,8 @@ impl<S: OutputPin, D: OutputPin, E: OutputPin> Pulser<S, D, E> {
         }
         // Pins of the chip cannot fail.
         let _ = match (self.on, on) {
-            (Level::Low, true) | (Level::High, false) => self.enable.set_low(),
-            (Level::Low, false) | (Level::High, true) => self.enable.set_high(),
+            (WireLevel::Low, true) | (WireLevel::High, false) => self.enable.set_low(),
+            (WireLevel::Low, false) | (WireLevel::High, true) => self.enable.set_high(),
         };
     }
 

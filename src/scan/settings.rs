@@ -66,7 +66,7 @@ use crate::drive;
 use crate::grid::BinWindow;
 use crate::grid::MAX_CELLS;
 use crate::radar::module::Wish;
-pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, Level, MotorConfig};
+pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, MotorConfig, WireLevel};
 use slot::Slot;
 pub(crate) use slot::number;
 pub use slot::{SweepMode, Sweeping, Switch, ValueText};

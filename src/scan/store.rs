@@ -66,7 +66,7 @@ pub struct Store<F> {
 
 /// A record that is whole.
 #[derive(Clone, Copy, Debug)]
-struct Found {
+struct ValidRecord {
     slot: u32,
     number: u32,
     /// Its values; none where it is of other keys.
@@ -110,7 +110,7 @@ impl<F: NorFlash> Store<F> {
             return Ok(());
         }
         let (slot, number) = match newest {
-            Some(Found { slot, number, .. }) => match self.free_behind(slot) {
+            Some(ValidRecord { slot, number, .. }) => match self.free_behind(slot) {
                 Some(slot) => (slot, number.saturating_add(1)),
                 None => (
                     self.erase(1 - (slot / Self::SLOTS).min(1))?,
@@ -181,8 +181,8 @@ impl<F: NorFlash> Store<F> {
 
     /// The whole record with the highest number.
     #[inline(never)]
-    fn newest(&mut self) -> Option<Found> {
-        let mut newest: Option<Found> = None;
+    fn newest(&mut self) -> Option<ValidRecord> {
+        let mut newest: Option<ValidRecord> = None;
         for slot in 0..2 * Self::SLOTS {
             if let Some(found) = self.record(slot)
                 && newest.is_none_or(|newest| found.number > newest.number)
@@ -195,7 +195,7 @@ impl<F: NorFlash> Store<F> {
 
     /// What stands in `slot`, if it is a whole record.
     #[inline(never)]
-    fn record(&mut self, slot: u32) -> Option<Found> {
+    fn record(&mut self, slot: u32) -> Option<ValidRecord> {
         if self.word(slot, 0) != MAGIC {
             return None;
         }
@@ -210,7 +210,7 @@ impl<F: NorFlash> Store<F> {
         }
         let values = rest.first_chunk().copied();
         let ours = layout == LAYOUT && count == WORDS as u32;
-        Some(Found {
+        Some(ValidRecord {
             slot,
             number,
             values: values.filter(|_| ours),

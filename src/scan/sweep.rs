@@ -29,7 +29,7 @@ use crate::answer::Reason;
 use crate::radar::module::RadarModule;
 use holding::Hold;
 use rows::{LOST_STREAK, MARGIN_US, RowState, later};
-use turning::Turning;
+use turning::ContinuousSweep;
 
 pub use rows::{Rows, link_reason, mirror_reason};
 
@@ -64,7 +64,7 @@ pub struct Sweep {
     /// Since when the shaft has been seen at rest where it was sent.
     rest: Option<Micros>,
     /// In `continuous`, how; none: the mirror stops at every row.
-    turning: Option<Turning>,
+    turning: Option<ContinuousSweep>,
 }
 
 impl Sweep {
@@ -117,7 +117,7 @@ impl Sweep {
                 (link.wire()).and_then(|wire| Cruise::new(&self.settings, &self.schedule, wire))
             }
         };
-        self.turning = cruise.map(Turning::new);
+        self.turning = cruise.map(ContinuousSweep::new);
     }
 
     /// The moment by which the row must have got further.

@@ -131,7 +131,7 @@ enum Datagram {
 
 /// What is under way, one after the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Step {
+enum DriverStep {
     /// Nothing.
     Idle,
     /// How many were written before.
@@ -151,9 +151,9 @@ enum Step {
 pub struct Tmc2209<P> {
     port: P,
     motor: MotorConfig,
-    step: Step,
+    step: DriverStep,
     /// Where to begin anew.
-    first: Step,
+    first: DriverStep,
     tries: u8,
     /// IFCNT before the set-up.
     count: u8,
@@ -171,8 +171,8 @@ impl<P: BytePort> Tmc2209<P> {
         Self {
             port,
             motor: MotorConfig::default(),
-            step: Step::Idle,
-            first: Step::Idle,
+            step: DriverStep::Idle,
+            first: DriverStep::Idle,
             tries: 0,
             count: 0,
             frame: heapless::Vec::new(),
@@ -217,24 +217,24 @@ impl<P: BytePort> Tmc2209<P> {
     /// The datagram of the present step.
     fn datagram(&self) -> Option<Datagram> {
         Some(match self.step {
-            Step::Idle => return None,
-            Step::Before | Step::Written => Datagram::Read(IFCNT),
-            Step::Write(place) => {
+            DriverStep::Idle => return None,
+            DriverStep::Before | DriverStep::Written => Datagram::Read(IFCNT),
+            DriverStep::Write(place) => {
                 let registers = Self::registers(&self.motor);
                 let &(register, value) = registers.get(usize::from(place))?;
                 Datagram::Write(register, value)
             }
-            Step::Flags => Datagram::Read(GSTAT),
-            Step::Status => Datagram::Read(DRV_STATUS),
+            DriverStep::Flags => Datagram::Read(GSTAT),
+            DriverStep::Status => Datagram::Read(DRV_STATUS),
         })
     }
 
     /// Begins the datagram of `step`; behind the last register the count follows.
     #[inline(never)]
-    fn enter(&mut self, step: Step) {
+    fn enter(&mut self, step: DriverStep) {
         self.step = step;
-        if self.datagram().is_none() && step != Step::Idle {
-            self.step = Step::Written;
+        if self.datagram().is_none() && step != DriverStep::Idle {
+            self.step = DriverStep::Written;
         }
         self.frame.clear();
         let (register, data) = match self.datagram() {
@@ -251,7 +251,7 @@ impl<P: BytePort> Tmc2209<P> {
         (self.sent, self.until, self.heard) = (0, None, 0);
     }
 
-    fn begin(&mut self, step: Step) {
+    fn begin(&mut self, step: DriverStep) {
         (self.first, self.tries) = (step, 0);
         self.enter(step);
     }
@@ -285,22 +285,24 @@ impl<P: BytePort> Tmc2209<P> {
     /// What an answer leads to.
     fn answered(&mut self, value: u32) -> Result<(), DriverError> {
         match self.step {
-            Step::Before => {
+            DriverStep::Before => {
                 self.count = value as u8;
-                self.enter(Step::Write(0));
+                self.enter(DriverStep::Write(0));
             }
-            Step::Written => {
+            DriverStep::Written => {
                 let written = Self::registers(&self.motor).len() as u8;
                 if value as u8 != self.count.wrapping_add(written) {
                     return self.again();
                 }
-                self.enter(Step::Flags);
+                self.enter(DriverStep::Flags);
             }
-            Step::Flags if value & WAS_RESET != 0 => return Err(DriverError::Reset),
-            Step::Flags if value & FAILED != 0 => return Err(DriverError::Fault),
-            Step::Flags => self.enter(Step::Status),
-            Step::Status if value & FATAL != 0 => return Err(DriverError::Fault),
-            Step::Status | Step::Write(_) | Step::Idle => self.step = Step::Idle,
+            DriverStep::Flags if value & WAS_RESET != 0 => return Err(DriverError::Reset),
+            DriverStep::Flags if value & FAILED != 0 => return Err(DriverError::Fault),
+            DriverStep::Flags => self.enter(DriverStep::Status),
+            DriverStep::Status if value & FATAL != 0 => return Err(DriverError::Fault),
+            DriverStep::Status | DriverStep::Write(_) | DriverStep::Idle => {
+                self.step = DriverStep::Idle
+            }
         }
         Ok(())
     }
@@ -325,7 +327,7 @@ impl<P: BytePort> Tmc2209<P> {
             return Ok(());
         }
         match self.step {
-            Step::Write(place) => self.enter(Step::Write(place.saturating_add(1))),
+            DriverStep::Write(place) => self.enter(DriverStep::Write(place.saturating_add(1))),
             _ => self.until = Some(now.plus(ANSWER_US)),
         }
         Ok(())
@@ -335,12 +337,12 @@ impl<P: BytePort> Tmc2209<P> {
 impl<P: BytePort> MotorDriver for Tmc2209<P> {
     fn set_up(&mut self, motor: &MotorConfig) {
         self.motor = *motor;
-        self.begin(Step::Before);
+        self.begin(DriverStep::Before);
     }
 
     fn look(&mut self) {
-        if self.step == Step::Idle {
-            self.begin(Step::Flags);
+        if self.step == DriverStep::Idle {
+            self.begin(DriverStep::Flags);
         }
     }
 
@@ -348,10 +350,10 @@ impl<P: BytePort> MotorDriver for Tmc2209<P> {
     fn poll(&mut self, now: Micros) -> Poll<Result<(), DriverError>> {
         let went = self.advance(now);
         if went.is_err() {
-            self.step = Step::Idle;
+            self.step = DriverStep::Idle;
         }
         match (went, self.step) {
-            (Ok(()), Step::Idle) => Poll::Ready(Ok(())),
+            (Ok(()), DriverStep::Idle) => Poll::Ready(Ok(())),
             (Ok(()), _) => Poll::Pending,
             (Err(error), _) => Poll::Ready(Err(error)),
         }

@@ -6,7 +6,7 @@ use std::rc::Rc;
 use std::task::Poll;
 
 use stairscan::Iq;
-use stairscan::answer::{Outcome, Reasons};
+use stairscan::answer::{Outcome, Reasons, Status};
 use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError, RadarConfig};
 use stairscan::drive::{Drive, Odometry};
@@ -212,7 +212,9 @@ impl DataPath for Data {
         self.0.0.borrow_mut().lost.push(row);
     }
     fn conclude(&mut self, _: &Drive<'_>) -> Outcome {
-        Outcome::clear()
+        let mut outcome = Outcome::undecided();
+        outcome.decide(Status::Ok);
+        outcome
     }
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
         self.0.0.borrow().mounting.map_or(

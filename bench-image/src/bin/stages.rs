@@ -232,7 +232,7 @@ mod image {
             }
             let ((), chirp) = counter.once(|| pipeline.watch(k));
             worst_chirp = worst_chirp.max(chirp);
-            let ((), rest) = counter.once(|| pipeline.lost(k));
+            let ((), rest) = counter.once(|| pipeline.complete(k));
             worst_row = worst_row.max(chirp + rest);
         }
         let mut since = counter.now();

@@ -2,7 +2,9 @@
 
 use stairscan::answer::{Direction, Reasons, Status};
 use stairscan::drive::Reading;
-use stairscan::report::command::{self, Calibration, Command, Input, LineReader, framed};
+use stairscan::report::command::{
+    self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
+};
 use stairscan::report::{
     LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
 };
@@ -152,7 +154,7 @@ fn tenths(value: Option<Tenths>) -> String {
 /// The line as the scanner's own reader hands it over; none where it hands over nothing or an error.
 fn read(line: &[u8]) -> Option<String> {
     let mut reader = LineReader::default();
-    let bad = |input| matches!(input, Input::Bad(_));
+    let bad = |input| matches!(input, ParserEvent::Bad(_));
     // An end of line within is the end of it, and what is behind is another one: here it is damage.
     let ends = line.iter().any(|byte| matches!(byte, b'\r' | b'\n'));
     if ends || line.iter().any(|&byte| bad(reader.push(byte))) {
@@ -179,7 +181,7 @@ fn command(line: &[u8]) -> String {
             format!(" key=[{key}] value=[{value}]"),
             framed(&[word, key, value]),
         ),
-        Command::Calibrate(Calibration { wall_mm, date }) => (
+        Command::Calibrate(CalibrationRequest { wall_mm, date }) => (
             format!(" wall={wall_mm} date={date}"),
             framed(&[word, &wall_mm.to_string(), &date.to_string()]),
         ),

@@ -4,7 +4,7 @@
 //! A line that begins with `!` gets the frame and the CRC that it needs, so that a change of its text does
 //! not end at the CRC.
 
-use stairscan::report::command::{self, Command, Input, LineReader};
+use stairscan::report::command::{self, Command, LineReader, ParserEvent};
 use stairscan::report::sentence::crc32;
 use stairscan::scan::Settings;
 
@@ -15,7 +15,7 @@ pub fn run(data: &[u8]) {
     for line in data.split_inclusive(|&b| b == b'\n') {
         let framed = framed(line);
         for &byte in framed.as_deref().unwrap_or(line) {
-            if reader.push(byte) == Input::Line {
+            if reader.push(byte) == ParserEvent::Line {
                 carry_out(reader.line(), &mut settings);
             }
         }

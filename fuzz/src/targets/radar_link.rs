@@ -18,7 +18,7 @@ use std::task::Poll;
 use stairscan::Iq;
 use stairscan::radar::FrameLink;
 use stairscan::radar::RadarModule;
-use stairscan::radar::frame::{self, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::radar::frame::{self, Decoder, FrameKind, MAX_FRAME, Progress};
 use stairscan::radar::module::Wish;
 use stairscan::radar::wire::TRAILER;
 use stairscan::scan::{BytePort, Micros};
@@ -67,7 +67,7 @@ struct Bench {
 /// A frame with a right CRC, of any kind.
 fn encode(kind: u8, sequence: u16, payload: &[u8]) -> Vec<u8> {
     let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
-    frame::encode(Kind::Settings, sequence, payload, &mut out);
+    frame::encode(FrameKind::Settings, sequence, payload, &mut out);
     let mut bytes = out.to_vec();
     bytes[3] = kind;
     let body = bytes.len() - TRAILER;
@@ -120,8 +120,8 @@ impl Bench {
         self.poll();
         let wanted = match waiting {
             Waiting::Nothing => return,
-            Waiting::Settings => kind == Kind::Settings as u8 && payload.len() == 12,
-            Waiting::Chirp => kind == Kind::Chirp as u8 && payload.len() == 4 * SAMPLES,
+            Waiting::Settings => kind == FrameKind::Settings as u8 && payload.len() == 12,
+            Waiting::Chirp => kind == FrameKind::Chirp as u8 && payload.len() == 4 * SAMPLES,
         };
         if clean && off != 0 && wanted {
             let taken = self.waiting == Waiting::Nothing;

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
-use stairscan::radar::sirad::{Event, Reader};
+use stairscan::radar::sirad::{Reader, ReaderEvent};
 
 use super::mat;
 use crate::modules::sirad::Sample;
@@ -120,16 +120,16 @@ fn logged(bytes: &[u8]) -> Capture {
     let (mut reader, mut values, mut chirps) = (Reader::new(), Vec::new(), Vec::new());
     for &byte in bytes {
         match reader.push(byte) {
-            Some(Event::Value(0, value)) => values = vec![value],
-            Some(Event::Value(_, value)) => values.push(value),
-            Some(Event::Raw(_, count)) if usize::from(count) == values.len() => {
+            Some(ReaderEvent::Value(0, value)) => values = vec![value],
+            Some(ReaderEvent::Value(_, value)) => values.push(value),
+            Some(ReaderEvent::Raw(_, count)) if usize::from(count) == values.len() => {
                 let (pairs, rest) = values.as_chunks::<2>();
                 if rest.is_empty() {
                     chirps.push(pairs.to_vec());
                 }
                 values.clear();
             }
-            Some(Event::Raw(..) | Event::Broken) => values.clear(),
+            Some(ReaderEvent::Raw(..) | ReaderEvent::Broken) => values.clear(),
             _ => {}
         }
     }

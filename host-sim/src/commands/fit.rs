@@ -15,7 +15,7 @@ use stairscan::params::measured;
 use super::emit;
 use super::harness::{self, Drawn};
 use crate::emulate::image::workspace;
-use crate::fit::logistic::Fit;
+use crate::fit::logistic::LogisticFit;
 use crate::fit::measurement::{self, Build};
 use crate::fit::{self, Lesson};
 use crate::recording::{self, Recording};
@@ -211,9 +211,9 @@ fn simulated(scenes: &[Drawn]) -> Result<Vec<Sample>> {
 /// What was counted of one plane.
 struct Counted {
     weights: Weights,
-    hazards: Fit,
+    hazards: LogisticFit,
     /// For answers without and with steps: of how many scans, and slope and offset.
-    maps: Vec<(usize, Fit)>,
+    maps: Vec<(usize, LogisticFit)>,
 }
 
 /// Counts hazards on some scans and what they add up to on others; the threshold is left open.
@@ -279,7 +279,7 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
 }
 
 /// Weights with their standard errors.
-fn table(out: &mut String, name: &str, scans: usize, fit: &Fit) {
+fn table(out: &mut String, name: &str, scans: usize, fit: &LogisticFit) {
     let _ = writeln!(
         out,
         "{name}: {scans} scans, {} cells, {} of them {}",

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use indicatif::ProgressBar;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::radar::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 
 use crate::playback::{Playback, Player};
 
@@ -114,7 +114,7 @@ pub struct Module<'a> {
     garbage: u32,
 }
 
-fn encode(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+fn encode(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
     let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
     frame::encode(kind, sequence, payload, &mut out);
     out.to_vec()
@@ -188,16 +188,16 @@ impl<'a> Module<'a> {
                     let angle = <[u8; 4]>::try_from(frame.payload).map(i32::from_le_bytes);
                     let (kind, sequence) = (frame.kind, frame.sequence);
                     match (kind, angle) {
-                        (Kind::Configure | Kind::Program, _) => {
+                        (FrameKind::Configure | FrameKind::Program, _) => {
                             requests.push(Request::Configure);
                             out.extend(self.configure(sequence));
                         }
-                        (Kind::Trigger, Ok(angle)) => {
+                        (FrameKind::Trigger, Ok(angle)) => {
                             let trigger = self.count(angle);
                             requests.push(Request::Trigger(trigger));
                             out.extend(self.chirp(sequence, trigger));
                         }
-                        _ => out.extend(encode(Kind::Error, sequence, &[3])),
+                        _ => out.extend(encode(FrameKind::Error, sequence, &[3])),
                     }
                 }
                 Err(_) => self.garbage += 1,
@@ -216,7 +216,7 @@ impl<'a> Module<'a> {
             ..Ability::NONE
         };
         let payload = frame::settings_payload(&radar, ability);
-        encode(Kind::Settings, sequence, &payload)
+        encode(FrameKind::Settings, sequence, &payload)
     }
 
     /// The number of the chirp that belongs to `shaft_angle` (0.001°) in the present scan.
@@ -273,7 +273,7 @@ impl<'a> Module<'a> {
         let Some(samples) = self.player.trigger(trigger.shaft_angle) else {
             return out;
         };
-        let mut chirp = encode(Kind::Chirp, sequence, &chirp_payload(samples));
+        let mut chirp = encode(FrameKind::Chirp, sequence, &chirp_payload(samples));
         let before = std::mem::replace(&mut self.last_chirp, chirp.clone());
         let fault = self.fault(self.rows, trigger.attempt);
         self.silent |= fault == Some(Misdeed::Silent);
@@ -288,7 +288,7 @@ impl<'a> Module<'a> {
             }
             Some(Misdeed::Repeat) => out.extend(before),
             Some(Misdeed::Late) => self.late = std::mem::take(&mut chirp),
-            Some(Misdeed::Error) => chirp = encode(Kind::Error, sequence, &[2]),
+            Some(Misdeed::Error) => chirp = encode(FrameKind::Error, sequence, &[2]),
             _ => {}
         }
         out.extend(chirp);

@@ -4,7 +4,7 @@ use crate::fit::portable::Portable as _;
 
 /// Weights and their standard errors.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Fit {
+pub struct LogisticFit {
     /// One for each feature.
     pub weights: Vec<f64>,
     /// From the curvature of the posterior.
@@ -22,14 +22,14 @@ const SETTLED: f64 = 1e-9;
 
 /// The most likely weights of `count` features for what happened (`true`) and what did not, each
 /// weight's prior being a Gaussian around 0 of `prior_sigma`.
-pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> Fit {
+pub fn fit(samples: &[(Vec<f64>, bool)], count: usize, prior_sigma: f64) -> LogisticFit {
     let once = |(features, happened): &(Vec<f64>, bool)| (features.clone(), *happened, 1.0);
     let samples: Vec<_> = samples.iter().map(once).collect();
     weighted(&samples, count, prior_sigma)
 }
 
 /// The same where each sample counts as many times as it says.
-pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f64) -> Fit {
+pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f64) -> LogisticFit {
     let mut weights = vec![0.0; count];
     let precision = 1.0 / (prior_sigma * prior_sigma);
     let mut curvature = Matrix::new(count);
@@ -68,7 +68,7 @@ pub fn weighted(samples: &[(Vec<f64>, bool, f64)], count: usize, prior_sigma: f6
         unit[k] = 1.0;
         curvature.solve(&unit)[k].sqrt()
     };
-    Fit {
+    LogisticFit {
         errors: (0..count).map(error).collect(),
         weights,
         samples: samples.len(),

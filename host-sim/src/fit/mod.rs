@@ -30,7 +30,7 @@ use crate::inspect;
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options, Scanned};
 use crate::score::{self, at_most};
-use logistic::Fit;
+use logistic::LogisticFit;
 use measurement::{Build, Sighting};
 
 pub use table::write;
@@ -192,7 +192,7 @@ fn first_wrong(answer: &Answer, truth: &Truth, cells: &[Cell]) -> Option<usize> 
 }
 
 /// The hazards of one plane, with the standard errors of their weights.
-pub fn hazards(lessons: &[&Lesson]) -> Fit {
+pub fn hazards(lessons: &[&Lesson]) -> LogisticFit {
     let mut rows = Vec::new();
     for lesson in lessons {
         let until = lesson.wrong.map_or(lesson.cells.len(), |k| k + 1);
@@ -315,7 +315,7 @@ fn course(lesson: &Lesson, weights: &Weights) -> Course {
 }
 
 /// Slope and offset that take the hazards' log-odds to how often answers were right.
-pub fn calibration(lessons: &[&Lesson], weights: &Weights) -> Fit {
+pub fn calibration(lessons: &[&Lesson], weights: &Weights) -> LogisticFit {
     let pairs = lessons.iter().flat_map(|lesson| odds(lesson, weights));
     let rows: Vec<(Vec<f64>, bool)> = pairs.map(|(x, right)| (vec![x, 1.0], right)).collect();
     logistic::fit(&rows, 2, PRIOR_SIGMA)
@@ -327,7 +327,7 @@ mod tests {
 
     /// How far an answer with these reasons must reach to be `ok`, metres.
     fn reach(reasons: Reasons) -> f32 {
-        let mut outcome = Outcome::clear();
+        let mut outcome = Outcome::undecided();
         outcome.reasons = reasons;
         reach_m(&outcome)
     }

@@ -2,16 +2,14 @@
 //! hazards of cells that earlier scans have seen.
 
 use crate::fit::portable::Portable as _;
-use std::cell::RefCell;
 use std::fmt::Write as _;
 
 use anyhow::Result;
 use stairscan::answer::{Outcome, Step};
-use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
-use stairscan::fusion::Memory;
+use stairscan::fusion::History;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
 use stairscan::params::hazard::{Map, log_survival, probability};
@@ -109,7 +107,7 @@ fn told(step: &Step, truth: &Truth, travel_m: f64) -> Option<Told> {
 pub fn taught(recording: &Recording) -> Result<Taught> {
     let mut taught = Taught::default();
     let mut carrying = Box::new(Likelihood::new());
-    let past = RefCell::new(Memory::new());
+    let mut past = History::new();
     let mut trouble = None;
     let mut before: Vec<Vec<Told>> = Vec::new();
     let mut scans = 0;
@@ -118,27 +116,24 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
         scans += 1;
         let (map, config) = (scanned.pipeline.map(), scanned.config);
         let number = scanned.answer.scan.scan;
-        let run = |estimator: &mut Likelihood, drive: &Drive<'_>| -> (Outcome, Listener) {
+        let drive = &scanned.drive;
+        let run = |estimator: &mut Likelihood, past: Option<&mut History>| -> (Outcome, Listener) {
             let mut listener = Listener::default();
             estimator.begin(map);
             for k in 0..map.rows() {
                 estimator.row(map, k);
             }
-            let mut outcome = estimator.conclude(map, config, number, drive, &mut listener);
+            let mut outcome = estimator.conclude(map, config, number, drive, past, &mut listener);
             outcome.link();
             (outcome, listener)
         };
-        let drive = Drive {
-            past: Some(&past),
-            ..scanned.drive
-        };
-        let (outcome, listener) = run(&mut carrying, &drive);
+        let (outcome, listener) = run(&mut carrying, Some(&mut past));
         let Some(truth) = recording.meta.sequence.truth.get(scan) else {
             return;
         };
         let travel_m = recording.meta.sequence.truth_travel_m.get(scan);
         if let Some(&travel_m) = travel_m {
-            let (alone, _) = run(&mut Likelihood::new(), &scanned.drive);
+            let (alone, _) = run(&mut Likelihood::new(), None);
             let now: Vec<Told> = (alone.steps.iter())
                 .filter_map(|s| told(s, truth, travel_m))
                 .collect();

@@ -6,7 +6,7 @@ use stairscan::estimator::Estimator;
 use stairscan::grid::PolarMap;
 use stairscan::observer::{CloudStage, Event, Observer};
 use stairscan::paper::cluster::{Extent, Fate};
-use stairscan::paper::particles::{Cloud, Particle, UNITS_PER_CELL};
+use stairscan::paper::particles::{PointCloud, PointParticle, UNITS_PER_CELL};
 use stairscan::paper::{Paper, Places};
 
 use super::PaperView;
@@ -32,7 +32,7 @@ impl<'a> Witness<'a> {
     }
 
     /// Place of a particle that is still in cells of the map.
-    fn drawn(&self, particle: &Particle) -> Point {
+    fn drawn(&self, particle: &PointParticle) -> Point {
         let unit = f32::from(UNITS_PER_CELL);
         let [row, bin] = particle.at.map(|c| f32::from(c) / unit);
         let geometry = self.map.geometry();
@@ -53,7 +53,7 @@ impl<'a> Witness<'a> {
         (x.into(), y.into())
     }
 
-    fn marks(&self, cloud: &Cloud) -> Vec<(Point, u16)> {
+    fn marks(&self, cloud: &PointCloud) -> Vec<(Point, u16)> {
         let unit = Places::of(self.map).unit_m;
         let marked = cloud.particles().iter().map(|p| {
             let [along, across] = p.at.map(|c| f32::from(c) * unit);

@@ -19,13 +19,13 @@ const STEP_US: u32 = 10_000;
 const PATIENCE: u32 = 200_000;
 
 /// What the scanner borrows.
-pub struct Memory {
+pub struct ScannerMemory {
     pipeline: Box<Pipeline>,
     reports: Reports,
     odometry: Odometry,
 }
 
-impl Memory {
+impl ScannerMemory {
     /// For a scanner that has not begun.
     pub fn new() -> Self {
         Self {
@@ -36,7 +36,7 @@ impl Memory {
     }
 }
 
-impl Default for Memory {
+impl Default for ScannerMemory {
     fn default() -> Self {
         Self::new()
     }
@@ -66,7 +66,7 @@ pub struct Desk<'a> {
 
 impl<'a> Desk<'a> {
     /// A scanner that has just booted, and stands.
-    pub fn new(memory: &'a mut Memory, stage: Stage, settings: Settings) -> Self {
+    pub fn new(memory: &'a mut ScannerMemory, stage: Stage, settings: Settings) -> Self {
         let stage = Rc::new(RefCell::new(stage));
         let shared = Shared(stage.clone());
         let hardware = Hardware {

@@ -25,7 +25,7 @@ use crate::recording::Recording;
 use crate::scene::command::random_scan;
 use crate::scene::maths::Random;
 use crate::scene::random::Kind;
-use desk::{Desk, Memory, Told};
+use desk::{Desk, ScannerMemory, Told};
 use stage::{Plan, Reel, Stage};
 
 /// Stream of the soak's random numbers, apart from those of scenes and faults.
@@ -149,7 +149,7 @@ pub fn soak(scans: u64, seed: u64, mut look: impl FnMut(u64)) -> Result<Tally> {
     };
     let (first, _) = library.choose(&mut random)?;
     let first = Rc::new(Reel::new(&first, &Config::default())?);
-    let mut memory = Memory::new();
+    let mut memory = ScannerMemory::new();
     let settings = Settings {
         motion: Mode::Standing,
         // The stage's shaft is at once where it is sent.

@@ -35,14 +35,14 @@ pub struct Part {
     /// First and last trigger of each scan.
     pub times: Vec<(Ms, Ms)>,
     /// What its scans have in common.
-    kind: Kind,
+    kind: RecordingKind,
     /// Whether the last one went from the last angle to the first.
     backward: bool,
 }
 
 /// What scans of one recording have in common.
 #[derive(Clone, Debug, PartialEq)]
-struct Kind {
+struct RecordingKind {
     radar: RadarConfig,
     /// None where the angles follow no schedule.
     sweep: Option<SweepConfig>,
@@ -132,7 +132,7 @@ impl Gather {
                 scan.losses
             ));
         }
-        let kind = Kind {
+        let kind = RecordingKind {
             radar,
             sweep: found.as_ref().map(|found| found.config),
             whole: scan.lost() == 0,
@@ -172,7 +172,7 @@ impl Gather {
         Ok(())
     }
 
-    fn add(&mut self, scan: &Scan, kind: Kind, found: Option<&Sweep>) {
+    fn add(&mut self, scan: &Scan, kind: RecordingKind, found: Option<&Sweep>) {
         let backward = match (scan.rows.first(), scan.rows.last()) {
             (Some(first), Some(last)) => {
                 let plane = self.mounting.setup.plane;
@@ -229,7 +229,7 @@ impl Gather {
         }
     }
 
-    fn begin(&self, kind: Kind, backward: bool) -> Part {
+    fn begin(&self, kind: RecordingKind, backward: bool) -> Part {
         let RadarConfig {
             carrier_khz,
             bandwidth_khz,

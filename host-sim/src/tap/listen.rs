@@ -2,7 +2,7 @@
 
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::radar::frame::{self, Decoder, Frame, Kind, Progress};
+use stairscan::radar::frame::{self, Decoder, Frame, FrameKind, Progress};
 
 /// A frame that was heard.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,20 +26,20 @@ impl Heard {
     fn of(frame: &Frame<'_>) -> Option<Self> {
         let payload = frame.payload;
         let heard = match frame.kind {
-            Kind::Rate | Kind::RateSet => return None,
-            Kind::Configure | Kind::Program => Some(Self::Configure),
-            Kind::Trigger => {
+            FrameKind::Rate | FrameKind::RateSet => return None,
+            FrameKind::Configure | FrameKind::Program => Some(Self::Configure),
+            FrameKind::Trigger => {
                 let angle = <[u8; 4]>::try_from(payload).ok();
                 angle.map(|angle| Self::Trigger(i32::from_le_bytes(angle)))
             }
-            Kind::Settings => {
+            FrameKind::Settings => {
                 frame::parse_settings(payload).map(|(radar, _)| Self::Settings(radar))
             }
-            Kind::Chirp => {
+            FrameKind::Chirp => {
                 let mut samples = vec![Iq::default(); payload.len() / 4];
                 frame::parse_chirp(payload, &mut samples).then_some(Self::Chirp(samples))
             }
-            Kind::Error => payload.first().map(|code| Self::Error(*code)),
+            FrameKind::Error => payload.first().map(|code| Self::Error(*code)),
         };
         Some(heard.unwrap_or(Self::Malformed))
     }
@@ -114,7 +114,7 @@ mod tests {
     use proptest::prelude::*;
     use stairscan::radar::frame::MAX_FRAME;
 
-    fn frame(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+    fn frame(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
         let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
         frame::encode(kind, sequence, payload, &mut out);
         out.to_vec()
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn lost_bytes_cost_one_frame() {
-        let chirp = |k: u16| frame(Kind::Chirp, k, &[k as u8; 80]);
+        let chirp = |k: u16| frame(FrameKind::Chirp, k, &[k as u8; 80]);
         for lost in [1, 10, 60] {
             let mut bytes = chirp(1);
             bytes.truncate(92 - lost);
@@ -146,7 +146,7 @@ mod tests {
             let mut bytes = Vec::new();
             for k in 0..8 {
                 bytes.extend(&garbage);
-                bytes.extend(frame(Kind::Trigger, k, &1000_i32.to_le_bytes()));
+                bytes.extend(frame(FrameKind::Trigger, k, &1000_i32.to_le_bytes()));
             }
             // What garbage took for a frame's beginning has ended by then.
             bytes.extend([0; MAX_FRAME]);

@@ -294,7 +294,7 @@ fn count<T>(counter: &mut u32) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::radar::frame::{self, Ability, Kind, MAX_FRAME};
+    use stairscan::radar::frame::{self, Ability, FrameKind, MAX_FRAME};
 
     const RADAR: RadarConfig = RadarConfig {
         carrier_khz: 94_000_000,
@@ -303,30 +303,30 @@ mod tests {
         real: false,
     };
 
-    fn hear(tap: &mut Tap, at: Ms, kind: Kind, sequence: u16, payload: &[u8]) {
+    fn hear(tap: &mut Tap, at: Ms, kind: FrameKind, sequence: u16, payload: &[u8]) {
         let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
         frame::encode(kind, sequence, payload, &mut out);
         tap.push(at, Wire::Both, &out);
     }
 
     fn settings(tap: &mut Tap, at: Ms, sequence: u16, radar: &RadarConfig) {
-        hear(tap, at, Kind::Configure, sequence, &[]);
+        hear(tap, at, FrameKind::Configure, sequence, &[]);
         hear(
             tap,
             at,
-            Kind::Settings,
+            FrameKind::Settings,
             sequence,
             &frame::settings_payload(radar, Ability::NONE),
         );
     }
 
     fn trigger(tap: &mut Tap, at: Ms, sequence: u16, angle: i32) {
-        hear(tap, at, Kind::Trigger, sequence, &angle.to_le_bytes());
+        hear(tap, at, FrameKind::Trigger, sequence, &angle.to_le_bytes());
     }
 
     /// A chirp all of whose samples are `value`.
     fn chirp(tap: &mut Tap, at: Ms, sequence: u16, value: u8) {
-        hear(tap, at, Kind::Chirp, sequence, &[value; 64]);
+        hear(tap, at, FrameKind::Chirp, sequence, &[value; 64]);
     }
 
     fn values(scan: &Scan) -> Vec<Option<i16>> {
@@ -348,9 +348,9 @@ mod tests {
         trigger(&mut tap, 6, 5, 250);
         chirp(&mut tap, 7, 4, 4);
         trigger(&mut tap, 8, 6, 500);
-        hear(&mut tap, 9, Kind::Error, 6, &[2]);
+        hear(&mut tap, 9, FrameKind::Error, 6, &[2]);
         trigger(&mut tap, 10, 7, 750);
-        hear(&mut tap, 11, Kind::Chirp, 7, &[7; 60]);
+        hear(&mut tap, 11, FrameKind::Chirp, 7, &[7; 60]);
         tap.end();
         let scan = tap.scan().unwrap();
         assert_eq!(values(&scan), [Some(3), None, None, None]);
@@ -381,11 +381,11 @@ mod tests {
             ..RADAR
         };
         let mut tap = Tap::default();
-        hear(&mut tap, 0, Kind::Configure, 1, &[]);
+        hear(&mut tap, 0, FrameKind::Configure, 1, &[]);
         trigger(&mut tap, 1, 2, 0);
         settings(&mut tap, 2, 3, &RADAR);
         trigger(&mut tap, 3, 4, 0);
-        hear(&mut tap, 4, Kind::Configure, 5, &[]);
+        hear(&mut tap, 4, FrameKind::Configure, 5, &[]);
         trigger(&mut tap, 5, 6, 0);
         settings(&mut tap, 6, 7, &other);
         tap.end();

@@ -1,11 +1,12 @@
 //! The rules of the house, checked on the sources of the firmware and of the host's programs: no circles among
 //! files, no folder that outgrows the others; on the firmware's alone: no arrow back up the way of the data, no
-//! tuned number outside its table; and on the documents: no link that leads nowhere, and as many tuned numbers as
-//! there are.
+//! tuned number outside its table, no two types of one name; and on the documents: no link that leads nowhere, and as
+//! many tuned numbers as there are.
 
 mod documents;
 mod graph;
 mod literals;
+mod names;
 mod sources;
 
 use std::path::Path;
@@ -77,6 +78,11 @@ fn no_folder_outgrows_the_others() {
         let large = sources.large_folders(LARGEST_SHARE);
         none_in(&sources, large.iter().map(ToString::to_string));
     }
+}
+
+#[test]
+fn each_type_has_a_name_of_its_own() {
+    none(&names::shared(&firmware()));
 }
 
 #[test]

@@ -4,9 +4,9 @@ mod cloud;
 mod model;
 mod staircase;
 
-use super::feature::{Class, Place};
+use super::feature::{Class, FeaturePlace};
 use super::model::Model;
-use super::staircase::{Edge, Kind, Staircase, View};
+use super::staircase::{Edge, GroundKind, Staircase, View};
 use crate::config::Config;
 use crate::echoes::Echo;
 use crate::grid::{Geometry, PolarMap};
@@ -96,7 +96,7 @@ impl Dice {
 }
 
 /// Where the model expects a feature's echo, plus noise of the model's own spread times `noise`.
-fn shows(place: &Place, snr_db: f32, dice: &mut Dice, noise: f32) -> Echo {
+fn shows(place: &FeaturePlace, snr_db: f32, dice: &mut Dice, noise: f32) -> Echo {
     let p = &measured::UP.points[place.class as usize];
     let (x, y) = (place.x_m, place.y_m - VIEW.height_m);
     let across_sigma = p.across_sigma_m.hypot(place.range_m * 0.0021);

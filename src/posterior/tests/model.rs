@@ -105,7 +105,7 @@ fn beyond_a_brink_no_floor_is_expected() {
         .map(|k| echo(0.4 + 0.06 * k as f32, 0.0, 18.0))
         .collect();
     let brink = Staircase {
-        kind: Kind::Drop,
+        kind: GroundKind::Drop,
         wall_m: 0.8,
         ..Staircase::nothing()
     };
@@ -261,17 +261,20 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     .around(&base);
     // A mark of the same weight.
     let mark = Staircase {
-        kind: Kind::Box,
+        kind: GroundKind::Box,
         ..truth
     };
     cloud.add(&mark, weight(&model, &truth), &base.sigmas, &told);
-    let probability = |kind: Kind| {
+    let probability = |kind: GroundKind| {
         let mut same = cloud
             .particles()
             .filter(|(s, _)| s.kind == kind && s.len() == 2 && s.x(0) == truth.x(0));
         same.next().map_or(0.0, |(_, p)| p)
     };
-    let (put, mark) = (probability(Kind::Stairs), probability(Kind::Box));
+    let (put, mark) = (
+        probability(GroundKind::Stairs),
+        probability(GroundKind::Box),
+    );
     assert!(
         mark > 0.1 && (put / mark - 1.0).abs() < 0.02,
         "{put} {mark}"
@@ -305,12 +308,12 @@ fn any_echo() -> impl Strategy<Value = Echo> {
 fn any_staircase() -> impl Strategy<Value = Staircase> {
     let riser = (between(0.0, 0.6), between(-0.05, 0.35));
     let kinds = prop_oneof![
-        4 => Just(Kind::Stairs),
-        1 => Just(Kind::Nothing),
-        1 => Just(Kind::Ramp),
-        1 => Just(Kind::Drop),
-        1 => Just(Kind::Box),
-        1 => Just(Kind::Threshold),
+        4 => Just(GroundKind::Stairs),
+        1 => Just(GroundKind::Nothing),
+        1 => Just(GroundKind::Ramp),
+        1 => Just(GroundKind::Drop),
+        1 => Just(GroundKind::Box),
+        1 => Just(GroundKind::Threshold),
     ];
     let wall = prop_oneof![Just(f32::INFINITY), between(0.0, 3.0)];
     let risers = prop::collection::vec(riser, 0..=MAX_STEPS);
@@ -324,7 +327,10 @@ fn any_staircase() -> impl Strategy<Value = Staircase> {
     )
         .prop_map(|(kind, risers, open, overhang_m, wall_m, slope)| {
             let mut s = Staircase::nothing();
-            if !matches!(kind, Kind::Nothing | Kind::Ramp | Kind::Drop) {
+            if !matches!(
+                kind,
+                GroundKind::Nothing | GroundKind::Ramp | GroundKind::Drop
+            ) {
                 let (mut x, mut top) = (0.1, 0.0);
                 for (k, (going, rise)) in risers.into_iter().enumerate() {
                     (x, top) = (x + going, top + rise);
@@ -335,7 +341,7 @@ fn any_staircase() -> impl Strategy<Value = Staircase> {
                 kind,
                 open,
                 overhang_m,
-                wall_m: if matches!(kind, Kind::Ramp | Kind::Drop) {
+                wall_m: if matches!(kind, GroundKind::Ramp | GroundKind::Drop) {
                     wall_m.min(2.5)
                 } else {
                     wall_m

@@ -65,7 +65,7 @@ fn the_last_riser_is_taken_away() {
     let s = regular(3, 0.6, 0.3, 0.16);
     let less = s.less_last();
     assert_eq!((less.len(), less.last_x()), (2, s.x(1)));
-    assert_eq!(less.kind, Kind::Stairs);
+    assert_eq!(less.kind, GroundKind::Stairs);
     assert_eq!(s.with(3, 1.5, 0.6).less_last().len(), 3);
     let mut walled = Staircase {
         wall_m: 1.9,
@@ -94,11 +94,11 @@ fn only_steps_have_edges_and_an_overhang_brings_them_nearer() {
     let open = Staircase { open: true, ..s };
     assert_eq!(open.edges(&VIEW).next().map(|e| e.x_m), Some(0.8));
     for kind in [
-        Kind::Nothing,
-        Kind::Ramp,
-        Kind::Drop,
-        Kind::Box,
-        Kind::Threshold,
+        GroundKind::Nothing,
+        GroundKind::Ramp,
+        GroundKind::Drop,
+        GroundKind::Box,
+        GroundKind::Threshold,
     ] {
         let other = Staircase { kind, ..s };
         assert_eq!(other.edges(&VIEW).count(), 0, "{kind:?}");
@@ -246,7 +246,7 @@ fn what_cannot_be_seen_is_forgiven() {
 #[test]
 fn a_drop_contradicts_every_answer() {
     let brink = Staircase {
-        kind: Kind::Drop,
+        kind: GroundKind::Drop,
         wall_m: 1.4,
         ..Staircase::nothing()
     };

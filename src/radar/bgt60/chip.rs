@@ -163,13 +163,13 @@ pub fn holds(address: Address) -> u32 {
 
 /// One chirp: `2 · pairs` samples, `divider` periods apart, on a ramp of `slope` steps a period.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
+pub struct ChirpShape {
     pub pairs: u16,
     divider: u32,
     slope: u32,
 }
 
-impl Shape {
+impl ChirpShape {
     /// The widest sweep with the usual number of samples.
     pub const DEFAULT: Self = Self {
         pairs: PAIRS,
@@ -282,7 +282,7 @@ mod tests {
     fn every_ramp_stays_in_the_band_and_every_field_in_its_register() {
         for pairs in 16..=256 {
             for bandwidth_khz in (0..7_000_000).step_by(111_111) {
-                let shape = Shape::of(bandwidth_khz, pairs);
+                let shape = ChirpShape::of(bandwidth_khz, pairs);
                 let end = shape.start() + (8 * shape.ramp() * shape.slope) as i32;
                 assert!(BAND[0] < shape.start() && end < BAND[1], "{shape:?}");
                 assert!(DIVIDER[0] <= shape.divider && shape.divider <= DIVIDER[1]);
@@ -297,13 +297,13 @@ mod tests {
     #[test]
     fn bandwidth_comes_as_near_as_the_slope_can_be_set() {
         for (wish, pairs, least) in [(4_000_000, 128, 0.99), (2_500_000, 200, 0.99)] {
-            let radar = Shape::of(wish, pairs).radar();
+            let radar = ChirpShape::of(wish, pairs).radar();
             let share = f64::from(radar.bandwidth_khz) / f64::from(wish);
             assert!((least..=1.0).contains(&share), "{radar:?}");
         }
-        let widest = Shape::of(0, 0).radar();
-        assert_eq!(Shape::of(0, 0), Shape::DEFAULT);
-        assert_eq!(Shape::of(u32::MAX, 128), Shape::DEFAULT);
+        let widest = ChirpShape::of(0, 0).radar();
+        assert_eq!(ChirpShape::of(0, 0), ChirpShape::DEFAULT);
+        assert_eq!(ChirpShape::of(u32::MAX, 128), ChirpShape::DEFAULT);
         assert_eq!((widest.samples, widest.bandwidth_khz), (128, 5_337_500));
         assert!((60_750_000..60_850_000).contains(&widest.carrier_khz));
     }

@@ -31,7 +31,7 @@ fn link() -> FrameLink<Wire> {
     })
 }
 
-fn answer(link: &mut FrameLink<Wire>, kind: Kind, sequence: u16, payload: &[u8]) {
+fn answer(link: &mut FrameLink<Wire>, kind: FrameKind, sequence: u16, payload: &[u8]) {
     let mut out = heapless::Vec::<u8, { frame::MAX_FRAME }>::new();
     frame::encode(kind, sequence, payload, &mut out);
     link.port.incoming.extend(out);
@@ -56,10 +56,10 @@ fn request_goes_out_in_pieces_and_settings_come_back() {
     let mut decoder = Decoder::new();
     let last = link.port.outgoing.iter().map(|&b| decoder.push(b)).last();
     assert_eq!(last, Some(Ok(Progress::Complete)));
-    assert_eq!(decoder.frame().unwrap().kind, Kind::Configure);
+    assert_eq!(decoder.frame().unwrap().kind, FrameKind::Configure);
     let radar = RadarConfig::default();
     let payload = frame::settings_payload(&radar, Ability::NONE);
-    answer(&mut link, Kind::Settings, 1, &payload);
+    answer(&mut link, FrameKind::Settings, 1, &payload);
     assert_eq!(link.settings(NOW), Poll::Ready(Ok(radar)));
 }
 
@@ -69,15 +69,15 @@ fn late_and_repeated_chirps_are_not_taken() {
     let mut samples = [Iq::default(); 2];
     link.trigger(NOW, 0, 1000);
     link.trigger(NOW, 250, 1000);
-    answer(&mut link, Kind::Chirp, 1, &[9; 8]);
+    answer(&mut link, FrameKind::Chirp, 1, &[9; 8]);
     assert!(link.poll(NOW, &mut samples).is_pending());
     assert_eq!(
         link.poll(NOW.plus(1000), &mut samples),
         Poll::Ready(Err(LinkError::Sequence))
     );
     link.trigger(NOW, 500, 1000);
-    answer(&mut link, Kind::Chirp, 2, &[9; 8]);
-    answer(&mut link, Kind::Chirp, 3, &[1, 0, 2, 0, 3, 0, 4, 0]);
+    answer(&mut link, FrameKind::Chirp, 2, &[9; 8]);
+    answer(&mut link, FrameKind::Chirp, 3, &[1, 0, 2, 0, 3, 0, 4, 0]);
     assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
     assert_eq!(samples, [Iq::new(1, 2), Iq::new(3, 4)]);
 }
@@ -94,7 +94,7 @@ fn two_under_way() -> FrameLink<Wire> {
         ..Ability::NONE
     };
     let payload = frame::settings_payload(&RadarConfig::default(), ability);
-    answer(&mut link, Kind::Settings, 2, &payload);
+    answer(&mut link, FrameKind::Settings, 2, &payload);
     assert!(link.settings(NOW).is_ready() && link.wire().unwrap().ahead);
     link.frames.sequence = 0;
     assert!(
@@ -114,8 +114,8 @@ const TWO: [u8; 4] = [3, 0, 4, 0];
 fn two_chirps_under_way_come_one_after_the_other() {
     let mut link = two_under_way();
     let mut samples = [Iq::default()];
-    answer(&mut link, Kind::Chirp, 1, &ONE);
-    answer(&mut link, Kind::Chirp, 2, &TWO);
+    answer(&mut link, FrameKind::Chirp, 1, &ONE);
+    answer(&mut link, FrameKind::Chirp, 2, &TWO);
     assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
     assert_eq!(samples, [Iq::new(1, 2)]);
     assert!(link.trigger_ahead(NOW, 500, 3000));
@@ -130,7 +130,7 @@ fn two_chirps_under_way_come_one_after_the_other() {
 fn a_lost_chirp_costs_its_own_row_alone() {
     let mut samples = [Iq::default()];
     let mut link = two_under_way();
-    answer(&mut link, Kind::Chirp, 2, &TWO);
+    answer(&mut link, FrameKind::Chirp, 2, &TWO);
     let lost = Poll::Ready(Err(LinkError::Sequence));
     assert_eq!(link.poll(NOW, &mut samples), lost);
     assert_eq!(samples, [Iq::default()], "not the other row's samples");
@@ -138,9 +138,9 @@ fn a_lost_chirp_costs_its_own_row_alone() {
     assert_eq!(samples, [Iq::new(3, 4)]);
 
     let mut link = two_under_way();
-    answer(&mut link, Kind::Chirp, 1, &ONE);
+    answer(&mut link, FrameKind::Chirp, 1, &ONE);
     link.port.incoming[9] ^= 1;
-    answer(&mut link, Kind::Chirp, 2, &TWO);
+    answer(&mut link, FrameKind::Chirp, 2, &TWO);
     let damaged = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
     assert_eq!(link.poll(NOW, &mut samples), damaged);
     assert_eq!(link.poll(NOW, &mut samples), Poll::Ready(Ok(())));
@@ -150,15 +150,15 @@ fn a_lost_chirp_costs_its_own_row_alone() {
     let mut link = two_under_way();
     let timeout = Poll::Ready(Err(LinkError::Timeout));
     assert_eq!(link.poll(NOW.plus(1000), &mut samples), timeout);
-    answer(&mut link, Kind::Chirp, 1, &ONE);
+    answer(&mut link, FrameKind::Chirp, 1, &ONE);
     assert!(link.poll(NOW.plus(1001), &mut samples).is_pending());
-    answer(&mut link, Kind::Chirp, 2, &TWO);
+    answer(&mut link, FrameKind::Chirp, 2, &TWO);
     let two = link.poll(NOW.plus(1002), &mut samples);
     assert_eq!((two, samples), (Poll::Ready(Ok(())), [Iq::new(3, 4)]));
 
     // A new scan asks for settings: what is under way is forgotten.
     let mut link = two_under_way();
-    answer(&mut link, Kind::Chirp, 2, &TWO);
+    answer(&mut link, FrameKind::Chirp, 2, &TWO);
     assert_eq!(link.poll(NOW, &mut samples), lost);
     link.program(NOW, &Wish::DEFAULT, 1000);
     assert!(link.settings(NOW).is_pending());
@@ -199,15 +199,15 @@ fn every_error_has_its_type() {
     let timeout = Poll::Ready(Err(LinkError::Timeout));
     assert_eq!(poll(&mut link, NOW.plus(1000)), timeout);
     link.trigger(NOW, 0, 1000);
-    answer(&mut link, Kind::Chirp, 2, &[0; 8]);
+    answer(&mut link, FrameKind::Chirp, 2, &[0; 8]);
     link.port.incoming[12] ^= 1;
     let crc = Poll::Ready(Err(LinkError::Frame(FrameError::Crc)));
     assert_eq!(poll(&mut link, NOW), crc);
     link.trigger(NOW, 0, 1000);
-    answer(&mut link, Kind::Error, 3, &[2]);
+    answer(&mut link, FrameKind::Error, 3, &[2]);
     let module = Poll::Ready(Err(LinkError::Module(2)));
     assert_eq!(poll(&mut link, NOW), module);
-    for (sequence, kind, length) in [(4, Kind::Settings, 8), (5, Kind::Chirp, 7)] {
+    for (sequence, kind, length) in [(4, FrameKind::Settings, 8), (5, FrameKind::Chirp, 7)] {
         link.trigger(NOW, 0, 1000);
         answer(&mut link, kind, sequence, &[0; 8][..length]);
         let wrong = Poll::Ready(Err(LinkError::Answer));

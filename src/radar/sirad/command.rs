@@ -16,7 +16,7 @@ const FEWEST: u16 = 32;
 const MOST_CODE: u32 = 3;
 
 /// A command ready to be sent.
-pub type Line = [u8; 12];
+pub type CommandLine = [u8; 12];
 
 /// Asks for one measurement: both triggers at once.
 pub const TRIGGER: &[u8] = b"!N\r\n";
@@ -41,7 +41,7 @@ pub const INFO: &[u8] = b"!I\r\n";
 const SYSTEM: u32 = 1 << 27 | 2 << 17 | 1 << 14 | 3 << 12 | 1 << 11 | 1 << 10 | 1 << 4;
 
 /// [`SYSTEM`] as a command.
-pub fn system() -> Line {
+pub fn system() -> CommandLine {
     line(b'S', SYSTEM)
 }
 
@@ -56,12 +56,12 @@ pub fn system() -> Line {
 /// | 8..6 | ramps of a measurement: 1, 2, 4 … | 1 |
 /// | 5..3 | samples of a ramp: 32, 64, 128 … | `code` |
 /// | 2..0 | cycles of 36 MHz for a sample: 14, 15, 17 … | 14 |
-pub fn baseband(code: u32) -> Line {
+pub fn baseband(code: u32) -> CommandLine {
     line(b'B', 1 << 29 | (code & 7) << 3)
 }
 
 /// The ramp's bandwidth, kHz: 16 bits in steps of [`STEP_KHZ`], upwards.
-pub fn ramp(bandwidth_khz: u32) -> Line {
+pub fn ramp(bandwidth_khz: u32) -> CommandLine {
     line(b'P', (bandwidth_khz / STEP_KHZ) & 0x7FFF)
 }
 
@@ -73,7 +73,7 @@ pub fn code(samples: u16) -> u32 {
     }
 }
 
-fn line(letter: u8, bits: u32) -> Line {
+fn line(letter: u8, bits: u32) -> CommandLine {
     let mut line = *b"!.00000000\r\n";
     let [_, at, digits @ ..] = &mut line;
     *at = letter;

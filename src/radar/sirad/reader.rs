@@ -21,7 +21,7 @@ const BANDWIDTH: core::ops::Range<u16> = 14..18;
 
 /// What a byte brought.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum ReaderEvent {
     /// The raw frame's number so-and-so from 0: I, Q, I, Q …
     Value(u16, i16),
     /// The raw frame is whole: its counter, and how many numbers it has.
@@ -37,7 +37,7 @@ pub enum Event {
 }
 
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-enum State {
+enum ReaderState {
     #[default]
     Hunt,
     Head,
@@ -49,10 +49,10 @@ enum State {
     Info,
 }
 
-/// Takes bytes apart into [`Event`]s.
+/// Takes bytes apart into [`ReaderEvent`]s.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Reader {
-    state: State,
+    state: ReaderState,
     /// The last four bytes.
     recent: u32,
     /// Bytes, numbers or characters of this part of the frame so far.
@@ -72,7 +72,7 @@ impl Reader {
     /// Before any frame.
     pub const fn new() -> Self {
         Self {
-            state: State::Hunt,
+            state: ReaderState::Hunt,
             recent: 0,
             at: 0,
             number: 0,
@@ -85,34 +85,37 @@ impl Reader {
 
     /// Whether a raw frame has begun.
     pub fn in_raw(&self) -> bool {
-        matches!(self.state, State::Data | State::End | State::Table)
+        matches!(
+            self.state,
+            ReaderState::Data | ReaderState::End | ReaderState::Table
+        )
     }
 
     /// The next byte.
-    pub fn push(&mut self, byte: u8) -> Option<Event> {
+    pub fn push(&mut self, byte: u8) -> Option<ReaderEvent> {
         let before = self.recent;
         self.recent = before << 8 | u32::from(byte);
         match self.state {
-            State::Hunt => {
+            ReaderState::Hunt => {
                 self.hunt(before, byte);
                 None
             }
-            State::Head => self.head(byte),
-            State::Data => self.data(),
-            State::End => self.end(byte),
-            State::Table => self.table(byte),
-            State::Status | State::Error | State::Info => self.text(byte),
+            ReaderState::Head => self.head(byte),
+            ReaderState::Data => self.data(),
+            ReaderState::End => self.end(byte),
+            ReaderState::Table => self.table(byte),
+            ReaderState::Status | ReaderState::Error | ReaderState::Info => self.text(byte),
         }
     }
 
     fn hunt(&mut self, before: u32, byte: u8) {
         let state = match (before, byte) {
-            (SYNC, b'M') => State::Head,
+            (SYNC, b'M') => ReaderState::Head,
             (_, letter) if before as u8 == b'!' => match letter {
-                b'M' => State::Table,
-                b'U' => State::Status,
-                b'E' => State::Error,
-                b'I' => State::Info,
+                b'M' => ReaderState::Table,
+                b'U' => ReaderState::Status,
+                b'E' => ReaderState::Error,
+                b'I' => ReaderState::Info,
                 _ => return,
             },
             _ => return,
@@ -120,18 +123,18 @@ impl Reader {
         self.enter(state);
     }
 
-    fn enter(&mut self, state: State) {
+    fn enter(&mut self, state: ReaderState) {
         (self.state, self.at) = (state, 0);
         (self.number, self.digits, self.minus) = (0, false, false);
     }
 
     /// The frame ends with `event`.
-    fn leave(&mut self, event: Event) -> Option<Event> {
-        self.state = State::Hunt;
+    fn leave(&mut self, event: ReaderEvent) -> Option<ReaderEvent> {
+        self.state = ReaderState::Hunt;
         Some(event)
     }
 
-    fn head(&mut self, byte: u8) -> Option<Event> {
+    fn head(&mut self, byte: u8) -> Option<ReaderEvent> {
         self.number = self.number >> 8 | u32::from(byte) << 24;
         self.at += 1;
         if self.at < 4 {
@@ -139,17 +142,17 @@ impl Reader {
         }
         (self.counter, self.count) = (self.number as u16, (self.number >> 16) as u16);
         if self.count > MOST {
-            return self.leave(Event::Raw(self.counter, self.count));
+            return self.leave(ReaderEvent::Raw(self.counter, self.count));
         }
         self.enter(if self.count == 0 {
-            State::End
+            ReaderState::End
         } else {
-            State::Data
+            ReaderState::Data
         });
         None
     }
 
-    fn data(&mut self) -> Option<Event> {
+    fn data(&mut self) -> Option<ReaderEvent> {
         let (at, odd) = (self.at / 2, self.at % 2 == 1);
         self.at += 1;
         if !odd {
@@ -158,21 +161,21 @@ impl Reader {
         // The low byte came before it.
         let value = (self.recent as u16).swap_bytes() as i16;
         if at + 1 == self.count {
-            self.enter(State::End);
+            self.enter(ReaderState::End);
         }
-        Some(Event::Value(at, value))
+        Some(ReaderEvent::Value(at, value))
     }
 
-    fn end(&mut self, byte: u8) -> Option<Event> {
+    fn end(&mut self, byte: u8) -> Option<ReaderEvent> {
         self.at += 1;
         match (self.at, byte) {
             (1, b'\r') => None,
-            (2, b'\n') => self.leave(Event::Raw(self.counter, self.count)),
-            _ => self.leave(Event::Broken),
+            (2, b'\n') => self.leave(ReaderEvent::Raw(self.counter, self.count)),
+            _ => self.leave(ReaderEvent::Broken),
         }
     }
 
-    fn table(&mut self, byte: u8) -> Option<Event> {
+    fn table(&mut self, byte: u8) -> Option<ReaderEvent> {
         match byte {
             b'-' if !self.digits => self.minus = true,
             b'0'..=b'9' => {
@@ -183,53 +186,55 @@ impl Reader {
             b'\t' | b'\r' if self.digits => return self.cell(),
             b'\t' | b'\r' => {}
             b'\n' if self.at == self.count.saturating_add(2) => {
-                return self.leave(Event::Raw(self.counter, self.count));
+                return self.leave(ReaderEvent::Raw(self.counter, self.count));
             }
-            _ => return self.leave(Event::Broken),
+            _ => return self.leave(ReaderEvent::Broken),
         }
         None
     }
 
     /// A number of a table is whole.
-    fn cell(&mut self) -> Option<Event> {
+    fn cell(&mut self) -> Option<ReaderEvent> {
         let number = self.number;
         let limited = number.min(0x7FFF) as i16;
         let value = if self.minus { -limited } else { limited };
         let at = self.at;
-        self.enter(State::Table);
+        self.enter(ReaderState::Table);
         self.at = at.saturating_add(1);
         match at {
             0 => self.counter = number as u16,
             1 => self.count = number as u16,
             2.. if self.count <= MOST && at - 2 < self.count => {
-                return Some(Event::Value(at - 2, value));
+                return Some(ReaderEvent::Value(at - 2, value));
             }
-            _ => return self.leave(Event::Raw(self.counter, self.count.max(at - 1))),
+            _ => return self.leave(ReaderEvent::Raw(self.counter, self.count.max(at - 1))),
         }
         None
     }
 
-    fn text(&mut self, byte: u8) -> Option<Event> {
+    fn text(&mut self, byte: u8) -> Option<ReaderEvent> {
         if byte == b'\n' {
             let event = match self.state {
-                State::Error if self.digits => Event::Error(self.number),
-                State::Status if self.at > BANDWIDTH.end => Event::Bandwidth(self.number as i16),
-                State::Info => Event::Info,
+                ReaderState::Error if self.digits => ReaderEvent::Error(self.number),
+                ReaderState::Status if self.at > BANDWIDTH.end => {
+                    ReaderEvent::Bandwidth(self.number as i16)
+                }
+                ReaderState::Info => ReaderEvent::Info,
                 _ => {
-                    self.state = State::Hunt;
+                    self.state = ReaderState::Hunt;
                     return None;
                 }
             };
             return self.leave(event);
         }
-        let wanted = self.state == State::Error || BANDWIDTH.contains(&self.at);
+        let wanted = self.state == ReaderState::Error || BANDWIDTH.contains(&self.at);
         if wanted && let Some(digit) = char::from(byte).to_digit(16) {
             self.number = self.number << 4 | digit;
             self.digits = true;
         }
         self.at += 1;
         if self.at > MOST_TEXT {
-            self.state = State::Hunt;
+            self.state = ReaderState::Hunt;
         }
         None
     }

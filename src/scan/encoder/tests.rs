@@ -219,7 +219,7 @@ proptest! {
     /// Over a whole turn, and where the reading wraps.
     #[test]
     fn places_and_readings_go_together(position in -26_000..26_000_i32, reading: u16) {
-        let home = Seen { position: -23_467, reading };
+        let home = ShaftReading { position: -23_467, reading };
         let exact = f64::from(reading) + f64::from(position + 23_467) * 1.28;
         let off = (f64::from(home.expects(position)) - exact).rem_euclid(65_536.0);
         prop_assert!(!(1.0..=65_535.0).contains(&off), "{}", off);

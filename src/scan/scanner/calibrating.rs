@@ -3,7 +3,7 @@
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
 use crate::radar::module::RadarModule;
-use crate::report::command::Calibration;
+use crate::report::command::CalibrationRequest;
 use crate::report::crc;
 use crate::scan::board::{Board, BytePort};
 use crate::scan::chain::DataPath;
@@ -15,7 +15,7 @@ use crate::scan::time::Micros;
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
     /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.
     #[inline(never)]
-    pub fn calibrate(&mut self, now: Micros, task: Calibration) {
+    pub fn calibrate(&mut self, now: Micros, task: CalibrationRequest) {
         if !self.stands() {
             return self.refuse_calibration(ConfigError {
                 field: "state",
@@ -34,14 +34,18 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
 
     /// What follows from the scan: saved settings, or a refusal that changes nothing.
     #[inline(never)]
-    pub(super) fn calibrated(&mut self, rows: &Rows, task: Calibration) {
+    pub(super) fn calibrated(&mut self, rows: &Rows, task: CalibrationRequest) {
         match self.take_calibration(rows, task) {
             Ok(()) => self.reports.done("calibrate"),
             Err(error) => self.refuse_calibration(error),
         }
     }
 
-    fn take_calibration(&mut self, rows: &Rows, task: Calibration) -> Result<(), ConfigError> {
+    fn take_calibration(
+        &mut self,
+        rows: &Rows,
+        task: CalibrationRequest,
+    ) -> Result<(), ConfigError> {
         if rows.lost > 0 || rows.fault.is_some() {
             return Err(ConfigError {
                 field: "rows",

@@ -5,7 +5,7 @@ use super::states::{Errand, Machine};
 use crate::config::ConfigError;
 use crate::radar::module::RadarModule;
 use crate::report::LiveLine;
-use crate::report::command::{self, Command, Input, LineReader};
+use crate::report::command::{self, Command, LineReader, ParserEvent};
 use crate::scan::board::{Board, BytePort};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::Mirror;
@@ -113,13 +113,13 @@ impl Console {
                 return;
             };
             self.held = match self.reader.push(byte) {
-                Input::Partial => None,
-                Input::Line if command::is_motion(self.reader.line()) => {
+                ParserEvent::Partial => None,
+                ParserEvent::Line if command::is_motion(self.reader.line()) => {
                     self.drive(now, machine);
                     None
                 }
-                Input::Line => Some(Held::Line),
-                Input::Bad(error) => Some(Held::Bad(error)),
+                ParserEvent::Line => Some(Held::Line),
+                ParserEvent::Bad(error) => Some(Held::Bad(error)),
             };
         }
         if self.listing.is_some() || !machine.reports.has_room() {

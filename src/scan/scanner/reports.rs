@@ -33,7 +33,7 @@ impl Reports {
     pub const fn new() -> Self {
         Self {
             outbox: Outbox::new(),
-            outcome: Outcome::clear(),
+            outcome: Outcome::undecided(),
         }
     }
 
@@ -118,7 +118,7 @@ impl Reports {
         let failed = Outcome {
             status: Status::Fault,
             reasons,
-            ..Outcome::clear()
+            ..Outcome::undecided()
         };
         self.outbox
             .push(&Sentence::Scan(ScanLine::new(0, 0, &failed, settings)))

@@ -7,10 +7,10 @@ use super::keeper::{Keeper, ScanSettings};
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::ConfigError;
-use crate::drive::{Drive, Memory, Odometry};
+use crate::drive::{Drive, Odometry, Retention};
 use crate::radar::module::RadarModule;
 use crate::report::Sentence;
-use crate::report::command::Calibration;
+use crate::report::command::CalibrationRequest;
 use crate::report::crc;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
@@ -48,7 +48,7 @@ pub(super) enum Errand {
     clippy::large_enum_variant,
     reason = "there is no heap, and the room is the machine's own either way"
 )]
-enum State {
+enum ScannerState {
     Boot,
     SelfTest(Test, Errand),
     Idle,
@@ -77,7 +77,7 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     /// Of the scan under way, or the last one.
     scan: ScanSettings,
     pub identity: Identity,
-    state: State,
+    state: ScannerState,
     scans: u32,
     backward: bool,
     connected: bool,
@@ -92,7 +92,7 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     /// Requests that the module did not answer as it should.
     pub link_errors: u16,
     /// What the next scan is for, where it is for no answer.
-    pub(super) calibration: Option<Calibration>,
+    pub(super) calibration: Option<CalibrationRequest>,
 }
 
 /// After so long, and a scan, crashes before this boot are forgotten: 60 s.
@@ -124,18 +124,18 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
     /// Name of the present state.
     pub fn state(&self) -> &'static str {
         match self.state {
-            State::Boot => "boot",
-            State::SelfTest(..) => "self-test",
-            State::Idle => "idle",
-            State::Scanning(_) => "scanning",
-            State::Reporting(_) => "reporting",
-            State::Fault { .. } => "fault",
+            ScannerState::Boot => "boot",
+            ScannerState::SelfTest(..) => "self-test",
+            ScannerState::Idle => "idle",
+            ScannerState::Scanning(_) => "scanning",
+            ScannerState::Reporting(_) => "reporting",
+            ScannerState::Fault { .. } => "fault",
         }
     }
 
     /// Whether nothing is under way and nothing moves.
     pub fn stands(&self) -> bool {
-        matches!(self.state, State::Idle | State::Fault { .. })
+        matches!(self.state, ScannerState::Idle | ScannerState::Fault { .. })
     }
 
     /// Whether the present state has met its own deadline.
@@ -183,7 +183,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             odometry,
             settings,
             identity,
-            state: State::Boot,
+            state: ScannerState::Boot,
             scans: 0,
             backward: false,
             connected: false,
@@ -219,8 +219,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.hardware.board.set_stopped(false);
         self.reports.done("start");
         let until = Until::Told;
-        if matches!(self.state, State::Idle)
-            || matches!(self.state, State::Fault { until: u, .. } if u == until)
+        if matches!(self.state, ScannerState::Idle)
+            || matches!(self.state, ScannerState::Fault { until: u, .. } if u == until)
         {
             self.resume(now);
         }
@@ -232,7 +232,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.hardware.board.set_stopped(true);
         self.hardware.mirror.disable();
         self.calibration = None;
-        self.state = State::Idle;
+        self.state = ScannerState::Idle;
         self.reports.done("stop");
     }
 
@@ -242,7 +242,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             return self.reports.refuse(command, "state", "idle: stop first");
         }
         if errand == Errand::Answer {
-            self.state = State::SelfTest(Test::Arithmetic, errand);
+            self.state = ScannerState::SelfTest(Test::Arithmetic, errand);
         } else {
             self.reports.done(command);
             self.begin(now, errand);
@@ -252,13 +252,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     /// One call of the present state. Whatever it leaves behind sets the next deadline.
     pub fn run(&mut self, now: Micros) {
         match &mut self.state {
-            State::Boot => self.boot(now),
-            State::SelfTest(test, errand) => {
+            ScannerState::Boot => self.boot(now),
+            ScannerState::SelfTest(test, errand) => {
                 let (test, errand) = (*test, *errand);
                 self.self_test(now, test, errand);
             }
-            State::Idle => self.deadline = now.plus(POLL_US),
-            State::Scanning(sweep) => {
+            ScannerState::Idle => self.deadline = now.plus(POLL_US),
+            ScannerState::Scanning(sweep) => {
                 let (mirror, link, data) = (
                     &mut self.hardware.mirror,
                     &mut self.hardware.link,
@@ -277,8 +277,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                     self.conclude(now, rows);
                 }
             }
-            State::Reporting(_) => self.report(now),
-            State::Fault { .. } => self.fault(now),
+            ScannerState::Reporting(_) => self.report(now),
+            ScannerState::Fault { .. } => self.fault(now),
         }
     }
 
@@ -288,7 +288,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         if self.reasons.has(Reason::CrashLoop) && !self.hardware.board.stopped() {
             self.hardware.mirror.disable();
             let (until, told) = (Until::Told, false);
-            self.state = State::Fault { until, told };
+            self.state = ScannerState::Fault { until, told };
         } else {
             self.resume(now);
         }
@@ -297,7 +297,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     /// Scans on unless told to stand still.
     fn resume(&mut self, now: Micros) {
         if self.hardware.board.stopped() {
-            self.state = State::Idle;
+            self.state = ScannerState::Idle;
             self.deadline = now.plus(POLL_US);
         } else {
             self.begin(now, Errand::Resume);
@@ -311,7 +311,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         let unfit = fitness::unfit(self.identity.standing, self.settings.get()).is_some();
         self.hardware.mirror.check(&self.settings.get().motor);
         if unfit || !self.hardware.mirror.homed() || !self.connected {
-            self.state = State::SelfTest(Test::Arithmetic, errand);
+            self.state = ScannerState::SelfTest(Test::Arithmetic, errand);
             return;
         }
         self.scans = self.scans.wrapping_add(1);
@@ -331,7 +331,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 self.odometry.allow(settings.timing.motion_timeout);
                 self.odometry.begin(settings.config.sweep.angle_count);
                 self.backward = !backward;
-                self.state = State::Scanning(sweep);
+                self.state = ScannerState::Scanning(sweep);
             }
             Err(reason) => self.enter_reporting(Outcome::fault(reason), 0),
         }
@@ -348,7 +348,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                     return self.fail_test(now, Reason::SelfTest, errand);
                 }
                 self.hardware.mirror.start_home(&self.settings.get().motor);
-                self.state = State::SelfTest(Test::Home, errand);
+                self.state = ScannerState::SelfTest(Test::Home, errand);
                 self.deadline = now.plus(self.home_bound_us());
             }
             Test::Home => match self.hardware.mirror.poll(now) {
@@ -375,7 +375,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         let wish = &self.settings.get().module;
         self.hardware.link.program(now, wish, timeout);
         let test = Test::Link { until, again: None };
-        self.state = State::SelfTest(test, errand);
+        self.state = ScannerState::SelfTest(test, errand);
         self.deadline = now.plus(timeout).plus(POLL_US);
     }
 
@@ -406,7 +406,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 // An error that came at once is not asked for again at once.
                 let pause = now.plus(self.settings.get().timing.configure_timeout);
                 let again = Some(pause);
-                self.state = State::SelfTest(Test::Link { until, again }, errand);
+                self.state = ScannerState::SelfTest(Test::Link { until, again }, errand);
                 self.deadline = pause.plus(POLL_US);
             }
         }
@@ -450,13 +450,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         let until = now.plus(self.settings.get().timing.fault_hold);
         self.deadline = until.plus(POLL_US);
         let until = Until::Time(until);
-        self.state = State::Fault { until, told };
+        self.state = ScannerState::Fault { until, told };
     }
 
     #[inline(never)]
     fn fault(&mut self, now: Micros) {
         let settings = self.settings.hash();
-        let State::Fault { until, told } = &mut self.state else {
+        let ScannerState::Fault { until, told } = &mut self.state else {
             return;
         };
         if !*told {
@@ -488,9 +488,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             Some(reason) => Outcome::fault(reason),
             None => {
                 let memory = match fusion {
-                    Switch::Off => Memory::Off,
-                    Switch::On if self.forgets => Memory::Anew,
-                    Switch::On => Memory::Kept,
+                    Switch::Off => Retention::Off,
+                    Switch::On if self.forgets => Retention::Anew,
+                    Switch::On => Retention::Kept,
                 };
                 self.odometry.remember(memory);
                 self.forgets = false;
@@ -517,7 +517,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     fn enter_reporting(&mut self, outcome: Outcome, lost: u16) {
         self.reasons = outcome.reasons;
         self.reports.outcome = outcome;
-        self.state = State::Reporting(Telling {
+        self.state = ScannerState::Reporting(Telling {
             scan: self.scans,
             settings: self.scan.hash,
             lost,
@@ -529,7 +529,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     #[inline(never)]
     fn report(&mut self, now: Micros) {
         self.deadline = now.plus(POLL_US);
-        let State::Reporting(telling) = &mut self.state else {
+        let ScannerState::Reporting(telling) = &mut self.state else {
             return;
         };
         if !self.reports.tell(telling) {

@@ -16,7 +16,7 @@ pub enum Driver {
 
 /// Level of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level {
+pub enum WireLevel {
     /// Ground.
     Low,
     /// 3.3 V.
@@ -57,9 +57,9 @@ pub struct DriverConfig {
     /// What it is.
     pub kind: Driver,
     /// Level of EN that switches it on.
-    pub enable_level: Level,
+    pub enable_level: WireLevel,
     /// Level of STALL that is a stall.
-    pub stall_level: Level,
+    pub stall_level: WireLevel,
     /// STEP is high, and low, for so long at least, microseconds.
     pub pulse_width: u8,
     /// Its threshold of a stall, SGTHRS; 0: none is reported.
@@ -146,8 +146,8 @@ impl Default for DriverConfig {
     fn default() -> Self {
         Self {
             kind: Driver::StepDir,
-            enable_level: Level::Low,
-            stall_level: Level::High,
+            enable_level: WireLevel::Low,
+            stall_level: WireLevel::High,
             // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets).
             pulse_width: 2,
             stall_threshold: 0,

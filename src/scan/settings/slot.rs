@@ -1,6 +1,6 @@
 //! One setting while it is read or written: as text for people, as a word for records.
 
-use super::motor::{Driver, Encoder, Level};
+use super::motor::{Driver, Encoder, WireLevel};
 use crate::config::{ConfigError, EstimatorKind, Plane, Spread};
 use crate::drive;
 use crate::radar::module::ModuleKind;
@@ -111,8 +111,9 @@ impl Word for Encoder {
     const EXPECTED: &'static str = "none or as5600";
 }
 
-impl Word for Level {
-    const WORDS: &'static [(&'static str, Self)] = &[("low", Level::Low), ("high", Level::High)];
+impl Word for WireLevel {
+    const WORDS: &'static [(&'static str, Self)] =
+        &[("low", WireLevel::Low), ("high", WireLevel::High)];
     const EXPECTED: &'static str = "low or high";
 }
 
@@ -146,7 +147,7 @@ pub(super) enum Slot<'a> {
     /// Something that is on or off, as a truth value.
     Present(&'a mut bool),
     Driver(&'a mut Driver),
-    Level(&'a mut Level),
+    Level(&'a mut WireLevel),
     Encoder(&'a mut Encoder),
     Motion(&'a mut drive::Mode),
     Switch(&'a mut Switch),

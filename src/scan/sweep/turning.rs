@@ -8,7 +8,7 @@ use crate::scan::time::Micros;
 
 /// A continuous sweep under way.
 #[derive(Clone, Debug)]
-pub(super) struct Turning {
+pub(super) struct ContinuousSweep {
     pub cruise: Cruise,
     /// The next row to be triggered, in the order of the sweep.
     pub next: u16,
@@ -20,7 +20,7 @@ pub(super) struct Turning {
     pub skips: bool,
 }
 
-impl Turning {
+impl ContinuousSweep {
     /// One that has not begun.
     pub fn new(cruise: Cruise) -> Self {
         Self {

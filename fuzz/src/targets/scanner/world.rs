@@ -5,12 +5,12 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use stairscan::Iq;
-use stairscan::answer::{Direction, Outcome, Reason, Step};
+use stairscan::answer::{Direction, Outcome, Reason, Status, Step};
 use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
 use stairscan::drive::Drive;
 use stairscan::estimate::Estimate;
-use stairscan::radar::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
+use stairscan::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 use stairscan::report::command::Measure;
 use stairscan::scan::encoder::{AngleEncoder, EncoderError};
 use stairscan::scan::mirror::{PulseState, StepPort};
@@ -173,7 +173,7 @@ impl World {
             return;
         };
         let (kind, sequence) = (frame.kind, frame.sequence);
-        if kind == Kind::Trigger {
+        if kind == FrameKind::Trigger {
             let still = self.position == self.target;
             assert!(still || self.sweeping, "fired while the mirror turns");
             assert!(self.enabled, "fired without a driver");
@@ -193,23 +193,23 @@ impl World {
         let settings = frame::settings_payload(&radar, Ability::NONE);
         let chirp = vec![1_u8; 4 * usize::from(radar.samples)];
         let (kind, payload) = match kind {
-            Kind::Configure => (Kind::Settings, &settings[..]),
-            _ => (Kind::Chirp, &chirp[..]),
+            FrameKind::Configure => (FrameKind::Settings, &settings[..]),
+            _ => (FrameKind::Chirp, &chirp[..]),
         };
         self.answer(kind, sequence, payload);
     }
 
-    fn answer(&mut self, kind: Kind, sequence: u16, payload: &[u8]) {
+    fn answer(&mut self, kind: FrameKind, sequence: u16, payload: &[u8]) {
         let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
         match self.mood {
             Mood::Silent => return,
-            Mood::Error => frame::encode(Kind::Error, sequence, &[2], &mut out),
+            Mood::Error => frame::encode(FrameKind::Error, sequence, &[2], &mut out),
             Mood::Stale => frame::encode(kind, sequence.wrapping_sub(1), payload, &mut out),
             Mood::Short => {
                 let half = &payload[..payload.len() / 2];
                 frame::encode(kind, sequence, half, &mut out);
             }
-            Mood::Other => frame::encode(Kind::Configure, sequence, payload, &mut out),
+            Mood::Other => frame::encode(FrameKind::Configure, sequence, payload, &mut out),
             _ => frame::encode(kind, sequence, payload, &mut out),
         }
         if self.mood == Mood::Damaged
@@ -385,7 +385,8 @@ impl DataPath for Rows {
             self.seen.iter().all(|&seen| seen),
             "concluded without all rows"
         );
-        let mut outcome = Outcome::clear();
+        let mut outcome = Outcome::undecided();
+        outcome.decide(Status::Ok);
         match self.world.0.borrow().verdict % 3 {
             0 => {}
             1 => return Outcome::fault(Reason::NoEcho),

@@ -300,7 +300,7 @@ const TEN_DB: f64 = 10.0;
 /// The model takes it for granted that a riser which shows anything shows at least one feature, so
 /// that of those, each stands for the risers that are left out: those whose features, as likely to
 /// be seen, all stay unseen. Where a riser has one feature only, its being seen says nothing.
-fn chances(counts: &Counts, old: &Generative) -> Vec<Option<logistic::Fit>> {
+fn chances(counts: &Counts, old: &Generative) -> Vec<Option<logistic::LogisticFit>> {
     let mut rows = vec![Vec::new(); POINTS];
     for riser in counts.chances.iter().filter(|r| r.len() > 1) {
         if riser.iter().all(|f| !f.seen) {

@@ -2,7 +2,7 @@
 
 use stairscan::echoes::Echo;
 use stairscan::grid::Geometry;
-use stairscan::posterior::{Kind, Model, Staircase, View, weight};
+use stairscan::posterior::{GroundKind, Model, Staircase, View, weight};
 
 use crate::recording::Truth;
 use crate::scene::spec::{SceneSpec, Way};
@@ -87,7 +87,7 @@ pub fn standing(model: &Model<'_>, truth: &Truth, build: Option<Build>) -> Optio
     let walls = walls(model);
     let all = bare.iter().flat_map(|s| {
         let last = s.len().checked_sub(1).map_or(0.0, |k| s.x(k));
-        let fits = move |w: &&f32| **w > last + LANDING_M && s.kind != Kind::Ramp;
+        let fits = move |w: &&f32| **w > last + LANDING_M && s.kind != GroundKind::Ramp;
         let with = move |wall_m: &f32| Staircase {
             wall_m: *wall_m,
             ..*s
@@ -127,7 +127,7 @@ fn things(model: &Model<'_>) -> Vec<Staircase> {
     let mut all = vec![Staircase::nothing()];
     for wall_m in RAMPS_FROM_M {
         all.extend(SLOPES.map(|slope| Staircase {
-            kind: Kind::Ramp,
+            kind: GroundKind::Ramp,
             slope,
             wall_m,
             ..Staircase::nothing()
@@ -137,8 +137,8 @@ fn things(model: &Model<'_>) -> Vec<Staircase> {
         for height_m in THINGS_M {
             let mut thing = Staircase::nothing().with(0, x_m, height_m);
             thing.kind = match height_m < THRESHOLD_M {
-                true => Kind::Threshold,
-                false => Kind::Box,
+                true => GroundKind::Threshold,
+                false => GroundKind::Box,
             };
             all.push(thing);
         }

@@ -25,10 +25,10 @@ struct Far {
     babbles: bool,
     before: Vec<u8>,
     edges: u32,
-    asked: Vec<Kind>,
+    asked: Vec<FrameKind>,
 }
 
-fn encode(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+fn encode(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
     let mut out = heapless::Vec::<u8, { frame::MAX_FRAME }>::new();
     frame::encode(kind, sequence, payload, &mut out);
     out.to_vec()
@@ -104,7 +104,7 @@ impl Far {
         let (kind, sequence, payload) = (frame.kind, frame.sequence, frame.payload.to_vec());
         self.asked.push(kind);
         match kind {
-            Kind::Configure | Kind::Program => {
+            FrameKind::Configure | FrameKind::Program => {
                 let ability = Ability {
                     fastest: self.fastest,
                     ..self.ability
@@ -114,13 +114,16 @@ impl Far {
                     ..RadarConfig::DEFAULT
                 };
                 let payload = frame::settings_payload(&radar, ability);
-                self.say(encode(Kind::Settings, sequence, &payload), own);
+                self.say(encode(FrameKind::Settings, sequence, &payload), own);
             }
-            Kind::Rate => {
-                self.say(encode(Kind::RateSet, sequence, &payload), own);
+            FrameKind::Rate => {
+                self.say(encode(FrameKind::RateSet, sequence, &payload), own);
                 self.rates[1] = payload[0];
             }
-            _ => self.say(encode(Kind::Chirp, sequence, &payload.repeat(SAMPLES)), own),
+            _ => self.say(
+                encode(FrameKind::Chirp, sequence, &payload.repeat(SAMPLES)),
+                own,
+            ),
         }
     }
 }
@@ -306,7 +309,7 @@ fn a_rate_that_only_the_module_can_hear_is_not_kept() {
     let mut bench = Bench::new(Far::new(2, 6));
     bench.link.program(bench.now, &bench.wish, 100_000);
     let settings = loop {
-        if bench.link.port.asked.contains(&Kind::Rate) {
+        if bench.link.port.asked.contains(&FrameKind::Rate) {
             bench.link.port.rates[1] = 1;
         }
         if let Poll::Ready(result) = bench.link.settings(bench.now) {
@@ -324,7 +327,7 @@ fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
     let mut bench = Bench::new(Far::new(1, 7));
     bench.settings().unwrap();
     assert_eq!(bench.chirp(3, false), Ok(3));
-    assert_eq!(bench.link.port.asked[..1], [Kind::Configure]);
+    assert_eq!(bench.link.port.asked[..1], [FrameKind::Configure]);
     assert_eq!(bench.link.port.edges, 0);
     let mut far = Far::new(1, 7);
     far.ability.pin = true;
@@ -332,7 +335,7 @@ fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
     bench.wish.pin = true;
     bench.settings().unwrap();
     assert_eq!(bench.chirp(3, false), Ok(3));
-    assert_eq!(bench.link.port.asked[..1], [Kind::Program]);
+    assert_eq!(bench.link.port.asked[..1], [FrameKind::Program]);
     assert_eq!(bench.link.port.edges, 1);
     assert!(bench.link.wire().unwrap().pin);
 }

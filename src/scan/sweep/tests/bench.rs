@@ -14,7 +14,7 @@ use crate::calibration::Mounting;
 use crate::config::{Config, ConfigError, RadarConfig};
 use crate::drive::Drive;
 use crate::radar::FrameLink;
-use crate::radar::frame::{self, Ability, Decoder, Kind, MAX_FRAME, Progress};
+use crate::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 use crate::scan::board::BytePort;
 use crate::scan::mirror::MirrorError;
 use crate::scan::pulser::Pulser;
@@ -160,18 +160,18 @@ impl World {
         };
         let (kind, sequence) = (frame.kind, frame.sequence);
         match kind {
-            Kind::Configure | Kind::Program => {
+            FrameKind::Configure | FrameKind::Program => {
                 let ability = Ability {
                     fastest: self.fastest,
                     ahead: self.ahead,
                     pin: self.pin,
                 };
                 let payload = frame::settings_payload(&RadarConfig::default(), ability);
-                return self.answer(at, encode(Kind::Settings, sequence, &payload));
+                return self.answer(at, encode(FrameKind::Settings, sequence, &payload));
             }
-            Kind::Rate => {
+            FrameKind::Rate => {
                 let rate = frame.payload[0];
-                self.answer(at, encode(Kind::RateSet, sequence, &[rate]));
+                self.answer(at, encode(FrameKind::RateSet, sequence, &[rate]));
                 self.rates[MODULE] = rate;
                 return;
             }
@@ -195,12 +195,12 @@ impl World {
         self.triggers += 1;
         // The samples say for which angle they were captured.
         let samples = angle.to_le_bytes().repeat(200);
-        let chirp = encode(Kind::Chirp, sequence, &samples);
+        let chirp = encode(FrameKind::Chirp, sequence, &samples);
         let before = std::mem::replace(&mut self.before, chirp.clone());
         match fate {
             Some(Fate::Lost) => {}
             Some(Fate::Late) => self.answer(end + LATE_US * MHZ, chirp),
-            Some(Fate::Error) => self.answer(end, encode(Kind::Error, sequence, &[2])),
+            Some(Fate::Error) => self.answer(end, encode(FrameKind::Error, sequence, &[2])),
             Some(Fate::Corrupt) => {
                 let mut chirp = chirp;
                 chirp[300] ^= 8;
@@ -237,7 +237,7 @@ impl World {
     }
 }
 
-fn encode(kind: Kind, sequence: u16, payload: &[u8]) -> Vec<u8> {
+fn encode(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
     let mut out = heapless::Vec::<u8, MAX_FRAME>::new();
     frame::encode(kind, sequence, payload, &mut out);
     out.to_vec()
@@ -353,7 +353,7 @@ impl DataPath for Data {
     }
 
     fn conclude(&mut self, _: &Drive<'_>) -> crate::answer::Outcome {
-        crate::answer::Outcome::clear()
+        crate::answer::Outcome::undecided()
     }
 
     fn calibrate(&mut self, _: f32) -> Result<Mounting, ConfigError> {
