@@ -18,6 +18,10 @@ const STRIDE: usize = 4;
 /// Odd factor of the sum that tells chirps apart (Knuth, The Art of Computer Programming 3, 6.4: the
 /// golden ratio of 2^32).
 const HASH_FACTOR: u32 = 0x9E37_79B9;
+/// Bits of one of I and Q, which share a word.
+const HALF_BITS: u32 = 16;
+/// The half of that word that I has.
+const LOW_HALF: u32 = 0xFFFF;
 
 /// The converter's health over one scan.
 #[derive(Clone, Debug)]
@@ -42,10 +46,10 @@ fn lame_bits(changed: u32) -> u32 {
     let half = |bits: u32| {
         let lowest = bits & bits.wrapping_neg();
         // All bits from the lowest that changes upwards; none where nothing changes.
-        let live = lowest.wrapping_neg() & 0xFFFF;
+        let live = lowest.wrapping_neg() & LOW_HALF;
         live & !bits
     };
-    half(changed & 0xFFFF) | half(changed >> 16) << 16
+    half(changed & LOW_HALF) | half(changed >> HALF_BITS) << HALF_BITS
 }
 
 /// How many of the samples that are looked at stand at the chirp's own extreme, of the extreme with most
@@ -79,7 +83,7 @@ impl Converter {
     pub fn row(&mut self, chirp: &[Iq], stats: &RowStats) {
         let (mut set, mut clear, mut hash) = (0u32, u32::MAX, 0u32);
         for x in chirp.iter().step_by(BIT_STRIDE) {
-            let bits = u32::from(x.i as u16) | u32::from(x.q as u16) << 16;
+            let bits = u32::from(x.i as u16) | u32::from(x.q as u16) << HALF_BITS;
             set |= bits;
             clear &= bits;
             hash = hash.wrapping_mul(HASH_FACTOR) ^ bits;

@@ -4,6 +4,15 @@ use crate::answer::Reason;
 use crate::config::Config;
 use crate::params::current;
 
+/// Unit of places in settings and signs, metres, and its reciprocal.
+const STEP_M: f32 = 1e-5;
+/// See [`STEP_M`].
+const PER_METRE: f32 = 1e5;
+/// Unit of levels in settings and signs, dB, and its reciprocal.
+const STEP_DB: f32 = 1e-3;
+/// See [`STEP_DB`].
+const PER_DB: f32 = 1e3;
+
 /// The mirror's own echo.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MirrorEcho {
@@ -21,16 +30,19 @@ impl MirrorEcho {
         // By the mirror's offset, which distances count from, and closer by calibration.
         let mut place = |right_m: f32, within_m: f32| {
             let off = (self.range_m - right_m).abs();
-            let (off, within) = ((off * 1e5) as i32, (within_m * 1e5) as i32);
+            let (off, within) = ((off * PER_METRE) as i32, (within_m * PER_METRE) as i32);
             sign(Reason::RangeScale, off, within);
         };
         place(config.mount.mirror_offset_m(), p.mirror_place_m);
         if config.mount.mirror_echo > 0 {
-            place(config.mount.mirror_echo as f32 * 1e-5, p.mirror_moved_m);
+            place(config.mount.mirror_echo as f32 * STEP_M, p.mirror_moved_m);
         }
         if config.mount.mirror_level < 0 {
-            let off_db = (self.level_db - config.mount.mirror_level as f32 * 1e-3).abs();
-            let (off, within) = ((off_db * 1e3) as i32, (p.inside_drift_db * 1e3) as i32);
+            let off_db = (self.level_db - config.mount.mirror_level as f32 * STEP_DB).abs();
+            let (off, within) = (
+                (off_db * PER_DB) as i32,
+                (p.inside_drift_db * PER_DB) as i32,
+            );
             sign(Reason::GainDrift, off, within);
         }
     }

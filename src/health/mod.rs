@@ -52,6 +52,14 @@ const YARDSTICK_ROWS: u32 = 8;
 const CELL_STRIDE: usize = 6;
 /// Cells of one class of the histogram behind a row's noise, as a power of two: 1.5 dB.
 const CLASS_SHIFT: u32 = 2;
+/// Values of a cell.
+const CELL_VALUES: usize = 256;
+/// Steps of a map unit, or of a bin, in which means of levels and places are kept.
+const SIXTEENTHS: i32 = 16;
+/// Rows over which the noise is averaged.
+const RUNNING_MEAN: i32 = 4;
+/// One over the share of a row's cells that lie below its noise: echoes do not reach the lower quartile.
+const QUARTER: usize = 4;
 
 /// What is seen in more than so many per cent of the rows is no chance.
 const MOST: i32 = 75;
@@ -71,7 +79,7 @@ pub struct Health {
     turning: Turning,
     standing: Standing,
     /// How often each cell value was seen, in every [`NOISE_ROWS`]th row.
-    cells: [u16; 256],
+    cells: [u16; CELL_VALUES],
 }
 
 /// Levels from row to row, map units.
@@ -117,7 +125,7 @@ impl Levels {
         let (inside, noise) = (i32::from(stats.inside), row_noise(cells));
         if first {
             self.inside = inside;
-            self.noise = 16 * noise;
+            self.noise = SIXTEENTHS * noise;
         }
         self.strayed += u32::from((inside - self.inside).abs() > units(p().inside_drift_db));
         self.place = self.place.saturating_add(stats.mirror_place.into());
@@ -130,15 +138,15 @@ impl Levels {
         self.images +=
             u32::from(apart > -units(p().image_db) && image > noise + units(p().image_clear_db));
         self.near += u32::from(i32::from(stats.near) > mirror + units(p().near_db));
-        let above = 16 * noise - self.noise;
-        let burst = above > 16 * units(p().burst_db) && self.since < YARDSTICK_ROWS;
+        let above = SIXTEENTHS * noise - self.noise;
+        let burst = above > SIXTEENTHS * units(p().burst_db) && self.since < YARDSTICK_ROWS;
         if burst {
             self.since += 1;
             self.bursts += 1;
         } else {
             // A fresh yardstick after so long a burst, else a running mean.
             self.noise += if self.since < YARDSTICK_ROWS {
-                above / 4
+                above / RUNNING_MEAN
             } else {
                 above
             };
@@ -150,13 +158,13 @@ impl Levels {
 
 /// Noise of a row: the lower quartile of its cells, which echoes do not reach, map units.
 fn row_noise(cells: &[u8]) -> i32 {
-    let mut classes = [0u8; 256 >> CLASS_SHIFT];
+    let mut classes = [0u8; CELL_VALUES >> CLASS_SHIFT];
     for &cell in cells.iter().step_by(CELL_STRIDE) {
         if let Some(count) = classes.get_mut(usize::from(cell >> CLASS_SHIFT)) {
             *count = count.saturating_add(1);
         }
     }
-    let quarter = (cells.len().div_ceil(CELL_STRIDE) / 4) as i32;
+    let quarter = (cells.len().div_ceil(CELL_STRIDE) / QUARTER) as i32;
     let mut below = 0;
     for (class, &count) in (0i32..).zip(&classes) {
         let count = i32::from(count);
@@ -184,7 +192,7 @@ impl Health {
             levels: Levels::new(),
             turning: Turning::new(),
             standing: Standing::new(),
-            cells: [0; 256],
+            cells: [0; CELL_VALUES],
         }
     }
 
@@ -218,7 +226,7 @@ impl Health {
     /// Takes in that row `row`, which [`Health::row`] has seen, stands in `map`. `phasors` gives the complex
     /// values of a stored bin and of the mirror's echo in the row's chirp.
     pub fn stands(&mut self, row: u16, map: &PolarMap, phasors: impl Fn(u8) -> [[f32; 2]; 2]) {
-        let noise = self.levels.noise / 16;
+        let noise = self.levels.noise / SIXTEENTHS;
         let strongest = self.turning.row(map, row, noise);
         self.standing.row(map, row, phasors, strongest, noise);
     }
@@ -264,7 +272,7 @@ impl Health {
 
     /// Range at which the mirror's own echo was seen, metres from the radar: mean over the rows.
     pub fn mirror_echo_m(&self, config: &Config) -> f32 {
-        let place = self.levels.place as f32 / (16.0 * self.rows.max(1) as f32);
+        let place = self.levels.place as f32 / (SIXTEENTHS as f32 * self.rows.max(1) as f32);
         config.mount.mirror_offset_m() + place * config.radar.bin_spacing_m()
     }
 

@@ -2,8 +2,8 @@
 //!
 //! The table (`src/params/table.rs`) gives each its unit, its meaning and where it comes from;
 //! `cargo sim params` prints it, and with `--sensitivity` what a fifth more or less of each does to
-//! the accuracy on tuning seeds ([docs/parameters.md](../../docs/parameters.md)). What is not in it
-//! is derived, and stands beside its derivation.
+//! the accuracy on tuning seeds ([docs/parameters.md](../../docs/parameters.md)). Those of the posterior
+//! are constants ([`posterior`]). What is in neither is derived, and stands beside its derivation.
 
 pub mod carried;
 pub mod counted;
@@ -12,6 +12,7 @@ pub mod fitted;
 pub mod generative;
 pub mod hazard;
 pub mod measured;
+pub mod posterior;
 pub mod rules;
 mod table;
 

@@ -2,6 +2,7 @@
 
 use super::staircase::{MAX_STEPS, Sigmas, Staircase, ToldStep, View};
 use crate::math;
+use crate::params::posterior as number;
 use heapless::Vec;
 
 /// Particles that are kept.
@@ -222,7 +223,8 @@ impl Cloud {
         let mut out = [0.0; CELLS];
         for (out, cell) in out.iter_mut().zip(&self.conflicts) {
             left -= cell;
-            let odds = math::max(*cell, 1e-30) / math::max(left, 1e-30);
+            let odds = math::max(*cell, number::LEAST_PROBABILITY)
+                / math::max(left, number::LEAST_PROBABILITY);
             *out = super::prior::ln(odds).clamp(LEAST_DOUBT, MOST_DOUBT);
         }
         out

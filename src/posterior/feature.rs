@@ -1,6 +1,7 @@
 //! Point features: of which class, and where one is expected.
 
 use crate::math;
+use crate::params::posterior as number;
 
 /// Classes of point features.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -38,5 +39,5 @@ pub struct FeaturePlace {
 
 /// Tens of dB by which the riser before outshines a faint one, from its level in dB.
 pub(super) fn before(shown_db: f32) -> f32 {
-    0.1 * (math::min(shown_db, 35.0) - 15.0)
+    number::PER_TEN_DB * (math::min(shown_db, number::OUTSHINES_DB) - number::FAINT_DB)
 }

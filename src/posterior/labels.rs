@@ -5,10 +5,11 @@
 //! class of extended features; else to the class of these with the largest density. The shares are those of [`Model::riser`].
 
 use super::feature::{Class, FeaturePlace, before};
-use super::model::{BEHIND_M, MAX_SEEN, Model, NEAR, Seen, logistic};
+use super::model::{BEHIND_M, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen, logistic};
 use super::staircase::{MAX_STEPS, Staircase};
 use crate::math;
 use crate::params::generative::EXTENDED;
+use crate::params::posterior as number;
 use heapless::Vec;
 
 /// A level against what it is expected to depend on.
@@ -95,7 +96,7 @@ impl Model<'_> {
     /// Tells what the echoes and features of `s` are taken for; returns the expected number of
     /// echoes on faces, treads and floor over their rates.
     pub fn label(&self, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
-        let mut claims: Vec<Claim, { 3 * (MAX_STEPS + 1) }> = Vec::new();
+        let mut claims: Vec<Claim, { number::FEATURES * (MAX_STEPS + 1) }> = Vec::new();
         for k in 0..=s.len() {
             self.claim(s, k, &mut claims);
         }
@@ -113,7 +114,7 @@ impl Model<'_> {
         for k in 0..s.len() {
             self.tell_riser(s, k, &claims, &owner, tell);
         }
-        let mut exposure = [0.0; 3];
+        let mut exposure = [0.0; number::SURFACES];
         for k in 0..=s.len() {
             for (sum, more) in exposure.iter_mut().zip(self.exposure(s, k)) {
                 *sum += more;
@@ -143,10 +144,17 @@ impl Model<'_> {
 
     /// Riser `k`'s features, one after the other as in the likelihood, each with the echo that it
     /// claims most of.
-    fn claim(&self, s: &Staircase, k: usize, claims: &mut Vec<Claim, { 3 * (MAX_STEPS + 1) }>) {
+    fn claim(
+        &self,
+        s: &Staircase,
+        k: usize,
+        claims: &mut Vec<Claim, { number::FEATURES * (MAX_STEPS + 1) }>,
+    ) {
         let x = if k < s.len() { s.x(k) } else { s.wall() };
-        let near = self.between(x - 0.12, x + 0.10);
-        let first = self.echoes.partition_point(|e| e.x_m <= x - 0.12);
+        let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
+        let first = self
+            .echoes
+            .partition_point(|e| e.x_m <= x - number::RISER_BEFORE_M);
         let mut used = [0f32; NEAR];
         for place in self.places(s, k) {
             let Some(p) = self.g.points.get(place.class as usize) else {
@@ -154,7 +162,7 @@ impl Model<'_> {
             };
             let q = self.expected_q(place.range_m);
             let odds = p.seen + p.seen_per_ten_db * q + p.seen_per_room * (place.room - 1.0);
-            let seen = logistic(odds).clamp(0.02, 0.985);
+            let seen = logistic(odds).clamp(LEAST_SEEN, MOST_SEEN);
             let mut gains = [0f32; NEAR];
             for ((e, gain), used) in near.iter().zip(&mut gains).zip(&used) {
                 let tread = if e.x_m > s.x(k) + BEHIND_M { k + 1 } else { k };
@@ -163,7 +171,7 @@ impl Model<'_> {
             }
             let z = 1.0 - seen + gains.iter().sum::<f32>();
             for (used, gain) in used.iter_mut().zip(&gains) {
-                *used = math::min(*used + 0.999 * gain / z, 0.999);
+                *used = math::min(*used + number::MOST_USED * gain / z, number::MOST_USED);
             }
             let shares = gains.iter().enumerate();
             let most = shares.max_by(|a, b| a.1.total_cmp(b.1));
@@ -231,7 +239,7 @@ impl Model<'_> {
         };
         let level = Level {
             snr_db: e.snr_db,
-            fade_db: 10.0 * (self.expected_q(e.range_m) - self.q),
+            fade_db: number::TEN_DB * (self.expected_q(e.range_m) - self.q),
             q: self.q,
         };
         (hit, level)
@@ -242,8 +250,9 @@ impl Model<'_> {
         let parts = self.parts(s, k, e);
         let largest = parts.iter().enumerate().max_by(|a, b| a.1.total_cmp(b.1));
         let class = largest.map_or(EXTENDED - 1, |(class, _)| class);
-        let up = e.across_m * e.x_m / math::max(e.range_m, 0.05);
-        let along = e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, 0.05);
+        let up = e.across_m * e.x_m / math::max(e.range_m, number::LEAST_RANGE_M);
+        let along =
+            e.across_m * (self.height_m - e.y_m) / math::max(e.range_m, number::LEAST_RANGE_M);
         let mut level = Level {
             snr_db: e.snr_db,
             fade_db: 0.0,
@@ -252,7 +261,7 @@ impl Model<'_> {
         let (off_m, noise_m) = match class {
             0 => {
                 let faces = [k.checked_sub(1), Some(k).filter(|k| *k < s.len())];
-                let off = |k: usize| e.x_m - s.x(k) + 0.3 * s.overhang_m;
+                let off = |k: usize| e.x_m - s.x(k) + number::FACE_BEFORE * s.overhang_m;
                 let offs = faces.into_iter().flatten().map(off);
                 let Some(off) = offs.min_by(|a, b| a.abs().total_cmp(&b.abs())) else {
                     return;
@@ -265,7 +274,8 @@ impl Model<'_> {
             }
             1 => (e.y_m - s.level(k), up),
             2 => {
-                level.fade_db = -8.0 * math::max(e.x_m - 0.6, -0.4);
+                level.fade_db = -number::FLOOR_FALL_DB
+                    * math::max(e.x_m - number::FLOOR_M, -number::FLOOR_NEARER_M);
                 let level = if k == 0 { self.base(s, 0, e.x_m) } else { 0.0 };
                 (e.y_m - level, up)
             }

@@ -19,6 +19,7 @@ use crate::echoes::Echo;
 use crate::grid::Geometry;
 use crate::math;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
+use crate::params::posterior as number;
 use crate::sort::shell_sort;
 use heapless::Vec;
 
@@ -52,9 +53,9 @@ const FACE_REACH: f32 = 100.0;
 /// Below a brink echoes are so many times as dense as in the air.
 const BELOW: f32 = 3.0;
 /// A feature shows so often at least, and at most: however sure the counts are, scenes differ.
-const LEAST_SEEN: f32 = 0.02;
+pub(super) const LEAST_SEEN: f32 = 0.02;
 /// See [`LEAST_SEEN`].
-const MOST_SEEN: f32 = 0.985;
+pub(super) const MOST_SEEN: f32 = 0.985;
 /// A wall that shows its corner flashes at the mirror's height so often at most: it stands upright.
 const WALL_FLASHES: f32 = 0.998;
 /// 1 / √(2π).
@@ -130,27 +131,27 @@ pub fn above(z: f32) -> f32 {
     if z.abs() > SURE {
         return if z > 0.0 { 0.0 } else { 1.0 };
     }
-    logistic(-1.702 * z)
+    logistic(-number::NORMAL_SLOPE * z)
 }
 
 /// A Gaussian with wide tails, not normalised by its standard deviations.
 pub fn tailed(z2: f32) -> f32 {
-    if z2 > 120.0 {
-        return 1e-9;
+    if z2 > number::TAIL_END_Z2 {
+        return number::TAIL_END;
     }
-    let wide = 1.0 / (1.0 + z2 / 128.0);
-    let wide = 0.005 * (wide * wide) * (wide * wide);
+    let wide = 1.0 / (1.0 + z2 / number::TAIL_Z2);
+    let wide = number::TAIL_SHARE * (wide * wide) * (wide * wide);
     if z2 > CORE {
         return wide;
     }
-    0.92 * math::exp(-0.5 * z2) + wide
+    number::CORE_SHARE * math::exp(-0.5 * z2) + wide
 }
 
 /// Density of a level, cut off at the detection threshold, with a flat share.
 pub fn level_density(snr_db: f32, mean: f32, sigma: f32, flat: f32) -> f32 {
     let z = (snr_db - mean) / sigma;
-    let tail = math::max(above((LEAST_DB - mean) / sigma), 0.02);
-    (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / 50.0
+    let tail = math::max(above((LEAST_DB - mean) / sigma), number::LEAST_DETECTED);
+    (1.0 - flat) * math::exp(-0.5 * z * z) * GAUSS / sigma / tail + flat / number::LEVELS_DB
 }
 
 impl<'p> Model<'p> {
@@ -181,9 +182,9 @@ impl<'p> Model<'p> {
         let strongest = echoes.iter().map(|e| e.snr_db).fold(0.0, math::max);
         self.view = view;
         self.height_m = view.height_m;
-        self.q = (strongest - 30.0) / 10.0;
-        self.beam_rad = 0.9 * geometry.beamwidth_rad;
-        self.cell_m = 0.02 * geometry.bin_m / 0.0117;
+        self.q = (strongest - number::REFERENCE_DB) / number::TEN_DB;
+        self.beam_rad = number::APART_BEAMS * geometry.beamwidth_rad;
+        self.cell_m = number::APART_RANGE_M * geometry.bin_m / number::BIN_M;
         for (rate, p) in self.rates.iter_mut().zip(&self.g.extended) {
             *rate = math::exp(p.rate + p.rate_per_ten_db * self.q);
         }
@@ -210,17 +211,26 @@ impl<'p> Model<'p> {
         let [face, tread, floor, air, inside, noise] = &self.g.extended;
         let s = e.snr_db;
         let level = |x: &Extended, off: f32, flat: f32| {
-            let mean = x.snr_db + x.snr_per_db * 10.0 * self.q + off;
+            let mean = x.snr_db + x.snr_per_db * number::TEN_DB * self.q + off;
             math::exp(x.rate + x.rate_per_ten_db * self.q)
                 * level_density(s, mean, x.snr_sigma_db, flat)
         };
-        let far = math::max(e.x_m - 0.6, -0.4);
+        let far = math::max(e.x_m - number::FLOOR_M, -number::FLOOR_NEARER_M);
         let mut point = [0.0; POINTS];
         for (value, p) in point.iter_mut().zip(&self.g.points) {
-            *value = level_density(s, self.level(p, e.range_m), p.snr_sigma_db, 0.05);
+            *value = level_density(
+                s,
+                self.level(p, e.range_m),
+                p.snr_sigma_db,
+                number::ANY_LEVEL,
+            );
         }
-        let across_m = e.range_m * math::hypot(1.5 * e.angle_sigma_rad, 0.0015);
-        let per_range = across_m / math::max(e.range_m, 0.05);
+        let across_m = e.range_m
+            * math::hypot(
+                number::ANGLE_SIGMAS * e.angle_sigma_rad,
+                number::LEAST_ANGLE_SIGMA_RAD,
+            );
+        let per_range = across_m / math::max(e.range_m, number::LEAST_RANGE_M);
         let (up_m, along_m) = (per_range * e.x_m, per_range * (self.height_m - e.y_m));
         Seen {
             x_m: e.x_m,
@@ -230,12 +240,14 @@ impl<'p> Model<'p> {
             wide: (e.width - CLEAN_WIDTH).clamp(0.0, 0.5),
             snr_db: s,
             noise: math::exp(noise.rate - (s - LEAST_DB) / noise.snr_sigma_db)
-                / (EXTENT * math::max(e.range_m, 0.1) * noise.snr_sigma_db),
-            air: level(air, 0.0, 0.05) / AREA_M2,
-            inside: level(inside, 0.0, 0.01) / AREA_M2,
-            tread: GAUSS * level(tread, 0.0, 0.002),
-            floor: GAUSS * level(floor, -8.0 * far, 0.005) * math::exp(-1.5 * far),
-            face: GAUSS * 10.0 * level(face, 0.0, 0.05),
+                / (EXTENT * math::max(e.range_m, number::NOISE_RANGE_M) * noise.snr_sigma_db),
+            air: level(air, 0.0, number::ANY_LEVEL) / AREA_M2,
+            inside: level(inside, 0.0, number::ANY_LEVEL_INSIDE) / AREA_M2,
+            tread: GAUSS * level(tread, 0.0, number::ANY_LEVEL_TREAD),
+            floor: GAUSS
+                * level(floor, -number::FLOOR_FALL_DB * far, number::ANY_LEVEL_FLOOR)
+                * math::exp(-number::FLOOR_FALL * far),
+            face: GAUSS * number::FACES_PER_M * level(face, 0.0, number::ANY_LEVEL),
             point,
             per_tread: 1.0 / math::hypot(tread.off_sigma_m, up_m),
             per_floor: 1.0 / math::hypot(floor.off_sigma_m, up_m),
@@ -244,13 +256,16 @@ impl<'p> Model<'p> {
     }
 
     fn level(&self, p: &Point, range_m: f32) -> f32 {
-        p.snr_db + p.snr_per_db * 10.0 * self.q
-            - 20.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, 0.3))
+        p.snr_db + p.snr_per_db * number::TEN_DB * self.q
+            - number::FADE_DB
+                * core::f32::consts::LOG10_2
+                * math::log2(math::max(range_m, number::FADE_FROM_M))
     }
 
     /// Level that the strongest echo predicts at a range, tens of dB over 30 dB.
     pub(super) fn expected_q(&self, range_m: f32) -> f32 {
-        self.q - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, 0.3))
+        self.q
+            - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, number::FADE_FROM_M))
     }
 
     /// Density of an echo before riser `k` from everything that is no point feature.
@@ -268,9 +283,10 @@ impl<'p> Model<'p> {
         let base = self.base(s, k, e.x_m);
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
         let low = self.sight(e.x_m, base, edge);
-        let mut inside = above((e.y_m - low + 0.015) / (0.012 + e.across_m));
+        let mut inside =
+            above((e.y_m - low + number::INSIDE_M) / (number::INSIDE_SIGMA_M + e.across_m));
         if s.open && k > 0 {
-            inside *= 0.35;
+            inside *= number::INSIDE_OPEN;
         }
         let mut parts = [
             0.0,
@@ -287,21 +303,21 @@ impl<'p> Model<'p> {
         }
         if k == 0 || s.open {
             let z = (e.y_m - if k == 0 { base } else { 0.0 }) * e.per_floor;
-            let share = if k == 0 { 1.0 } else { 0.3 };
+            let share = if k == 0 { 1.0 } else { number::FLOOR_UNDER };
             *on_floor = share * e.floor * tailed(z * z) * e.per_floor;
         }
         // Of the riser before and of this one.
         for i in k.saturating_sub(1)..s.len().min(k + 1) {
-            let z = (e.x_m - (s.x(i) - 0.3 * s.overhang_m)) * e.per_face;
+            let z = (e.x_m - (s.x(i) - number::FACE_BEFORE * s.overhang_m)) * e.per_face;
             if z * z <= FACE_REACH {
                 let (b, t) = self.face_span(s, i);
                 *on_face += Self::face(e, z * z, b, t);
             }
         }
-        if s.wall().is_finite() && k == s.len() && e.y_m > base - 0.03 {
-            let z = (e.x_m - s.wall()) / 0.008;
-            if z * z < 60.0 {
-                *on_face += 0.25 * e.face * tailed(z * z) / 0.008;
+        if s.wall().is_finite() && k == s.len() && e.y_m > base - number::WALL_BELOW_M {
+            let z = (e.x_m - s.wall()) / number::WALL_SIGMA_M;
+            if z * z < number::WALL_REACH {
+                *on_face += number::WALL_SHARE * e.face * tailed(z * z) / number::WALL_SIGMA_M;
             }
         }
         parts
@@ -318,10 +334,10 @@ impl<'p> Model<'p> {
 
     /// Density as part of a face from `b` to `t`, the square of whose normalised distance is `z2`.
     fn face(e: &Seen, z2: f32, b: f32, t: f32) -> f32 {
-        if t <= b + 0.01 {
+        if t <= b + number::LEAST_FACE_M {
             return 0.0;
         }
-        let soft = 0.008 + e.across_m;
+        let soft = number::FACE_END_SIGMA_M + e.across_m;
         let within = above((b - e.y_m) / soft) - above((t - e.y_m) / soft);
         e.face * math::max(within, 0.0) * tailed(z2) * e.per_face
     }
@@ -377,31 +393,33 @@ impl<'p> Model<'p> {
     /// How much of face, tread and floor there is before riser `k`: expected echoes over their rate.
     pub(super) fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
         let n = s.len();
-        let mut out = [0.0; 3];
+        let mut out = [0.0; number::SURFACES];
         let [face, tread, floor] = &mut out;
         if k == 0 {
-            let mut end = 2.2;
+            let mut end = number::FLOOR_ENDS_M;
             if s.kind != GroundKind::Ramp && n == 0 {
                 end = math::min(end, s.wall_m);
             }
             if !s.open {
                 end = math::min(end, s.x(0));
             }
-            let reach = |x: f32| math::exp(-1.5 * (x - 0.6));
-            *floor = (reach(0.34) - reach(math::max(end, 0.34))) / 1.5;
+            let reach = |x: f32| math::exp(-number::FLOOR_FALL * (x - number::FLOOR_M));
+            *floor = (reach(number::FLOOR_BEGINS_M)
+                - reach(math::max(end, number::FLOOR_BEGINS_M)))
+                / number::FLOOR_FALL;
         } else if s.level(k) < self.height_m {
             let x = s.x(k - 1);
             let next = if k < n {
                 s.x(k)
             } else {
-                math::min(x + 0.6, 2.4)
+                math::min(x + number::LAST_TREAD_M, number::LAST_TREAD_ENDS_M)
             };
             *tread = math::max(next - x, 0.0);
         }
         if k < n {
             let (b, t) = self.face_span(s, k);
             if t > b && self.in_scan(s.x(k), t) {
-                *face = 10.0 * (t - b);
+                *face = number::FACES_PER_M * (t - b);
             }
         }
         out
@@ -429,7 +447,7 @@ impl<'p> Model<'p> {
         let (mut gone, mut found) = (1.0f32, 0.0f32);
         let mut odds = 0.0;
         let x = if wall { s.wall() } else { s.x(k) };
-        let near = self.between(x - 0.12, x + 0.10);
+        let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
         let mut backgrounds = [0f32; NEAR];
         for (i, place) in places.iter().enumerate() {
             let Some(p) = self.g.points.get(place.class as usize) else {
@@ -465,11 +483,15 @@ impl<'p> Model<'p> {
             gone *= 1.0 - seen;
             found += ln(z);
             for (used, gain) in used.iter_mut().zip(&gains) {
-                *used = math::min(*used + 0.999 * gain / z, 0.999);
+                *used = math::min(*used + number::MOST_USED * gain / z, number::MOST_USED);
             }
         }
-        let nothing = if wall { 0.3 } else { logistic(odds) };
-        let left = math::exp(-found.min(80.0));
+        let nothing = if wall {
+            number::WALL_HIDDEN
+        } else {
+            logistic(odds)
+        };
+        let left = math::exp(-found.min(number::MOST_FOUND));
         let share = nothing * left + (1.0 - nothing) * (1.0 - gone * left) / (1.0 - gone);
         found + ln(math::max(share, LEAST))
     }
@@ -484,7 +506,10 @@ impl<'p> Model<'p> {
     /// not.
     #[inline(never)]
     pub fn features(&self, s: &Staircase, k: usize, mut each: impl FnMut(Class, &Best)) {
-        let near = self.between(s.x(k) - 0.12, s.x(k) + 0.10);
+        let near = self.between(
+            s.x(k) - number::RISER_BEFORE_M,
+            s.x(k) + number::RISER_BEHIND_M,
+        );
         for place in &self.places(s, k) {
             let Some(p) = self.g.points.get(place.class as usize) else {
                 continue;
@@ -500,7 +525,7 @@ impl<'p> Model<'p> {
                 }
             }
             if let (_, Some(e)) = best {
-                let lever = math::max(e.x_m, 0.05) / e.range_m;
+                let lever = math::max(e.x_m, number::LEAST_RANGE_M) / e.range_m;
                 let off_m = p.across_m + p.across_per_width_m * e.wide;
                 let wide = math::hypot(p.sigma_per_width_m * e.wide, e.across_m);
                 each(
@@ -550,7 +575,7 @@ impl<'p> Model<'p> {
         let vr = p.range_sigma_m * p.range_sigma_m;
         let vc = p.across_sigma_m * p.across_sigma_m + wide * wide + e.across_m * e.across_m;
         let z2 = dr * dr / vr + dc * dc / vc;
-        if z2 > 100.0 {
+        if z2 > number::POINT_REACH {
             return 0.0;
         }
         tailed(z2) * GAUSS * GAUSS / math::sqrt(vr * vc)
@@ -559,7 +584,10 @@ impl<'p> Model<'p> {
     /// Density of an echo as what can be seen of a riser whose foot is hidden.
     fn hidden(&self, s: &Staircase, k: usize, e: &Seen, x: f32) -> f32 {
         let (low, top) = self.face_span(s, k);
-        if (e.x_m - x).abs() > 0.08 || e.y_m < low - 0.12 || e.y_m > top + 0.12 {
+        if (e.x_m - x).abs() > number::HIDDEN_X_M
+            || e.y_m < low - number::HIDDEN_Y_M
+            || e.y_m > top + number::HIDDEN_Y_M
+        {
             return 0.0;
         }
         let Some(p) = self.g.points.get(Class::Hidden as usize) else {
@@ -578,9 +606,9 @@ impl<'p> Model<'p> {
             let y = (e.y_m - at - off) / ca;
             total += share * tailed(dx * dx / vr + y * y / v) * GAUSS * GAUSS / math::sqrt(vr * v);
         }
-        let soft = math::sqrt(0.000_144 + va);
+        let soft = math::sqrt(number::HIDDEN_END_M2 + va);
         let within = above((low - e.y_m) / soft) - above((top - e.y_m) / soft);
-        let even = math::max(within, 0.0) / math::max(top - low, 0.01);
+        let even = math::max(within, 0.0) / math::max(top - low, number::LEAST_FACE_M);
         total + (1.0 - g.low[0] - g.top[0]) * even * tailed(dx * dx / vr) * GAUSS / math::sqrt(vr)
     }
 

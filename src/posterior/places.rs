@@ -4,6 +4,7 @@ use super::feature::{Class, FeaturePlace};
 use super::model::Model;
 use super::staircase::Staircase;
 use crate::math;
+use crate::params::posterior as number;
 use heapless::Vec;
 
 /// Thickness of an open tread, metres.
@@ -13,7 +14,7 @@ const FRESNEL_M: f32 = 0.04;
 
 impl Model<'_> {
     pub(super) fn in_scan(&self, x: f32, y: f32) -> bool {
-        let slope = (y - self.height_m) / math::max(x, 0.02);
+        let slope = (y - self.height_m) / math::max(x, number::LEAST_X_M);
         slope < self.view.highest
             && slope > self.view.lowest
             && math::hypot(x, y - self.height_m) < self.view.farthest_m
@@ -22,7 +23,7 @@ impl Model<'_> {
     /// Lowest height that can be seen at `x` where the level is `base` behind an edge at `edge`.
     pub(super) fn sight(&self, x: f32, base: f32, edge: f32) -> f32 {
         if base > self.height_m && edge.is_finite() && edge > 0.0 {
-            self.height_m + (base - self.height_m) * x / math::max(edge, 0.05)
+            self.height_m + (base - self.height_m) * x / math::max(edge, number::LEAST_RANGE_M)
         } else {
             base
         }
@@ -40,7 +41,11 @@ impl Model<'_> {
 
     /// Where riser `k` shows point features; `k` may be the wall behind the last one.
     #[inline(never)]
-    pub(super) fn places(&self, s: &Staircase, k: usize) -> Vec<FeaturePlace, 3> {
+    pub(super) fn places(
+        &self,
+        s: &Staircase,
+        k: usize,
+    ) -> Vec<FeaturePlace, { number::FEATURES }> {
         let mut places = Vec::new();
         let h = self.height_m;
         let (x, b, t) = (s.x(k), s.level(k), s.level(k + 1));
@@ -58,7 +63,7 @@ impl Model<'_> {
         };
         if k >= s.len() {
             let b = if s.open { 0.0 } else { b };
-            if s.wall().is_finite() && b < h - 0.005 {
+            if s.wall().is_finite() && b < h - number::SEES_FOOT_M {
                 push(Class::Corner, s.wall(), b, 2.0);
                 push(Class::Flash, s.wall(), h, 2.0);
             }
@@ -69,13 +74,13 @@ impl Model<'_> {
                 Class::EdgeAbove
             };
             push(class, x, t, 2.0);
-        } else if b < h - 0.005 {
+        } else if b < h - number::SEES_FOOT_M {
             let edge = x - s.overhang_m;
             if t > h {
                 push(Class::Corner, x, b, self.room(x, b, x, h));
                 let margin = math::min(t - h, h - b) / FRESNEL_M;
                 push(Class::Flash, x, h, math::min(margin, 2.0));
-                if t > h + 0.01 {
+                if t > h + number::TOP_ABOVE_M {
                     push(Class::Top, edge, t, self.room(edge, t, x, h));
                 }
             } else {
@@ -86,7 +91,7 @@ impl Model<'_> {
         } else {
             let (low, top) = self.face_span(s, k);
             if top > low {
-                let room = math::min((top - low) / 0.05, 2.0);
+                let room = math::min((top - low) / number::HIDDEN_ROOM_M, 2.0);
                 push(Class::Hidden, x, 0.5 * (low + top), room);
             }
         }
@@ -97,20 +102,24 @@ impl Model<'_> {
     fn room(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
         let range = math::hypot(x, y - self.height_m);
         let cross = (x * (other_y - self.height_m) - (y - self.height_m) * other_x)
-            / math::max(range, 0.05);
+            / math::max(range, number::LEAST_RANGE_M);
         let other = math::hypot(other_x, other_y - self.height_m);
-        let angle = cross / math::max(range, 0.05) / self.beam_rad;
+        let angle = cross / math::max(range, number::LEAST_RANGE_M) / self.beam_rad;
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
     }
 
     /// Level of the riser before, its flash apart, dB.
     pub(super) fn shown(&self, s: &Staircase, k: usize) -> f32 {
         if k == 0 || k >= s.len() {
-            return 15.0;
+            return number::FAINT_DB;
         }
         let x = s.x(k - 1);
-        let near = self.between(x - 0.025, x + 0.025).iter();
-        let apart = near.filter(|e| (e.y_m - self.height_m).abs() > 0.03);
-        apart.map(|e| e.snr_db).fold(3.0, math::max)
+        let near = self
+            .between(x - number::SHOWN_WITHIN_M, x + number::SHOWN_WITHIN_M)
+            .iter();
+        let apart = near.filter(|e| (e.y_m - self.height_m).abs() > number::FLASH_WITHIN_M);
+        apart
+            .map(|e| e.snr_db)
+            .fold(number::SHOWS_NOTHING_DB, math::max)
     }
 }

@@ -2,6 +2,7 @@
 
 use super::staircase::{GroundKind, LONGEST_GOING_M, Staircase};
 use crate::math;
+use crate::params::posterior as number;
 
 /// Spread that the echoes leave of a place, a rise and one step's own departure, times √(2π), metres:
 /// the volume by which a hypothesis with one more of them is the rarer.
@@ -27,44 +28,44 @@ pub const LANDING: f32 = 0.03;
 
 /// Natural logarithm of a positive number; that of 10^-30 for what is less.
 pub const fn ln(x: f32) -> f32 {
-    math::ln(math::max(x, 1e-30))
+    math::ln(math::max(x, number::LEAST_PROBABILITY))
 }
 
 /// Cost of what lies outside a box, with Gaussian shoulders, nats.
-fn shoulder(v: f32, low: f32, high: f32, sigma: f32) -> f32 {
+fn shoulder(v: f32, (low, high): (f32, f32), sigma: f32) -> f32 {
     let d = math::max(math::max(low - v, v - high), 0.0) / sigma;
     -0.5 * d * d
 }
 
 /// Logarithm of the density of a departure: as a rule small, now and then large.
-fn departure(z: f32, core: f32, wide: f32, share: f32) -> f32 {
+fn departure(z: f32, (core, wide, share): (f32, f32, f32)) -> f32 {
     let gauss = |s: f32| math::exp(-0.5 * (z / s) * (z / s)) / s;
-    ln((1.0 - share) * gauss(core) + share * gauss(wide)) - 0.919
+    ln((1.0 - share) * gauss(core) + share * gauss(wide)) - number::LN_ROOT_TAU
 }
 
 /// Overhangs are mostly none.
 #[inline(never)]
 pub fn overhang(overhang_m: f32) -> f32 {
-    let z = overhang_m / 0.002;
-    ln(0.5 * math::exp(-0.5 * z * z) + 0.5 * 0.15)
+    let z = overhang_m / number::OVERHANG_SIGMA_M;
+    ln(0.5 * math::exp(-0.5 * z * z) + 0.5 * number::OVERHANG_LARGE)
 }
 
 /// Density of the going to one more riser, per metre, where the mean of the flight's is known or not.
 #[inline(never)]
 pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
-    let within = |low: f32, high: f32| {
+    let within = |(low, high): (f32, f32)| {
         if (low..=high).contains(&going_m) {
             1.0 / (high - low)
         } else {
             0.0
         }
     };
-    let wide = within(0.18, 0.60);
+    let wide = within(number::GOINGS_M);
     let usual = match mean_m {
-        None => within(0.22, 0.40),
+        None => within(number::USUAL_GOINGS_M),
         Some(mean_m) => {
-            let z = (going_m - mean_m) / 0.012;
-            0.4 / 0.012 * math::exp(-0.5 * z * z)
+            let z = (going_m - mean_m) / number::GOING_SIGMA_M;
+            number::PER_ROOT_TAU / number::GOING_SIGMA_M * math::exp(-0.5 * z * z)
         }
     };
     (1.0 - IRREGULAR) * usual + IRREGULAR * wide
@@ -81,12 +82,12 @@ pub fn prior(s: &Staircase) -> f32 {
     };
     let mut p = wall
         + match s.kind {
-            GroundKind::Nothing => const { ln(0.31) },
-            GroundKind::Ramp => const { ln(0.08 / 12.0) },
-            GroundKind::Drop => const { ln(0.03) },
-            GroundKind::Stairs => const { ln(0.10) },
-            GroundKind::Box => const { ln(0.06) },
-            GroundKind::Threshold => const { ln(0.05) },
+            GroundKind::Nothing => const { ln(number::NOTHING) },
+            GroundKind::Ramp => const { ln(number::RAMP / number::RAMPS) },
+            GroundKind::Drop => const { ln(number::DROP) },
+            GroundKind::Stairs => const { ln(number::STAIRS) },
+            GroundKind::Box => const { ln(number::BOX) },
+            GroundKind::Threshold => const { ln(number::THRESHOLD) },
         };
     if n == 0 {
         return p;
@@ -99,24 +100,36 @@ pub fn prior(s: &Staircase) -> f32 {
         + const { ln(RISE_M) };
     let rise = s.rise();
     p += match s.kind {
-        GroundKind::Box => -const { ln(0.55) },
-        GroundKind::Threshold => -const { ln(0.05) },
-        _ => shoulder(rise, if n > 1 { 0.085 } else { 0.05 }, 0.22, 0.02) - const { ln(0.15) },
+        GroundKind::Box => -const { ln(number::BOX_HEIGHTS_M) },
+        GroundKind::Threshold => -const { ln(number::THRESHOLD_HEIGHTS_M) },
+        _ => {
+            let lowest = if n > 1 {
+                number::LOWEST_RISE_M
+            } else {
+                number::LOWEST_STEP_M
+            };
+            shoulder(
+                rise,
+                (lowest, number::HIGHEST_RISE_M),
+                number::RISE_SHOULDER_M,
+            ) - const { ln(number::RISE_VOLUME_M) }
+        }
     };
     if let Some(going) = s.going() {
-        p += shoulder(going, 0.22, 0.40, 0.03) + const { ln(PLACE_M / 0.22) };
+        p += shoulder(going, number::USUAL_GOINGS_M, number::GOING_SHOULDER_M)
+            + const { ln(PLACE_M / number::GOING_VOLUME_M) };
         for k in 1..n {
             let going_m = s.x(k) - s.x(k - 1);
             p += const { ln(GOES_ON * PLACE_M) }
                 + if going_m > LONGEST_GOING_M {
                     const { ln(LANDING) }
                 } else {
-                    departure(going_m - going, 0.004, 0.02, 0.05)
+                    departure(going_m - going, number::GOING_DEPARTS)
                 };
         }
         for k in 0..n {
             let off = s.level(k + 1) - s.level(k) - rise;
-            p += const { ln(DEPARTURE_M) } + departure(off, 0.0035, 0.025, 0.05);
+            p += const { ln(DEPARTURE_M) } + departure(off, number::RISE_DEPARTS);
         }
     }
     if !s.open {

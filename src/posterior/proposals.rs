@@ -9,6 +9,7 @@ use super::prior::{GOES_ON, LANDING, going, ln, overhang, prior};
 use super::staircase::{GroundKind, MAX_STEPS, Sigmas, Staircase};
 use crate::math;
 use crate::params::current;
+use crate::params::posterior as number;
 use heapless::Vec;
 
 /// Places for one more riser that are tried at most.
@@ -170,22 +171,32 @@ impl Proposals<'_> {
     fn behind(&mut self, base: &Base) {
         let s = &base.staircase;
         let (x, mean) = (s.last_x(), s.going());
-        let end = math::min(x + 1.6, s.wall() - 0.1);
-        let mut near = self.spots(x + 0.20, math::min(x + 0.60, end), 0.08, 0.006);
+        let end = math::min(x + number::BEHIND_TO_M, s.wall() - number::BEHIND_WALL_M);
+        let (nearest, farthest) = number::BEHIND_GOINGS_M;
+        let mut near = self.spots(
+            x + nearest,
+            math::min(x + farthest, end),
+            number::BEHIND_GRID_M,
+            number::SPOT_M,
+        );
         if let Some(mean) = mean.filter(|mean| x + mean < end) {
             // As far as the others: between the places of the grid it would be missed.
             near.retain(|(at, step)| *step < ECHO_M || (at - x - mean).abs() > REGULAR_M);
             let _ = near.push((x + mean, REGULAR_M));
         }
-        let far = self.spots(x + 0.60, end, f32::INFINITY, 0.006);
+        let far = self.spots(x + farthest, end, f32::INFINITY, number::SPOT_M);
         let top = s.level(s.len()) + s.rise();
-        let before = self.before(base, top - 0.03);
-        for (off, share) in [(0.0, 0.6), (-0.03, 0.2), (0.03, 0.2)] {
+        let before = self.before(base, top - number::RISE_OFF_M);
+        for (off, share) in number::BEHIND_RISES {
             let more = self.more(base, top + off, GroundKind::Stairs, before.as_ref());
             for &(at, step) in near.iter().chain(far.iter().skip(1)) {
-                let landing = if at > x + 0.4 { LANDING } else { 0.0 };
+                let landing = if at > x + number::LANDING_FROM_M {
+                    LANDING
+                } else {
+                    0.0
+                };
                 let odds = GOES_ON * (going(at - x, mean) + landing) * step * share;
-                if odds > 1e-5 {
+                if odds > number::LEAST_ODDS {
                     let (new, weight) = self.added(base, &more, at);
                     self.put(&new, weight + ln(odds), &base.sigmas);
                 }
@@ -273,28 +284,40 @@ impl Proposals<'_> {
         let s = &base.staircase;
         let (n, first) = (s.len(), s.x(0));
         let old = base.part(0, 1);
-        for &(x, dx) in &self.spots(0.3, first - 0.15, 0.16, 0.012) {
-            for h in [0.08, 0.15] {
-                if h < s.level(1) - 0.03 {
+        for &(x, dx) in &self.spots(
+            number::FRONT_FROM_M,
+            first - number::FRONT_APART_M,
+            number::FRONT_GRID_M,
+            number::FRONT_SPOT_M,
+        ) {
+            for h in number::FRONT_RISES_M {
+                if h < s.level(1) - number::LEAST_RISE_M {
                     let new = s.with(0, x, h);
-                    let weight = ln(0.015 * dx / 1.5) + self.part(&new, 0, 2) - old;
+                    let weight = ln(number::FRONT_ODDS * dx / number::FRONT_WAY_M)
+                        + self.part(&new, 0, 2)
+                        - old;
                     self.put(&new, base.log_weight + weight, &base.sigmas);
                 }
             }
         }
         // As regular as the others, each riser lower.
-        let Some(going) = s.going().filter(|g| first - g > 0.1 && n < MAX_STEPS) else {
+        let Some(going) = s
+            .going()
+            .filter(|g| first - g > number::FRONT_NEAREST_M && n < MAX_STEPS)
+        else {
             return;
         };
         let old = base.part(0, n + 1);
-        for stretch in [0.94, 1.0, 1.06] {
+        for stretch in number::FRONT_STRETCHES {
             let mut new = s.with(0, first - going, 0.0);
             let rise = stretch * s.level(n) / (n + 1) as f32;
             for (k, top) in (1u8..).zip(&mut new.top_m) {
                 *top = rise * f32::from(k);
             }
-            if rise > 0.06 {
-                let weight = ln(GOES_ON / 3.0) + self.part(&new, 0, n + 2) - old;
+            if rise > number::FRONT_LEAST_M {
+                let weight = ln(GOES_ON / number::FRONT_STRETCHES.len() as f32)
+                    + self.part(&new, 0, n + 2)
+                    - old;
                 self.put(&new, base.log_weight + weight, &base.sigmas);
             }
         }
@@ -306,14 +329,14 @@ impl Proposals<'_> {
         let s = &base.staircase;
         for k in 1..s.len() {
             let (from, to) = (s.x(k - 1), s.x(k));
-            if to - from < 0.34 {
+            if to - from < number::DIVIDED_M {
                 continue;
             }
             let old = base.part(k, k + 1);
-            for share in [0.42, 0.5, 0.58] {
+            for share in number::DIVIDES {
                 let level = 0.5 * (s.level(k) + s.level(k + 1));
                 let new = s.with(k, from + share * (to - from), level);
-                let weight = ln(0.03) + self.part(&new, k, k + 2) - old;
+                let weight = ln(number::DIVIDES_ODDS) + self.part(&new, k, k + 2) - old;
                 self.put(&new, base.log_weight + weight, &base.sigmas);
             }
         }
@@ -324,7 +347,7 @@ impl Proposals<'_> {
     fn odd(&mut self, base: &Base) {
         let s = &base.staircase;
         let n = s.len();
-        let odds = ln(0.1 / n as f32 / (2 * ODD_M.len()) as f32);
+        let odds = ln(number::ODD_ODDS / n as f32 / (2 * ODD_M.len()) as f32);
         // Farther ones lie beyond the horizon as a rule.
         for k in 0..n.min(ODD_RISERS) {
             for off in ODD_M {
@@ -335,7 +358,7 @@ impl Proposals<'_> {
                     let mut new = *s;
                     let tops = new.top_m.get_mut(k..end).unwrap_or(&mut []);
                     tops.iter_mut().for_each(|top| *top += off);
-                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + 0.03) {
+                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + number::LEAST_RISE_M) {
                         continue;
                     }
                     let to = math::min((end + 1) as f32, (n + 1) as f32) as usize;
@@ -382,7 +405,7 @@ impl Proposals<'_> {
             let first = model.first_beyond(x);
             let part = at(&before, 0) - at(&before, first) + at(&behind, first)
                 - model.expected(&brink, 0);
-            let weight = ln(DROP * dx / 2.5) + part - base.part(0, 1);
+            let weight = ln(DROP * dx / number::FLOOR_WAY_M) + part - base.part(0, 1);
             self.put(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
         }
     }
@@ -392,9 +415,10 @@ impl Proposals<'_> {
     fn floor(&mut self, base: &Base) {
         let s = &base.staircase;
         let old = base.part(0, 1);
-        let end = math::min(2.6, s.wall() - 0.15);
+        let (nearest, farthest) = number::FLOOR_FROM_TO_M;
+        let end = math::min(farthest, s.wall() - number::FLOOR_WALL_M);
         let sigmas = [PLACED_M; MAX_STEPS];
-        let spots = self.spots(0.24, end, 0.16, 0.006);
+        let spots = self.spots(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
         let before = self.before(base, 0.0);
         let rules = &current().rules;
         for (h, [seen, unseen], kind) in FLOOR.into_iter().filter(|_| rules.single) {
@@ -403,7 +427,11 @@ impl Proposals<'_> {
                 let share = if dx < ECHO_M { seen } else { unseen };
                 if share > 0.0 {
                     let (new, weight) = self.added(base, &more, x);
-                    self.put(&new, weight + ln(0.8 * share * dx / 2.5), &sigmas);
+                    self.put(
+                        &new,
+                        weight + ln(number::FLOOR_ODDS * share * dx / number::FLOOR_WAY_M),
+                        &sigmas,
+                    );
                 }
             }
         }
@@ -412,15 +440,29 @@ impl Proposals<'_> {
         }
         for &(x, dx) in spots.iter().filter(|_| rules.unseen_flights) {
             // Flights whose first riser shows an echo are the search's.
-            let flights = [(0.17, false), (0.17, true)];
+            let flights = [
+                (number::FLIGHT_RISE_M, false),
+                (number::FLIGHT_RISE_M, true),
+            ];
             for (rise, open) in flights.into_iter().filter(|_| dx > ECHO_M) {
                 let mut new = *s;
                 for (k, number) in [0.0, 1.0, 2.0].into_iter().enumerate() {
-                    new = new.with(k, x + 0.28 * number, rise * (number + 1.0));
+                    new = new.with(
+                        k,
+                        x + number::FLIGHT_GOING_M * number,
+                        rise * (number + 1.0),
+                    );
                 }
                 new.open = open;
-                let weight = ln(0.5 * if open { 0.2 } else { 0.8 } * dx / 2.5);
-                let part = self.part(&new, 0, 4) - old;
+                let weight = ln(0.5
+                    * if open {
+                        number::FLIGHT_OPEN
+                    } else {
+                        number::FLIGHT_CLOSED
+                    }
+                    * dx
+                    / number::FLOOR_WAY_M);
+                let part = self.part(&new, 0, number::FLIGHT_STEPS + 1) - old;
                 self.put(&new, base.log_weight + weight + part, &sigmas);
             }
         }

@@ -4,6 +4,7 @@ pub use crate::estimate::RIGHT_M;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::grid::PolarMap;
 use crate::math;
+use crate::params::posterior as number;
 use heapless::Vec;
 
 /// Most risers of a staircase.
@@ -333,11 +334,11 @@ impl Staircase {
 /// Probability that a normal deviate of standard deviation `sigma_m` about `off_m` is farther than
 /// `within_m` from 0.
 fn outside(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
-    let sigma_m = math::max(sigma_m, 1e-4);
+    let sigma_m = math::max(sigma_m, number::LEAST_SIGMA_M);
     tail((within_m - off_m) / sigma_m) + tail((within_m + off_m) / sigma_m)
 }
 
 /// Upper tail of the normal distribution by the logistic function: within 0.01 of it.
 pub fn tail(z: f32) -> f32 {
-    1.0 / (1.0 + math::exp(1.702 * z))
+    1.0 / (1.0 + math::exp(number::NORMAL_SLOPE * z))
 }

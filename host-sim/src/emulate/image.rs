@@ -20,7 +20,7 @@ pub fn workspace() -> PathBuf {
 }
 
 /// Builds the image as `cargo firmware` does, seals it, and returns its path. `features` are for test builds,
-/// which go to a directory of their own.
+/// whose images go to a directory of their own.
 pub fn build(features: &[&str]) -> Result<PathBuf> {
     let elf = build_bin("stairscan", "stairscan", features)?;
     seal(&elf)?;
@@ -31,8 +31,9 @@ pub fn build(features: &[&str]) -> Result<PathBuf> {
 pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf> {
     Tool::Target.need()?;
     let root = workspace();
-    let mut target = std::env::var_os("CARGO_TARGET_DIR")
+    let build_dir = std::env::var_os("CARGO_TARGET_DIR")
         .map_or_else(|| root.join("target"), |dir| root.join(dir));
+    let mut target = build_dir.clone();
     if !features.is_empty() {
         target = target.join(features.join("-"));
     }
@@ -40,6 +41,8 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
     let mut build = Command::new(cargo);
     build
         .current_dir(&root)
+        // What both builds rest on is built once.
+        .env("CARGO_BUILD_BUILD_DIR", &build_dir)
         .args(["build", "--quiet", "--profile", "firmware"])
         .args(["--package", package, "--bin", bin])
         .args(["--target", TARGET, "--target-dir"])

@@ -1,4 +1,4 @@
-//! The driver against a bus that answers whatever it is told to; against the chip's model: `host-sim/tests/bgt60.rs`.
+//! The driver against a bus that answers whatever it is told to; against the chip's model: `host-sim/tests/suite/bgt60.rs`.
 
 use core::convert::Infallible;
 

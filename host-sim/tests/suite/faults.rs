@@ -2,9 +2,7 @@
 
 use std::path::Path;
 
-mod common;
-
-use common::sim;
+use crate::common::sim;
 use host_sim::faults::Fault;
 use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};

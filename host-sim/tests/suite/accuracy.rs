@@ -6,14 +6,12 @@ use host_sim::commands::instrument::Instrument;
 use host_sim::scene::random::Kind;
 use host_sim::seeds::{Draw, REPORTING, TUNING};
 
-mod common;
-
-use common::sim;
+use crate::common::sim;
 
 /// The snapshot as committed.
-const SNAPSHOT: &str = include_str!("../../docs/accuracy-snapshot.md");
+const SNAPSHOT: &str = include_str!("../../../docs/accuracy-snapshot.md");
 /// The published tables.
-const PUBLISHED: &str = include_str!("../../docs/accuracy.md");
+const PUBLISHED: &str = include_str!("../../../docs/accuracy.md");
 
 #[test]
 fn accuracy_is_as_committed() {
@@ -50,8 +48,8 @@ fn the_published_tables_are_those_of_the_reporting_seeds() {
     let (wrong, ok) = counts.fold((0, 0), |sum, row| (sum.0 + row.0, sum.1 + row.1));
     let promise = format!("of {ok} `ok` answers to reporting seeds {wrong} were wrong");
     for (file, text) in [
-        ("README.md", include_str!("../../README.md")),
-        ("docs/report.md", include_str!("../../docs/report.md")),
+        ("README.md", include_str!("../../../README.md")),
+        ("docs/report.md", include_str!("../../../docs/report.md")),
     ] {
         let words: Vec<&str> = text.split_whitespace().collect();
         assert!(

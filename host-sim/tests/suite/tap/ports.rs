@@ -11,7 +11,7 @@ use host_sim::tap::scans::Wire;
 use serialport::{SerialPort, TTYPort};
 use stairscan::config::Config;
 
-use crate::bench::{read, scan};
+use super::bench::{read, scan};
 use crate::common::{Scratch, sim};
 
 /// One end of a pseudo-terminal that waits for its reader, and the path of the other.

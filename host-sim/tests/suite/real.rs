@@ -10,9 +10,7 @@ use host_sim::replay::{self, Options};
 use host_sim::scene::Scene;
 use serde_json::{Value, json};
 
-mod common;
-
-use common::{Scratch, refused, sim};
+use crate::common::{Scratch, refused, sim};
 
 /// A scene of the repository, with the radar as it is or without Q.
 fn simulated(scene: &str, real: bool) -> Recording {

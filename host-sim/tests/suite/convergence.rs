@@ -1,8 +1,6 @@
 //! `convergence` prints what it promises, and the particles converge.
 
-mod common;
-
-use common::sim;
+use crate::common::sim;
 use serde_json::Value;
 
 fn convergence(args: &[&str]) -> String {

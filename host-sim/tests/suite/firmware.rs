@@ -4,7 +4,6 @@
 //! the chip's target or QEMU the tests say so and pass, except in CI.
 
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use std::time::Duration;
 
 use host_sim::budgets;
@@ -24,16 +23,7 @@ use stairscan::report::{LiveLine, ScanLine, Sentence, Tenths};
 use stairscan::scan::Settings;
 use stairscan::scan::schedule::{Schedule, shaft_angle};
 
-mod common;
-
-use common::tools;
-
-/// The image, built once; `None` after a message where it cannot be run.
-fn elf() -> Option<&'static Path> {
-    static ELF: OnceLock<PathBuf> = OnceLock::new();
-    let ready = tools(&[Tool::Target, Tool::Emulator]);
-    ready.then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
-}
+use crate::common::{elf, tools};
 
 fn recordings() -> PathBuf {
     image::workspace().join("recordings")

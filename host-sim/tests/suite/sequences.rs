@@ -4,9 +4,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-mod common;
-
-use common::{Scratch, refused, sim};
+use crate::common::{Scratch, refused, sim};
 use host_sim::recording::{Recording, Truth};
 use serde_json::{Value, json};
 

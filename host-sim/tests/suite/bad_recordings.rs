@@ -3,9 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-mod common;
-
-use common::{Scratch, refused, sim};
+use crate::common::{Scratch, refused, sim};
 use serde_json::{Value, json};
 
 /// A directory of one test, and what stands in it.

@@ -4,7 +4,6 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use host_sim::emulate::session::Waits;
-use host_sim::emulate::tools::Tool;
 use host_sim::emulate::{Session, image, seal};
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
@@ -14,9 +13,7 @@ use stairscan::config::Config;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scan::seal::{BLANK, SECTION};
 
-mod common;
-
-use common::tools;
+use crate::common::elf;
 
 /// A copy of the image with something changed; it goes when it is dropped.
 struct Copy(PathBuf);
@@ -61,15 +58,14 @@ fn head(sentences: &[String]) -> ScanLine {
 /// again, and never moves; without a seal it scans, but is never `ok`.
 #[test]
 fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
-    if !tools(&[Tool::Target, Tool::Emulator]) {
+    let Some(elf) = elf() else {
         return;
-    }
-    let elf = image::build(&[]).unwrap();
+    };
     let recording = recording();
     let playback = Playback::new(&recording, &Config::default()).unwrap();
     // Neither is used before the image has been checked.
     for (section, back) in [(".rodata", 1), (".data", 1), (".vector_table", 1)] {
-        let damaged = Copy::of(&elf, &format!("damaged{section}"), section, |bytes| {
+        let damaged = Copy::of(elf, &format!("damaged{section}"), section, |bytes| {
             let at = bytes.len() - back;
             bytes[at] ^= 0x10;
         });
@@ -87,7 +83,7 @@ fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
         }
         assert_eq!(session.shaft.pulses(), 0, "moved");
     }
-    let blank = Copy::of(&elf, "blank", SECTION, |bytes| {
+    let blank = Copy::of(elf, "blank", SECTION, |bytes| {
         let words = BLANK.map(u32::to_le_bytes);
         bytes.copy_from_slice(words.as_flattened());
     });
@@ -102,20 +98,19 @@ fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
     assert!(scan.reasons.has(Reason::ImageUnsealed), "{scan:?}");
     // The seal puts right what was blank, and nothing else.
     seal::seal(&blank.0).unwrap();
-    assert!(fs::read(&blank.0).unwrap() == fs::read(&elf).unwrap());
+    assert!(fs::read(&blank.0).unwrap() == fs::read(elf).unwrap());
 }
 
 /// Without its crystal the scanner does not move before somebody says that the internal oscillator will do;
 /// a supply that falls and a crystal that stops end in the fault path.
 #[test]
 fn clock_and_supply_are_watched() {
-    if !tools(&[Tool::Target, Tool::Emulator]) {
+    let Some(elf) = elf() else {
         return;
-    }
-    let elf = image::build(&[]).unwrap();
+    };
     let recording = recording();
     let playback = Playback::new(&recording, &Config::default()).unwrap();
-    let mut session = Session::boot(&elf, &playback).unwrap();
+    let mut session = Session::boot(elf, &playback).unwrap();
     let scan = head(&session.scan().unwrap());
     assert_eq!((scan.scan, scan.status), (0, Status::Fault));
     assert!(scan.reasons.has(Reason::InternalClock), "{scan:?}");

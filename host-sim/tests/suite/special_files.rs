@@ -9,9 +9,7 @@ use std::os::unix::fs::{FileTypeExt as _, symlink};
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-mod common;
-
-use common::{Scratch, sim};
+use crate::common::{Scratch, sim};
 
 fn repository(path: &str) -> String {
     format!("{}/../{path}", env!("CARGO_MANIFEST_DIR"))

@@ -47,7 +47,7 @@ fn programmed() -> RadarConfig {
 
 /// The staircase as that radar sees it.
 fn simulated(radar: &RadarConfig) -> Recording {
-    let mut spec: SceneSpec = toml::from_str(include_str!("../../scenes/stair_a.toml")).unwrap();
+    let mut spec: SceneSpec = toml::from_str(include_str!("../../../scenes/stair_a.toml")).unwrap();
     spec.radar.carrier_hz = 1e3 * f64::from(radar.carrier_khz);
     spec.radar.bandwidth_hz = 1e3 * f64::from(radar.bandwidth_khz);
     spec.radar.samples_per_chirp = radar.samples.into();

@@ -4,9 +4,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
-mod common;
-
-use common::{Scratch, sim};
+use crate::common::{Scratch, sim};
 
 /// Those of the repository.
 fn recordings() -> PathBuf {

@@ -1,13 +1,12 @@
 //! What several tests do with the program.
 
-// Every test that mounts this uses another part of it.
-#![allow(dead_code)]
-
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::OnceLock;
 
+use host_sim::emulate::image;
 use host_sim::emulate::tools::Tool;
 
 /// Runs the program.
@@ -34,6 +33,13 @@ pub fn tools(needed: &[Tool]) -> bool {
         let _ = writeln!(std::io::stderr(), "SKIPPED {test}: {}", missing.join("; "));
     }
     missing.is_empty()
+}
+
+/// The image, built once; `None` after a message where it cannot be run.
+pub fn elf() -> Option<&'static Path> {
+    static ELF: OnceLock<PathBuf> = OnceLock::new();
+    let ready = tools(&[Tool::Target, Tool::Emulator]);
+    ready.then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
 }
 
 /// A directory of one test, removed when it ends.

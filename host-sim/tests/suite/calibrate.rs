@@ -1,10 +1,8 @@
 //! `calibrate` on simulated scans of a floor and a wall by scanners whose errors are known.
 
-mod common;
-
 use std::path::Path;
 
-use common::{Scratch, sim};
+use crate::common::{Scratch, sim};
 use host_sim::answer::{Answer, metres};
 use host_sim::commands::calibrate::mounting;
 use host_sim::playback::Playback;

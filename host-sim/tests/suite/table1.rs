@@ -1,8 +1,6 @@
 //! `table1` prints what it promises, for people and for programs.
 
-mod common;
-
-use common::sim;
+use crate::common::sim;
 use serde_json::Value;
 
 fn table1(args: &[&str]) -> String {

@@ -10,7 +10,6 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use host_sim::emulate::session::Waits;
-use host_sim::emulate::tools::Tool;
 use host_sim::emulate::{Session, image};
 use host_sim::live::device::{self, Cable};
 use host_sim::live::model::{Entry, Link, State};
@@ -22,9 +21,7 @@ use host_sim::recording::Recording;
 use host_sim::replay;
 use stairscan::config::Config;
 
-mod common;
-
-use common::{Scratch, sim, tools};
+use crate::common::{Scratch, elf, sim};
 
 /// Longer than anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
@@ -231,10 +228,9 @@ impl Drop for EndOnDrop<'_> {
 /// The image itself, watched over a pseudo-terminal.
 #[test]
 fn the_image_in_the_emulator_is_watched() {
-    if !tools(&[Tool::Target, Tool::Emulator]) {
+    let Some(elf) = elf() else {
         return;
-    }
-    let elf = image::build(&[]).unwrap();
+    };
     let recording = stair_a();
     let playback = Playback::new(&recording, &Config::default()).unwrap();
     let pty = Pty::new().unwrap();
@@ -242,7 +238,7 @@ fn the_image_in_the_emulator_is_watched() {
     let ended = AtomicBool::new(false);
     std::thread::scope(|scope| {
         let emulator = scope.spawn(|| {
-            let mut session = Session::boot(&elf, &playback).unwrap();
+            let mut session = Session::boot(elf, &playback).unwrap();
             session.watch(pty);
             session
                 .configure(&playback.settings(), Waits::default())

@@ -4,9 +4,7 @@
 use std::fs;
 use std::path::PathBuf;
 
-mod common;
-
-use common::sim;
+use crate::common::sim;
 
 /// Directory of one test, removed when it is done.
 struct Desk(PathBuf);

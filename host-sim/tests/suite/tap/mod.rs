@@ -2,8 +2,6 @@
 //! sentences that the scanner gave.
 
 mod bench;
-#[path = "../common/mod.rs"]
-mod common;
 mod ports;
 
 use host_sim::tap::gather::Part;

@@ -8,12 +8,9 @@
 //! `src/scan/sweep/tests`, which run the same state machine over simulated time.
 //! Without the chip's target or QEMU the tests say so and pass, except in CI.
 
-use std::path::PathBuf;
-
 use host_sim::commands::timing::ScanTime;
+use host_sim::emulate::Session;
 use host_sim::emulate::session::Waits;
-use host_sim::emulate::tools::Tool;
-use host_sim::emulate::{Session, image};
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::replay;
@@ -24,9 +21,7 @@ use stairscan::scan::pace::Cruise;
 use stairscan::scan::settings::SweepMode;
 use stairscan::scan::{Schedule, Settings};
 
-mod common;
-
-use common::tools;
+use crate::common::elf;
 
 /// Clocks of the core in a second, without a crystal.
 const CORE_HZ: u32 = 16_000_000;
@@ -40,10 +35,6 @@ const WIRE: Wire = Wire {
     ahead: true,
     pin: false,
 };
-
-fn elf() -> Option<PathBuf> {
-    tools(&[Tool::Target, Tool::Emulator]).then(|| image::build(&[]).unwrap())
-}
 
 /// 41 rows of short chirps.
 fn recording() -> Recording {
@@ -101,7 +92,7 @@ fn in_stop_mode_the_mirror_overtakes_the_chirp() {
         sweep_mode: SweepMode::Stop,
         ..playback.settings()
     };
-    let mut session = start(&elf, &playback, &settings);
+    let mut session = start(elf, &playback, &settings);
     session.withholds = true;
     session.connect().unwrap();
     let scanned = session.scan().unwrap();
@@ -156,7 +147,7 @@ fn a_continuous_sweep_turns_at_constant_speed() {
         ..playback.settings()
     };
     settings.motor.speed = SLOW;
-    let mut session = start(&elf, &playback, &settings);
+    let mut session = start(elf, &playback, &settings);
     session.connect().unwrap();
     let expected = replayed(&recording, 2);
     for expected in &expected {

@@ -256,7 +256,7 @@ fn scanned(scene: &str, seed: u64) -> (Outcome, Truth) {
 #[test]
 fn the_first_step_stands_where_it_is() {
     for seed in 0..3 {
-        let (outcome, truth) = scanned(include_str!("../../scenes/stair_a.toml"), seed);
+        let (outcome, truth) = scanned(include_str!("../../../scenes/stair_a.toml"), seed);
         println!("{outcome:?}");
         let (found, step) = (&outcome.steps[0], &truth.steps[0]);
         let off = |found: f32, true_m: f64| (f64::from(found) - true_m).abs();

@@ -1,0 +1,28 @@
+//! The program's tests, in one binary: every further one links the simulator and what it draws and converts with once
+//! more. `cargo test -p host-sim --test suite NAME` runs those of a module.
+
+mod accuracy;
+mod bad_recordings;
+mod bad_scenes;
+mod bgt60;
+mod calibrate;
+mod committed_recordings;
+mod common;
+mod convergence;
+mod faults;
+mod firmware;
+mod forms;
+mod live;
+mod modules;
+mod motion;
+mod particles;
+mod processor;
+mod real;
+mod report;
+mod sequences;
+mod sirad;
+mod soak;
+mod special_files;
+mod sweep_modes;
+mod table1;
+mod tap;
