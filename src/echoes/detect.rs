@@ -1,7 +1,7 @@
 //! From maxima to echoes: what neither the noise nor a stronger echo could have made.
 
 use super::angle_filter::{self, LEVEL_DB};
-use super::echo::{Echo, Echoes, MAX_ECHOES};
+use super::echo::{Echo, Echoes};
 use super::ghosts::{Ghosts, Suspect};
 use super::lobe::{Lobe, Responses};
 use super::maxima::{MAX_MAXIMA, MaximaFinder, Maximum};
@@ -83,14 +83,11 @@ pub fn detect(
         params,
     };
     echoes.clear();
-    let mut places: Vec<[f32; 2], { MAX_ECHOES }> = Vec::new();
     for &maximum in maxima.iter().rev() {
-        if let Some((echo, place)) = instrument.echo(maximum, echoes, &places) {
-            if echoes.push(echo).is_err() {
-                break;
-            }
-            // As many as echoes.
-            let _ = places.push(place);
+        if let Some(echo) = instrument.echo(maximum, echoes)
+            && echoes.push(echo).is_err()
+        {
+            break;
         }
     }
 }
@@ -108,15 +105,10 @@ struct Instrument<'a> {
 }
 
 impl Instrument<'_> {
-    /// The echo that a maximum shows and its place in cells; none if the noise, a stronger one of
-    /// `echoes` or side lobes could have made it, or if it shows one of those once more.
+    /// The echo that a maximum shows; none if the noise, a stronger one of
+    /// `echoes` or side lobes could have made it.
     #[inline(never)]
-    fn echo(
-        &self,
-        maximum: Maximum,
-        echoes: &[Echo],
-        places: &[[f32; 2]],
-    ) -> Option<(Echo, [f32; 2])> {
+    fn echo(&self, maximum: Maximum, echoes: &[Echo]) -> Option<Echo> {
         let (map, params) = (self.map, self.params);
         let Background {
             samples,
@@ -157,15 +149,8 @@ impl Instrument<'_> {
         if echoes.iter().any(|e| self.ghosts.explain(e, &suspect)) {
             return None;
         }
-        // Two maxima of one lobe: their places meet where the scatterer is.
-        let meets = |other: &[f32; 2]| {
-            (place[0] - other[0]).abs() + (place[1] - other[1]).abs() < params.same_echo_cells
-        };
-        if places.iter().any(meets) {
-            return None;
-        }
         let (x_m, y_m) = geometry.point(range_m, suspect.angle_rad);
-        let echo = Echo {
+        Some(Echo {
             snr_db,
             range_m,
             angle_rad: suspect.angle_rad,
@@ -175,7 +160,6 @@ impl Instrument<'_> {
             angle_sigma_rad: lobe.row.sigma() * geometry.step_rad,
             range_sigma_m: lobe.bin.sigma() * geometry.bin_m,
             native_bin: suspect.native_bin,
-        };
-        Some((echo, place))
+        })
     }
 }

@@ -4,8 +4,6 @@
 //! The responses in angle (two-way beam through the matched filter) and in range (the window's main
 //! lobe) are parabolas in logarithmic power. What is left of the levels around a maximum once such
 //! a parabola is taken off lies on a line whose slope says how far off the middle the scatterer is.
-//! Departures from that line are clipped: where a neighbour's flank raises one side of the lobe, the
-//! other side still tells.
 //!
 //! A scatterer that nears while the beam sweeps over it walks through the ranges: its lobe is sheared,
 //! narrower in angle at any one range, and the two offsets are no longer independent.
@@ -18,8 +16,6 @@ use crate::params::Params;
 
 /// Curvature of a Gaussian of unit variance in logarithmic power: 10 lg e / 2, dB.
 pub const GAUSSIAN_DB: f32 = 2.171_472_4;
-/// Rounds of clipping: the line moves by less than a hundredth of a cell in a third one.
-const ROUNDS: usize = 2;
 /// Farthest that a peak may lie from the middle of its patch, rows: what the patch reaches and one.
 const MOST_ROWS: f32 = 4.0;
 /// With less than this share of a point scatterer's curvature the levels have no peak.
@@ -135,9 +131,8 @@ impl Lobe {
         };
         let noise_db = params.level_noise_db * math::amplitude(-snr_db);
         let sigma_db = math::hypot(params.lobe_model_db, noise_db);
-        let clip_db = params.lobe_clip_sigmas * sigma_db;
-        let mut row = offset(&mut rows, &PATCH_ROWS, responses.per_row_db, clip_db);
-        let mut bin = offset(&mut bins, &PATCH_BINS, responses.per_bin_db, clip_db);
+        let mut row = offset(&mut rows, &PATCH_ROWS, responses.per_row_db);
+        let mut bin = offset(&mut bins, &PATCH_BINS, responses.per_bin_db);
         if responses.cross_db != 0.0 {
             (row, bin) = responses.part(row, bin);
         }
@@ -157,26 +152,17 @@ impl Lobe {
 
 /// Where the peak of a parabola of this curvature lies, and the variance of that for levels of unit
 /// variance: the slope of `values` (dB) over their offsets `at` once the parabola is taken off.
-fn offset(values: &mut [f32], at: &[i8], per_cell_db: f32, clip_db: f32) -> Offset {
-    let mut squares = 0.0;
+fn offset(values: &mut [f32], at: &[i8], per_cell_db: f32) -> Offset {
+    let (mut squares, mut slope) = (0.0, 0.0);
     for (v, &d) in values.iter_mut().zip(at) {
-        let square = f32::from(d) * f32::from(d);
-        *v += per_cell_db * square;
-        squares += square;
+        let d = f32::from(d);
+        *v += per_cell_db * d * d;
+        squares += d * d;
     }
     let mean = values.iter().sum::<f32>() / values.len().max(1) as f32;
-    let slope_of = |slope: f32, clip_db: f32| {
-        let left = values.iter().zip(at).map(|(v, &d)| {
-            let d = f32::from(d);
-            let left = v - mean - slope * d;
-            d * math::max(math::min(left, clip_db), -clip_db)
-        });
-        slope + left.sum::<f32>() / squares
-    };
-    let mut slope = slope_of(0.0, f32::INFINITY);
-    for _ in 0..ROUNDS {
-        slope = slope_of(slope, clip_db);
+    for (v, &d) in values.iter().zip(at) {
+        slope += f32::from(d) * (v - mean);
     }
-    let per_slope = 0.5 / per_cell_db.max(f32::MIN_POSITIVE);
-    (slope * per_slope, per_slope * per_slope / squares)
+    let scale = 0.5 / per_cell_db.max(f32::MIN_POSITIVE);
+    (scale * slope / squares, scale * scale / squares)
 }

@@ -233,23 +233,17 @@ impl<'e> Ascending<'e> {
     /// The tread before a riser, or the landing: the marks of `range`.
     fn tread(&self, riser: &Riser, range: Range<usize>) -> Before {
         let (scene, p) = (self.scene, self.scene.params);
-        let (mut total, mut strongest_db, mut clutter) = (0.0, p.tread_background_db, 0.0f32);
+        let (mut total, mut strongest_db) = (0.0, p.tread_background_db);
         for m in scene.marks.get(range).unwrap_or(&[]) {
             let (role, gain) = scene.on_tread(m, riser);
-            if role == Role::Clutter && p.rules.clutter_once {
-                // What stands on one tread is one thing, however many echoes it has.
-                total += p.again * math::max(clutter, gain);
-                clutter = math::min(clutter, gain);
-            } else {
-                total += gain;
-            }
+            total += gain;
             let on_level = (m.y_m - riser.base_m).abs() < p.level_sigmas * m.y_sigma_m;
             if role == Role::Tread && on_level && m.x_m > riser.along_m - p.corner_before_m {
                 strongest_db = math::max(strongest_db, m.snr_db);
             }
         }
         Before {
-            score: total + clutter,
+            score: total,
             strongest_db,
         }
     }
@@ -298,20 +292,13 @@ impl<'e> Ascending<'e> {
         total + corner + top
     }
 
-    /// Cost of three risers in a row that are not evenly spaced.
-    fn irregularity(&self, a: f32, b: f32, c: f32) -> f32 {
-        let p = self.scene.params;
-        let d = (c - 2.0 * b + a) / p.uneven_going_m;
-        math::min(p.uneven_going_nats * d * d, 1.0)
-    }
-
     /// Cost of a landing before a face: a single riser behind it is a wall as a rule, so that the second
     /// one takes back what the first cost the more.
     fn landing_cost(&self, chain: &[ChainLink], next: ChainLink) -> f32 {
         let p = self.scene.params;
         let behind_landing = |a: &ChainLink, b: &ChainLink| b.along_m - a.along_m > p.most_going_m;
         match chain {
-            [.., last] if behind_landing(last, &next) => p.landing_nats + p.lone_nats,
+            [.., last] if behind_landing(last, &next) => p.lone_nats,
             [.., before, last] if behind_landing(before, last) => -p.lone_nats,
             _ => 0.0,
         }
@@ -360,10 +347,6 @@ impl Stairs for Ascending<'_> {
         }
     }
 
-    fn out_of_view(&self, along_m: f32) -> bool {
-        along_m > 0.0 && along_m < self.scene.mount_height_m
-    }
-
     fn beginnings(&self) -> impl Iterator<Item = (usize, AscentShape)> {
         let shapes = RISES_M.into_iter();
         let shapes =
@@ -396,7 +379,6 @@ impl Stairs for Ascending<'_> {
         let near = self.scene.marks.get(near).unwrap_or(&[]);
         let gain = self.riser(&riser, near, before) - self.landing_cost(chain, next);
         match chain {
-            [.., a, b] => gain - self.irregularity(a.along_m, b.along_m, next.along_m),
             [] if shape.open => gain - self.scene.params.floating_nats,
             _ => gain,
         }

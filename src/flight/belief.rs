@@ -2,17 +2,14 @@
 
 use super::ascending::{self, Ascending};
 use super::search::Search;
-use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
+use super::stairs::{Flight, MAX_FLIGHT, Stairs};
 use crate::echoes::Echo;
 use crate::fusion::History;
 use crate::grid::PolarMap;
 use crate::math;
 use crate::params::current;
 use crate::params::generative::Generative;
-use crate::posterior::{
-    Base, Cloud, FLOOR, GroundKind, LONGEST_GOING_M, Model, RIGHT_M, Staircase, View, refine,
-    weight,
-};
+use crate::posterior::{Base, Cloud, GroundKind, Model, RIGHT_M, Staircase, View, refine, weight};
 use heapless::Vec;
 
 /// Hypotheses that begin the posterior: the best flight of each length with its refined dimensions,
@@ -37,16 +34,11 @@ impl core::fmt::Debug for Posterior {
 const SHARE: f32 = 0.5;
 /// Riser heights from which the refinement begins, as multiples of the search's.
 const STRETCHES: [f32; 2] = [0.95, 1.05];
-/// Overhangs that are tried beside what the echoes say, metres.
-const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
-/// So many risers before those of the search are tried.
-const UNSEEN: u8 = 3;
 /// Flights that the search puts so far behind its best are not looked at again, nats.
 const RIVAL_NATS: f32 = 5.0;
 /// So many flights of the search are looked at, its best.
 const LEADERS: usize = 3;
-/// Its best one closed in place of floating, or the other way, may cost so much more, nats: the search
-/// knows no walls behind floating treads.
+/// A staircase of earlier scans that the search did not think of may cost so much, nats.
 const SURE_NATS: f32 = 12.0;
 /// So many flights are refined at most: what there is time for.
 const MOST_LOOKED: usize = 6;
@@ -54,8 +46,6 @@ const MOST_LOOKED: usize = 6;
 const WALLS_APART_M: f32 = 0.05;
 /// Nothing that the chair has come up to stands nearer to the mirror, metres: its footrests are there.
 pub(super) const NEAREST_M: f32 = 0.3;
-/// Ramps that a chair drives are no steeper: three times what is allowed indoors.
-const STEEPEST_RAMP: f32 = 0.2;
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
 pub(super) const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
@@ -71,42 +61,6 @@ fn staircase(flight: &Flight<ascending::AscentShape>) -> Staircase {
     }
     s.open = flight.shape.open;
     s
-}
-
-/// The same flight with so many risers before it that show nothing or little, closed: what was taken
-/// for its first edge is the corner on top of them.
-#[inline(never)]
-fn fronted(
-    search: &Search<'_, Ascending<'_>>,
-    leader: &Flight<ascending::AscentShape>,
-    unseen: u8,
-) -> Option<Flight<ascending::AscentShape>> {
-    let [first, second, ..] = leader.chain.as_slice() else {
-        return None;
-    };
-    let (going_m, risers) = (second.along_m - first.along_m, f32::from(unseen));
-    let rise_m = leader.shape.rise_m / risers;
-    let begin_m = first.along_m - risers * going_m;
-    let spacing = search.stairs.spacing();
-    let lowest_m = search.stairs.scene().params.lowest_step_m;
-    if rise_m < lowest_m || begin_m < NEAREST_M || going_m > spacing.most_m {
-        return None;
-    }
-    let shape = ascending::AscentShape {
-        rise_m,
-        open: false,
-    };
-    let mut flight = Flight {
-        shape,
-        ..Flight::default()
-    };
-    for k in 0..unseen {
-        let along_m = begin_m + f32::from(k) * going_m;
-        flight.chain.push(search.at(along_m)).ok()?;
-    }
-    flight.chain.extend_from_slice(&leader.chain).ok()?;
-    flight.score = search.stairs.whole(&flight.chain, flight.shape);
-    Some(flight)
 }
 
 /// The flight that explains the echoes best.
@@ -169,41 +123,22 @@ impl Posterior {
             expected: f32::NEG_INFINITY,
         };
         let l = &mut looking;
-        let rules = &search.stairs.scene().params.rules;
-        let (gate, most) = match rules.search_gate {
-            true => (RIVAL_NATS, LEADERS),
-            false => (4.0 * RIVAL_NATS, MAX_FLIGHT),
-        };
         // Shorter ones come first: longer ones begin from them.
         for leader in &search.leaders {
             let better = search.leaders.iter().filter(|l| l.score > leader.score);
-            if better.count() < most {
-                self.look(l, leader.clone(), (gate, None), past.as_deref_mut());
+            if better.count() < LEADERS {
+                self.look(l, leader.clone(), (RIVAL_NATS, None), past.as_deref_mut());
             }
         }
         if let Some(past) = past.as_deref_mut() {
             self.look_back(l, search, past);
         }
-        if let Some(leader) = search.leaders.iter().find(|l| l.score >= top) {
-            for unseen in (1..=UNSEEN).filter(|_| rules.fronted) {
-                if let Some(flight) = fronted(search, leader, unseen) {
-                    self.look(l, flight, (RIVAL_NATS, None), past.as_deref_mut());
-                }
-            }
-            if rules.other_build {
-                let mut other = leader.clone();
-                other.shape.open = !leader.shape.open;
-                other.score = search.stairs.whole(&other.chain, other.shape);
-                self.look(l, other, (SURE_NATS, None), past.as_deref_mut());
-            }
-        }
         let mut chosen = looking.best.take().map(|(_, chosen)| chosen);
         if let Some(chosen) = &mut chosen {
-            chosen.odds = SHARE
-                * (chosen.odds - self.rival(&chosen.flight.chain, chosen.flight.shape.rise_m));
+            chosen.odds = SHARE * (chosen.odds - self.rival());
         }
         if let Some(past) = past {
-            self.remember(&looking, chosen.as_mut(), search, past);
+            self.remember(&looking, chosen.as_mut(), past);
         }
         chosen
     }
@@ -285,18 +220,9 @@ impl Posterior {
     /// Weighs no stairs at all like the flights, by this scan and by earlier ones, and keeps it all for the
     /// next scan; forgets what was carried on if this scan contradicts it.
     #[inline(never)]
-    fn remember(
-        &mut self,
-        looking: &Looking,
-        chosen: Option<&mut Chosen>,
-        search: &Search<'_, Ascending<'_>>,
-        past: &mut History,
-    ) {
+    fn remember(&mut self, looking: &Looking, chosen: Option<&mut Chosen>, past: &mut History) {
         let nothing = Staircase::nothing();
-        let flight = chosen.as_ref().map(|c| &c.flight);
-        let chain = flight.map_or(&[][..], |f| &f.chain);
-        let rise_m = flight.map_or(0.0, |f| f.shape.rise_m);
-        let worth = SHARE * self.rival(chain, rise_m) + search.stairs.scene().params.accept_up_nats;
+        let worth = SHARE * self.rival();
         let word = past.hypotheses.word(&nothing);
         let (mut alone, mut expected) = (looking.alone, looking.expected);
         alone = math::max(alone, worth);
@@ -315,46 +241,18 @@ impl Posterior {
         }
     }
 
-    /// Weight of the likeliest thing that is no stairs: level ground, and where a single riser is the
-    /// flight, a box or a threshold in its place, each with and without a wall; where the flight is as flat
-    /// as a ramp, that ramp.
+    /// Weight of level ground, with or without a wall.
     #[inline(never)]
-    fn rival(&self, chain: &[ChainLink], rise_m: f32) -> f32 {
-        let mut most = f32::NEG_INFINITY;
-        for &wall_m in &walls(&self.model, NEAREST_M) {
-            let ground = Staircase {
+    fn rival(&self) -> f32 {
+        let grounds = walls(&self.model, NEAREST_M)
+            .into_iter()
+            .map(|wall_m| Staircase {
                 wall_m,
                 ..Staircase::nothing()
-            };
-            most = math::max(most, weight(&self.model, &ground));
-            if current().rules.box_rival
-                && let [link] = chain
-                && link.along_m + LANDING_M < wall_m
-            {
-                for (top_m, _, kind) in FLOOR.iter().filter(|f| f.2 != GroundKind::Stairs) {
-                    let mut s = ground.with(0, link.along_m, *top_m);
-                    s.kind = *kind;
-                    most = math::max(most, weight(&self.model, &s));
-                }
-            }
-        }
-        let (going_m, _) = regular(chain, LONGEST_GOING_M);
-        if current().rules.ramp_rival
-            && let [first, ..] = chain
-            && rise_m < STEEPEST_RAMP * going_m
-        {
-            // Its surface may run through the nosings, through the feet of the risers, or between.
-            for share in [0.0, 0.5, 1.0] {
-                let ramp = Staircase {
-                    kind: GroundKind::Ramp,
-                    wall_m: first.along_m - share * going_m,
-                    slope: rise_m / going_m,
-                    ..Staircase::nothing()
-                };
-                most = math::max(most, weight(&self.model, &ramp));
-            }
-        }
-        most
+            });
+        grounds
+            .map(|ground| weight(&self.model, &ground))
+            .fold(f32::NEG_INFINITY, math::max)
     }
 
     /// A flight as one more step on top of what it is without its last one, if that was looked at.
@@ -401,16 +299,6 @@ impl Posterior {
             }
         };
         let mut best = top;
-        for overhang_m in OVERHANGS_M
-            .into_iter()
-            .filter(|_| !start.open && current().rules.overhang_starts)
-        {
-            let s = Staircase {
-                overhang_m,
-                ..top.staircase
-            };
-            best = likelier(best, base(s, top.sigmas));
-        }
         let open_air = best;
         let behind_m = best.staircase.last_x() + LANDING_M;
         for &wall_m in walls(&self.model, behind_m)

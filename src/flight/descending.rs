@@ -340,10 +340,6 @@ impl Stairs for Descending<'_> {
         }
     }
 
-    fn out_of_view(&self, _along_m: f32) -> bool {
-        false
-    }
-
     fn beginnings(&self) -> impl Iterator<Item = (usize, DescentShape)> {
         let (p, ends) = (self.scene.params, self.ends);
         let columns = self.scene.columns.iter().enumerate();

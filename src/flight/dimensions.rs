@@ -3,7 +3,6 @@
 
 use super::ascending::{self, Ascending};
 use super::descending::{self, Descending};
-use super::flank::Chart;
 use super::heights::{self, Fusion, TreadLevels};
 use super::nosings;
 use super::readings::{self, Readings, Roles};
@@ -15,10 +14,6 @@ use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
 use heapless::Vec;
-
-/// Rounds of reading: which echo plays which role depends on the levels, so the second one knows
-/// those that the first one found. A third changes nothing.
-const ROUNDS: usize = 2;
 
 /// The steps of a flight, what each rests on, and what each echo was taken for.
 #[derive(Clone, Debug)]
@@ -51,15 +46,13 @@ impl Measured {
     }
 }
 
-/// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes and for
-/// which the measurement model speaks with `odds`, nats;
-/// `chart` is the map itself, `bias_sigma_rad` the shaft's angle error that calibration leaves.
+/// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
+/// `bias_sigma_rad` is the shaft's angle error that calibration leaves.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
     flight: &Flight<ascending::AscentShape>,
-    (rise, odds): (Estimate, f32),
-    chart: &Chart<'_>,
+    rise: Estimate,
     bias_sigma_rad: f32,
 ) -> Measured {
     let scene = stairs.scene();
@@ -68,20 +61,18 @@ pub fn ascending(
         value: rise.value,
         variance: 2.0 * rise.variance + p.flight_rise_sigma_m * p.flight_rise_sigma_m,
     };
-    let mut levels = heights::straight(rise);
-    let (mut roles, mut readings) = (Roles::new(), Readings::default());
-    let rounds = if p.rules.second_round { ROUNDS } else { 1 };
-    for _ in 0..rounds {
-        roles = readings::roles(scene, flight, &levels);
-        readings = readings::read(scene, chart, flight, &levels, &roles);
-        let _ = readings.slopes.push(overall);
-        let mut steps = Vec::<Fusion, MAX_FLIGHT>::new();
-        for face in &readings.faces {
-            let _ = steps.push(face.level);
-        }
-        levels = heights::fit(&steps, &readings.slopes, p);
+    let straight = heights::straight(rise);
+    let roles = readings::roles(scene, flight, &straight);
+    let mut readings = readings::read(scene, flight, &straight, &roles);
+    // There is room for one more than a flight has risers.
+    let _ = readings.slopes.push(overall);
+    let mut steps = Vec::<Fusion, MAX_FLIGHT>::new();
+    for face in &readings.faces {
+        // A flight has no more.
+        let _ = steps.push(face.level);
     }
-    if let Some(outcome) = no_stair(&readings, (rise, odds), &levels, p) {
+    let levels = heights::fit(&steps, &readings.slopes, p);
+    if let Some(outcome) = no_stair(&readings, rise, &levels, p) {
         return Measured {
             outcome,
             ..Measured::new(Direction::None, roles)
@@ -148,21 +139,19 @@ fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
     landings
 }
 
-/// The answer if a single riser is too high or too low for a step, or shows nothing that says how
-/// high it is: a box or a threshold.
+/// The answer if a single riser is too high or too low for a step: an obstacle or a threshold.
 fn no_stair(
     readings: &Readings,
-    (rise, odds): (Estimate, f32),
+    rise: Estimate,
     levels: &TreadLevels,
     p: &Params,
 ) -> Option<Outcome> {
-    let ([face], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
+    let ([_], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
         return None;
     };
     let height = first.height;
     let climbable = (p.lowest_step_m..=p.highest_step_m).contains(&height.value);
-    let shown = !face.level.is_empty() || odds > p.sure_step_nats;
-    if climbable && rise.value >= p.lowest_step_m && shown {
+    if climbable && rise.value >= p.lowest_step_m {
         return None;
     }
     let mut outcome = Outcome::undecided();

@@ -5,7 +5,7 @@
 //! floor at all. Where the ground ends, or a hole begins, that power falls to what shows above at once and stays
 //! there. How likely the one is beside the other is told for each cell of the way.
 
-use super::flank::Chart;
+use super::chart::Chart;
 use crate::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 use crate::math;
 use crate::params::Params;
@@ -357,7 +357,6 @@ mod tests {
         Chart {
             map,
             noise: NOISE,
-            resolution_m: Config::default().radar.range_resolution_m(),
             bias_rad: 0.0,
             height_m: 0.0,
             ride: None,

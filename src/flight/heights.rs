@@ -4,7 +4,7 @@
 use super::stairs::MAX_FLIGHT;
 use crate::estimate::Estimate;
 use crate::math;
-use crate::params::{Params, current};
+use crate::params::Params;
 
 /// Likelihood ratios count e to this at most: e⁴⁰ is 10¹⁷, far more than any prior outweighs,
 /// and its sums stay within an f32.
@@ -15,8 +15,6 @@ const CERTAIN: f32 = 40.0;
 pub struct Fusion {
     weight: f32,
     sum: f32,
-    squares: f32,
-    readings: u8,
 }
 
 impl Fusion {
@@ -25,8 +23,6 @@ impl Fusion {
         let w = 1.0 / reading.variance;
         self.weight += w;
         self.sum += w * reading.value;
-        self.squares += w * reading.value * reading.value;
-        self.readings = self.readings.saturating_add(1);
     }
 
     /// Whether there is none.
@@ -34,8 +30,7 @@ impl Fusion {
         self.weight <= 0.0
     }
 
-    /// The mean. Where the estimates disagree by more than they should, their standard deviations
-    /// are too small, all by the same factor (Birge 1932). Without any: 0, of which nothing is known.
+    /// The mean. Without any: 0, of which nothing is known.
     pub fn mean(&self) -> Estimate {
         if self.is_empty() {
             return Estimate {
@@ -43,12 +38,9 @@ impl Fusion {
                 variance: f32::INFINITY,
             };
         }
-        let spread = self.squares - self.sum * self.sum / self.weight;
-        let birge = f32::from(u8::from(current().rules.birge));
-        let excess = birge * spread / f32::from(self.readings.max(2) - 1);
         Estimate {
             value: self.sum / self.weight,
-            variance: math::max(excess, 1.0) / self.weight,
+            variance: 1.0 / self.weight,
         }
     }
 }

@@ -10,9 +10,9 @@
 //! | `search` | the best flight |
 //! | `heights` | the levels of all treads, weighed against the flight's regularity |
 //! | `readings` | what each riser's own echoes say |
-//! | `flank` | an edge on the flank of a stronger echo |
 //! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
+//! | `chart` | the map with what it takes to read it |
 //! | `floor_line` | what the ground shows along its line, and where it is missing |
 //! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
 //! | `belief`, `judgement` | hypotheses weighed by the posterior; what its particles say of the answer |
@@ -23,9 +23,9 @@
 
 mod ascending;
 mod belief;
+mod chart;
 mod descending;
 mod dimensions;
-mod flank;
 mod floor_line;
 mod heights;
 mod horizon;
@@ -55,13 +55,13 @@ use crate::math;
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
-use crate::params::{current, measured};
-use crate::posterior::{RIGHT_M, View};
+use crate::params::measured;
+use crate::posterior::View;
 use ascending::Ascending;
 use belief::{Chosen, Posterior};
+use chart::Chart;
 use descending::Descending;
 use dimensions::Measured;
-use flank::Chart;
 use floor_line::FloorLine;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use judgement::Belief;
@@ -212,7 +212,6 @@ impl Estimator for Likelihood {
                 let chart = Chart {
                     map,
                     noise,
-                    resolution_m: config.radar.range_resolution_m(),
                     bias_rad: 0.0,
                     height_m: 0.0,
                     ride: Ride::of(drive, &config.radar),
@@ -297,23 +296,18 @@ fn ascend(
     });
     observer.event(Event::Done(Stage::Search));
     let mut measured = None;
-    let instrument = (&chart, found.bias_sigma_rad);
     if let Some((flight, rise)) = best.as_ref()
-        && flight.score + odds >= p.accept_up_nats
+        && flight.score + odds >= 0.0
     {
-        measure(&stairs, flight, (*rise, odds), instrument, &mut measured);
+        measure(&stairs, flight, *rise, found.bias_sigma_rad, &mut measured);
     }
     let mut belief = Belief::default();
     if let Some(posterior) = posterior {
         posterior.judge(measured.as_ref(), &mut belief);
-        if belief.unfounded && p.rules.unfounded {
-            measured = None;
-            posterior.judge(None, &mut belief);
-        }
         let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior)
             .filter(|_| p.rules.next_step);
         if let Some((flight, rise)) = &longer {
-            measure(&stairs, flight, (*rise, odds), instrument, &mut measured);
+            measure(&stairs, flight, *rise, found.bias_sigma_rad, &mut measured);
             posterior.judge(measured.as_ref(), &mut belief);
             best = longer;
         }
@@ -332,7 +326,7 @@ fn ascend(
         search: &search,
         best,
         measured,
-        accept: p.accept_up_nats,
+        accept: 0.0,
         geometry,
         belief: &belief,
         strained: !found.fits(p),
@@ -348,17 +342,11 @@ fn ascend(
 fn measure(
     stairs: &Ascending<'_>,
     flight: &Flight<ascending::AscentShape>,
-    rise: (Estimate, f32),
-    (chart, bias_sigma_rad): (&Chart<'_>, f32),
+    rise: Estimate,
+    bias_sigma_rad: f32,
     out: &mut Option<Measured>,
 ) {
-    *out = Some(dimensions::ascending(
-        stairs,
-        flight,
-        rise,
-        chart,
-        bias_sigma_rad,
-    ));
+    *out = Some(dimensions::ascending(stairs, flight, rise, bias_sigma_rad));
 }
 
 /// The flight with one more step behind those that were measured, where the particles are sure of it and
@@ -553,24 +541,11 @@ impl<S: Stairs> Ended<'_, S> {
     }
 }
 
-/// How far the horizon of an `ok` must reach besides, metres: up to the first step, where something that is
-/// no stairs explains the echoes nearly as well. Else the answer would say that there are stairs and vouch for
-/// none of them.
-pub fn doubted_from_m(outcome: &Outcome) -> Option<f32> {
-    let doubted = outcome.reasons.has(Reason::CloseRival);
-    let first = outcome.steps.first().filter(|_| doubted)?;
-    Some(first.distance_m - RIGHT_M)
-}
-
-/// Decides an answer by how far it is valid: `ok` if that is the first metre at least, and its first step where
-/// that is doubted.
+/// Decides an answer by how far it is valid: `ok` if that is the first metre at least.
 fn promise(outcome: &mut Outcome, vouch: Vouch) {
     outcome.horizon_m = Some(vouch.horizon_m);
     outcome.confidence = Some(vouch.confidence);
-    let first_m = doubted_from_m(outcome)
-        .filter(|_| current().rules.doubted_step)
-        .unwrap_or(0.0);
-    if vouch.horizon_m < math::max(LEAST_HORIZON_M, first_m) {
+    if vouch.horizon_m < LEAST_HORIZON_M {
         outcome.decide(Status::Degraded);
         outcome.reasons.add(Reason::ShortHorizon);
     } else {

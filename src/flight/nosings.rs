@@ -62,8 +62,6 @@ struct Explained {
 /// The echoes near one riser, and which lines it shows.
 struct RiserEchoes {
     sightings: Vec<Sighting, MOST>,
-    /// Probabilities that a riser that overhangs shows both lines, its own alone, the nosing alone.
-    shows: [f32; 3],
     unexplained_nats: f32,
 }
 
@@ -83,16 +81,8 @@ impl RiserEchoes {
             }
             shell_sort(&mut sightings, |a, b| a.snr_db > b.snr_db);
         }
-        let (both, back) = if scene.hides_foot(riser) {
-            (p.hidden_both_share, p.hidden_back_share)
-        } else if riser.top_m > scene.mount_height_m - p.flash_above_m {
-            (p.facing_both_share, p.facing_back_share)
-        } else {
-            (p.low_both_share, p.low_back_share)
-        };
         Self {
             sightings,
-            shows: [both, back, 1.0 - both - back],
             unexplained_nats: p.nosing_stray_nats,
         }
     }
@@ -141,14 +131,8 @@ impl RiserEchoes {
             };
         }
         let both = front.0 > 0.0 && back.0 > 0.0;
-        let [shows_both, shows_back, shows_front] = self.shows;
-        let share = match (both, back.0 > 0.0) {
-            (true, _) => shows_both,
-            (false, true) => shows_back,
-            (false, false) => shows_front,
-        };
         Explained {
-            nats: nats + math::ln(share),
+            nats,
             gap_m: both.then(|| back.1 / back.0 - front.1 / front.0),
             amplitude: math::min(front.0, back.0),
         }
@@ -246,19 +230,11 @@ fn places(
 #[inline(never)]
 pub fn locate(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Nosings {
     let p = scene.params;
-    let flush = if flight.shape.open {
-        p.open_flush_share
-    } else {
-        p.flush_share
-    };
     let mut overhangs = [Overhang::default(); OVERHANGS_M.len()];
+    // None at all is as likely as all others together.
+    let others = (OVERHANGS_M.len() - 1) as f32;
     for (overhang, &m) in overhangs.iter_mut().zip(&OVERHANGS_M) {
-        let others = (OVERHANGS_M.len() - 1) as f32;
-        overhang.nats = math::ln(if m <= 0.0 {
-            flush
-        } else {
-            (1.0 - flush) / others
-        });
+        overhang.nats = if m <= 0.0 { math::ln(others) } else { 0.0 };
     }
     places(scene, flight, levels, |place| {
         for (overhang, &m) in overhangs.iter_mut().zip(&OVERHANGS_M) {

@@ -1,7 +1,6 @@
 //! What each riser's own echoes say of its place, its height and its nosing.
 
 use super::ascending::{AscentShape, riser_of};
-use super::flank::Chart;
 use super::heights::{Fusion, TreadLevels};
 use super::roles::{Riser, Role};
 use super::scene::{Mark, Scene};
@@ -69,13 +68,10 @@ pub fn roles(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLeve
 /// One riser with its echoes.
 struct RiserMarks<'e> {
     scene: &'e Scene<'e>,
-    chart: &'e Chart<'e>,
     p: &'e Params,
     riser: Riser,
     marks: &'e [Mark],
     roles: &'e [Role],
-    /// Variance of the level at the top as known so far.
-    top_variance: f32,
 }
 
 fn strongest<'m>(marks: impl Iterator<Item = &'m Mark>) -> Option<&'m Mark> {
@@ -92,20 +88,9 @@ impl<'e> RiserMarks<'e> {
         strongest(self.with(|_, role| role == wanted))
     }
 
-    /// Angle between a height on the riser and the mirror's, radians.
-    fn off_mirror_rad(&self, y_m: f32) -> f32 {
-        (y_m - self.scene.mount_height_m) / self.riser.along_m
-    }
-
     /// The edge at the top.
     fn nosing(&self) -> Option<&'e Mark> {
-        let unsure = |m: &Mark| {
-            let variance = m.y_sigma_m * m.y_sigma_m + self.top_variance;
-            let reach = self.p.level_sigmas * math::sqrt(variance);
-            // Floating treads show nothing below their edge that could be taken for it.
-            self.p.rules.face_as_edge && self.riser.open && (m.y_m - self.riser.top_m).abs() < reach
-        };
-        let tops = self.with(|m, role| role == Role::Nosing || (role == Role::Face && unsure(m)));
+        let tops = self.with(|_, role| role == Role::Nosing);
         if self.scene.hides_foot(&self.riser) {
             strongest(tops)
         } else {
@@ -152,14 +137,7 @@ impl<'e> RiserMarks<'e> {
             (p.corner_broad_low_m, p.corner_broad_sigma_m)
         };
         let angle_m = Self::angle_error_m(m, p.corner_angle_rad, p.corner_noise_rad);
-        let before = self.riser.previous_m;
-        let tread_m = before.map_or(0.0, |x| self.riser.along_m - x);
-        let sloping_m = math::max(tread_m - p.level_going_m, 0.0);
-        let own_m = math::hypot(sigma_m, angle_m);
-        Estimate::new(
-            m.y_m - low_m,
-            math::hypot(own_m, p.tread_fall_sigma * sloping_m),
-        )
+        Estimate::new(m.y_m - low_m, math::hypot(sigma_m, angle_m))
     }
 
     /// Height of the flight's risers from an echo at height `y_m` on riser `k`, whose foot the
@@ -178,26 +156,8 @@ impl<'e> RiserMarks<'e> {
         })
     }
 
-    /// Height of the top edge where it shows on the flank of the highest strong echo.
-    fn edge_on_flank(&self) -> Option<Estimate> {
-        let p = self.p;
-        let on_riser = |m: &&Mark| {
-            m.snr_db > p.flank_least_db
-                && m.y_m > self.riser.base_m - p.on_ground_m
-                && m.y_m < self.riser.top_m + p.on_ground_m
-        };
-        let strong = self.marks.iter().filter(on_riser);
-        let m = strong.max_by(|a, b| a.y_m.total_cmp(&b.y_m))?;
-        let level = self.chart.edge_above(m.x_m, m.y_m, p)?;
-        // A face that looks at the mirror shows places of its own, and its flash side lobes.
-        let below = m.y_m < self.scene.mount_height_m - p.flash_above_m
-            && level.value < self.scene.mount_height_m;
-        below.then_some(level)
-    }
-
     /// Reads the riser's echoes; what a corner says of the tread before goes to `before`.
     fn read(&self, before: Option<&mut Face>) -> Face {
-        let p = self.p;
         let mut face = Face::default();
         let Some(all) = strongest(self.marks.iter()) else {
             return face;
@@ -208,9 +168,7 @@ impl<'e> RiserMarks<'e> {
         face.x_m = Some(known.unwrap_or(all).x_m);
         face.snr_db = Some(all.snr_db);
         face.flashes = flash.is_some_and(|m| m.echo == all.echo);
-        let outshone = |m: &Mark| flash.is_some_and(|f| f.snr_db > m.snr_db - p.outshone_db);
         if let Some(m) = corner
-            && !(outshone(m) && -self.off_mirror_rad(self.riser.base_m) < p.flash_hides_rad)
             && let Some(before) = before
         {
             before.level.add(self.corner_level(m));
@@ -219,17 +177,8 @@ impl<'e> RiserMarks<'e> {
         if let Some(m) = self.nosing()
             && (open || !self.scene.hides_foot(&self.riser))
         {
-            let pulled = self.off_mirror_rad(m.y_m).abs() < 0.5 * p.flash_hides_rad;
-            if open || flash.is_none() || !pulled {
-                face.level.add(self.top_level(m));
-            }
+            face.level.add(self.top_level(m));
             face.overhang_seen = known.is_some();
-        }
-        if !open
-            && face.level.is_empty()
-            && let Some(level) = self.edge_on_flank()
-        {
-            face.level.add(level);
         }
         face
     }
@@ -239,26 +188,23 @@ impl<'e> RiserMarks<'e> {
 #[inline(never)]
 pub fn read(
     scene: &Scene<'_>,
-    chart: &Chart<'_>,
     flight: &Flight<AscentShape>,
     levels: &TreadLevels,
     roles: &Roles,
 ) -> Readings {
     let mut out = Readings::default();
     let mut before_x: Option<f32> = None;
-    for (k, (link, level)) in flight.chain.iter().zip(levels).enumerate() {
+    for (k, link) in flight.chain.iter().enumerate() {
         let (first, end) = match link.column {
             Some(_) => scene.near_range(link.along_m),
             None => (0, 0),
         };
         let place = RiserMarks {
             scene,
-            chart,
             p: scene.params,
             riser: riser(&flight.chain, flight.shape.open, levels, k),
             marks: scene.marks.get(first..end).unwrap_or(&[]),
             roles: roles.get(first..end).unwrap_or(&[]),
-            top_variance: level.height.variance,
         };
         let face = place.read(out.faces.last_mut());
         if let (Some(before), Some(x), Some(all)) =

@@ -171,8 +171,7 @@ impl Scene<'_> {
         if m.y_m < self.sight(m.x_m, riser) - p.inside_margin_m - 2.0 * m.y_sigma_m {
             return (Role::Inside, -p.inside_nats * m.weight);
         }
-        let stands = m.y_m > riser.base_m + p.clutter_margin_m + m.y_sigma_m
-            && (m.y_m - self.mount_height_m).abs() > p.far_flash_m;
+        let stands = m.y_m > riser.base_m + p.clutter_margin_m + m.y_sigma_m;
         if stands && riser.along_m.is_finite() {
             return (Role::Clutter, -p.clutter_nats * m.weight);
         }
@@ -187,13 +186,7 @@ impl Scene<'_> {
         let flash_z = math::max(off_mirror - p.flash_margin_m, 0.0) / s;
         let flash = self.faces_mirror(riser) && flash_z < 2.0;
         if m.y_m > riser.top_m + p.above_margin_m + 2.0 * s && !flash {
-            // A wall far behind flashes over the stairs.
-            let far_flash = off_mirror < p.far_flash_m && riser.previous_m.is_some();
-            return if far_flash {
-                RoleFit::other(Role::Stray, -p.stray_nats * w)
-            } else {
-                RoleFit::other(Role::Above, -p.above_nats * w)
-            };
+            return RoleFit::other(Role::Above, -p.above_nats * w);
         }
         let low = self.sight(m.x_m, riser);
         if m.y_m < low - p.inside_margin_m - 2.0 * s {
@@ -237,18 +230,12 @@ impl Scene<'_> {
         } else {
             gain(p.point_nats, (m.y_m - riser.base_m) / s) * w
         };
-        // Treads overhang their riser, they do not fall short of it.
-        let nosing = if m.x_m < riser.along_m + p.nosing_behind_m {
-            gain(p.point_nats, (m.y_m - riser.top_m) / s) * w
-        } else {
-            0.0
-        };
+        let nosing = gain(p.point_nats, (m.y_m - riser.top_m) / s) * w;
         let edge = math::max(nosing, flash);
-        let broad = !riser.open && m.width > p.face_width && self.shines_at(m, riser);
-        let top_role = match (flash > nosing, broad) {
-            (true, _) => Role::Flash,
-            (false, true) => Role::Face,
-            (false, false) => Role::Nosing,
+        let top_role = if flash > nosing {
+            Role::Flash
+        } else {
+            Role::Nosing
         };
         let fit = RoleFit {
             corner,
@@ -260,16 +247,12 @@ impl Scene<'_> {
         if m.y_m <= riser.base_m + math::max(2.0 * s, p.face_foot_m) || m.y_m >= riser.top_m {
             return fit;
         }
-        // Seen from afar a low riser's nosing and face melt into one echo.
-        let melts = riser.top_m - riser.base_m
-            < p.melting_slope * math::max(riser.along_m, p.melting_nearest_m);
-        let face = p.face_nats * w * if melts { p.melting_gain } else { 1.0 };
+        let face = p.face_nats * w;
         if face <= edge {
             return fit;
         }
         RoleFit {
             top: face,
-            edge: if melts { face } else { edge },
             top_role: Role::Face,
             ..fit
         }

@@ -104,20 +104,12 @@ impl<'p> Scene<'p> {
     pub fn risers(&mut self, echoes: &[Echo]) {
         let p = self.params;
         let marks = (0..).zip(echoes).map(|(k, e)| {
-            let below_the_scan = e.range_m < p.unscanned_floor_m
-                && e.y_m > p.unscanned_floor_height_m
-                && e.snr_db < p.unscanned_floor_db;
-            let doubt = if below_the_scan {
-                p.unscanned_floor_weight
-            } else {
-                1.0
-            };
             let y_sigma_m = math::hypot(p.height_sigma_m, e.range_m * p.height_sigma_rad);
             Mark {
                 along_m: e.x_m,
                 y_sigma_m,
                 floor_nats: gain(p.tread_nats, e.y_m / y_sigma_m),
-                weight: credibility(e.snr_db, p) * doubt,
+                weight: credibility(e.snr_db, p),
                 ..Mark::new(k, e)
             }
         });
@@ -164,7 +156,7 @@ impl<'p> Scene<'p> {
             let Some((centre, _)) = strongest else { break };
             let mut column = Column {
                 along_m: centre.along_m,
-                weight: self.params.column_weight_per_db * centre.snr_db,
+                weight: 0.0,
                 begins: self.shines(centre),
             };
             for (mark, taken) in self.marks.iter().zip(&mut taken) {

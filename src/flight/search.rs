@@ -210,43 +210,8 @@ impl<'s, S: Stairs> Search<'s, S> {
                 let spacing = (link.along_m - first.along_m) / (skipped + 1) as f32;
                 if (bounds.least_m..=bounds.most_m).contains(&spacing) {
                     self.grow_to(flight, link, spacing, skipped, next);
-                    if skipped == 0 && flight.chain.len() == 1 {
-                        self.grow_back(flight, link, spacing, next);
-                    }
                 }
             }
-        }
-    }
-
-    /// The same with a face before the first that is too near to be seen.
-    fn grow_back(
-        &self,
-        flight: &Flight<S::Shape>,
-        link: ChainLink,
-        spacing: f32,
-        next: &mut BestBeginnings<S::Shape>,
-    ) {
-        let Some(&first) = flight.chain.first() else {
-            return;
-        };
-        let along_m = first.along_m - spacing;
-        if !self.stairs.out_of_view(along_m) || !self.stairs.scene().params.rules.face_out_of_view {
-            return;
-        }
-        let mut longer = Flight {
-            shape: flight.shape,
-            ..Flight::default()
-        };
-        let unseen = ChainLink {
-            along_m,
-            column: None,
-        };
-        let grown = [unseen, first, link]
-            .into_iter()
-            .all(|link| self.extend(&mut longer, link));
-        if grown {
-            self.finish(&mut longer);
-            next.offer(&longer);
         }
     }
 
@@ -286,12 +251,8 @@ impl<'s, S: Stairs> Search<'s, S> {
         let scene = self.stairs.scene();
         let tolerance = self.stairs.spacing().tolerance_m;
         let columns = scene.columns.iter().enumerate();
-        let near = columns.filter_map(|(k, column)| {
-            let off = (column.along_m - along).abs();
-            let worth = column.weight - scene.params.off_place_per_m * off;
-            (off < tolerance).then_some((k, worth))
-        });
-        let best = near.max_by(|a, b| a.1.total_cmp(&b.1));
+        let near = columns.filter(|(_, column)| (column.along_m - along).abs() < tolerance);
+        let best = near.max_by(|a, b| a.1.weight.total_cmp(&b.1.weight));
         best.map(|(k, _)| self.link(k))
     }
 }

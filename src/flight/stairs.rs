@@ -88,8 +88,6 @@ pub trait Stairs {
     fn spacing(&self) -> Spacing;
     /// The columns that a flight may begin with, each with the shapes worth a try there.
     fn beginnings(&self) -> impl Iterator<Item = (usize, Self::Shape)>;
-    /// Whether a first face there may stand before the scanned sector, so that nothing shows it.
-    fn out_of_view(&self, along_m: f32) -> bool;
     /// Log-likelihood that `next` adds to the chain, nats.
     fn face(&self, chain: &[ChainLink], next: ChainLink, shape: Self::Shape) -> f32;
     /// Log-likelihood of everything behind the last face, nats.

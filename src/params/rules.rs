@@ -64,70 +64,32 @@ rules! {
     switches {
         /// One face may go unseen between two.
         skipped_face in "search";
-        /// A first face before the scanned sector.
-        face_out_of_view in "search";
-        /// Further echoes of what stands on one tread count less.
-        clutter_once in "roles";
         /// A tall thing behind the landing may explain what lies beyond it.
         wall_behind in "search";
         /// One thing too tall to climb is a rival of stairs.
         tall_thing in "search";
         /// Ramps are rivals of stairs.
         ramps in "search";
-        /// Only flights that the search puts within 5 nats of its best go to the posterior.
-        search_gate in "choice";
-        /// One to three unseen risers before the search's best flight are tried.
-        fronted in "choice";
-        /// The best flight is also tried floating in place of closed, or closed in place of floating.
-        other_build in "choice";
         /// A flight's refinement also begins from that of the flight without its last step.
         from_shorter in "choice";
-        /// Overhangs are tried beside what the echoes show.
-        overhang_starts in "choice";
         /// Walls behind a flight are tried.
         walls_behind in "choice";
-        /// A single riser is held against a box and a threshold.
-        box_rival in "choice";
-        /// A flat flight is held against a ramp.
-        ramp_rival in "choice";
         /// A further step that the particles are sure of is added to the answer.
         next_step in "choice";
-        /// An answer is given up where the particles agree on ground without an obstacle.
-        unfounded in "choice";
         /// Particles: a flight less its last steps.
         less in "particles";
         /// Particles: one more riser behind the last.
         behind in "particles";
-        /// Particles: one more riser before the first.
-        front in "particles";
-        /// Particles: one more riser between two.
-        between in "particles";
-        /// Particles: one odd rise.
-        odd in "particles";
-        /// Particles: other overhangs.
-        overhangs in "particles";
         /// Particles: steps, boxes and thresholds on bare ground.
         single in "particles";
         /// Particles: ground that ends.
         drops in "particles";
-        /// Particles: flights whose first risers show nothing.
-        unseen_flights in "particles";
-        /// Particles: ramps.
-        ramp_particles in "particles";
         /// The visible part of a riser whose foot is hidden tells of the riser's height.
         hidden_slope in "heights";
-        /// Of a floating step an echo on the face may be its edge.
-        face_as_edge in "heights";
-        /// Readings that disagree widen their standard deviation.
-        birge in "heights";
-        /// A second round of readings, with the levels of the first.
-        second_round in "heights";
         /// Places of nosings by the two upright lines of nosing and riser.
         nosing_lines in "places";
         /// The floor's power along its line tells of gaps.
         floor_line in "horizon";
-        /// Where a rival is close, an answer is only `ok` if its horizon reaches the first step.
-        doubted_step in "horizon";
         /// No horizon ends next to a step.
         clear_of_steps in "horizon";
         /// No horizon reaches a step whose expanded uncertainty is larger than 8 cm.
@@ -138,32 +100,14 @@ rules! {
     numbers {
         /// Weak echoes weigh less.
         credibility in "scene": |p| p.least_credibility = 1.0;
-        /// What the floor below the last angle shows by side lobes weighs less.
-        unscanned_floor in "scene": |p| p.unscanned_floor_weight = 1.0;
         /// A corner on the ground that outshines what lies before it may begin a flight.
         corner_begins in "scene": |p| p.corner_least_db = NEVER;
-        /// The stronger of two columns of like weight is preferred.
-        column_strength in "scene": |p| p.column_weight_per_db = 0.0;
-        /// A column off its place is less preferred.
-        off_place in "search": |p| p.off_place_per_m = 0.0;
         /// Landings within a flight.
         landings in "search": |p| p.longest_landing_m = 0.0;
-        /// A landing costs.
-        landing_cost in "search": |p| p.landing_nats = 0.0;
         /// A single riser behind a landing costs more.
         lone_riser in "search": |p| p.lone_nats = 0.0;
-        /// Uneven goings cost.
-        uneven_going in "search": |p| p.uneven_going_nats = 0.0;
         /// Floating flights cost.
         floating in "search": |p| p.floating_nats = 0.0;
-        /// A flight needs a score to count.
-        accept in "search": |p| p.accept_up_nats = 0.0;
-        /// A low riser far off melts into one echo, which gains more.
-        melting in "roles": |p| p.melting_slope = 0.0;
-        /// A broad lobe on a riser that shines is its face.
-        broad_face in "roles": |p| p.face_width = NEVER;
-        /// A wall far behind flashes over the stairs.
-        far_flash in "roles": |p| p.far_flash_m = 0.0;
         /// What stands on a tread costs.
         clutter in "roles": |p| p.clutter_nats = 0.0;
         /// Echoes inside the solid cost.
@@ -184,22 +128,10 @@ rules! {
         flash_hides_corner in "roles": |p| p.flash_flank = 0.0;
         /// Further echoes in the same role count a little.
         again in "roles": |p| p.again = 0.0;
-        /// An edge lies no farther behind its riser than places are off.
-        nosing_behind in "roles": |p| p.nosing_behind_m = NEVER;
         /// A single riser that is too low is a threshold.
         lowest_step in "choice": |p| p.lowest_step_m = 0.0;
         /// A single riser that is too high is an obstacle.
         highest_step in "choice": |p| p.highest_step_m = NEVER;
-        /// A single riser that shows no height counts only where the posterior is for it.
-        shows_height in "choice": |p| p.sure_step_nats = -NEVER;
-        /// An edge on the flank of a stronger echo.
-        flank in "heights": |p| p.flank_least_db = NEVER;
-        /// A corner that a flash outshines tells no level.
-        outshone in "heights": |p| p.outshone_db = -NEVER;
-        /// An edge or corner beside a flash tells no level.
-        flash_masks in "heights": |p| p.flash_hides_rad = 0.0;
-        /// Deep treads may fall towards their front.
-        tread_fall in "heights": |p| p.tread_fall_sigma = 0.0;
         /// Any one riser or tread may be odd.
         odd_step in "heights": |p| p.odd_rise_sigma_m = 1e-4;
         /// Biases of the readings, by what shows.
@@ -214,13 +146,6 @@ rules! {
         clean_lobe in "heights": |p| p.clean_width = 0.0;
         /// Reported heights are wider than the model's.
         height_scale in "heights": |p| p.height_sigma_scale = 1.0;
-        /// How often nosing and riser show, by where the riser stands.
-        nosing_shares in "places": |p| for share in [
-            &mut p.low_both_share, &mut p.low_back_share, &mut p.facing_both_share,
-            &mut p.facing_back_share, &mut p.hidden_both_share, &mut p.hidden_back_share,
-        ] { *share = 1.0 / 3.0 };
-        /// Nosings are flush as a rule.
-        flush in "places": |p| (p.flush_share, p.open_flush_share) = (0.5, 0.5);
         /// A credible echo on neither line costs.
         nosing_stray in "places": |p| p.nosing_stray_nats = 0.0;
         /// Calibration takes out the shaft's angle bias.
@@ -241,10 +166,6 @@ rules! {
         ghost_oscillator in "echoes": |p| p.oscillator_noise_db = NEVER;
         /// Ghosts: images of an I/Q imbalance.
         ghost_image in "echoes": |p| p.iq_image_db = NEVER;
-        /// The lobe fit clips departures.
-        lobe_clip in "echoes": |p| p.lobe_clip_sigmas = NEVER;
-        /// Two maxima of one lobe are one echo.
-        same_echo in "echoes": |p| p.same_echo_cells = 0.0;
         /// A calibration that takes out too much shows a wrong mounting.
         strain in "mount": |p| p.calibration_strain = NEVER;
         /// A floor that is shown better elsewhere shows a wrong mounting.

@@ -12,10 +12,6 @@ params! {
         lobe_model_db = 0.10, "dB", Derived, "ripple of the triangle against the beam, rounding of cells";
         /// Standard deviation that the noise gives a filtered level at 0 dB above it.
         level_noise_db = 1.3, "dB", Derived, "exponential noise averaged over one and a half beams";
-        /// Departures from the lobe count at most so many standard deviations.
-        lobe_clip_sigmas = 3.0, "", Hand;
-        /// Two places are one scatterer if they are closer than this, rows and bins together.
-        same_echo_cells = 2.0, "", Derived, "a maximum stands out over two rows";
     }
     "echoes: what noise and stronger echoes make" {
         /// Filtered power above the noise that counts.
@@ -156,14 +152,6 @@ params! {
         least_credibility = 0.15, "", Hand;
         /// Nearer than this the floor below the mirror is seen by side lobes, and folded walls lie.
         nearest_riser_m = 0.36, "m", Hand;
-        /// Range within which the floor below the last angle shows by side lobes.
-        unscanned_floor_m = 0.54, "m", Derived, "mount height over the sine of the last angle: 0.52 m, and a range cell";
-        /// It seems to lie this high at least.
-        unscanned_floor_height_m = 0.05, "m", Hand;
-        /// It is weaker than this.
-        unscanned_floor_db = 15.0, "dB", Hand;
-        /// Factor on the credibility of such an echo.
-        unscanned_floor_weight = 0.4, "", Hand;
         /// Echoes this close in x belong to one riser.
         column_m = 0.045, "m", Custom, "nosings overhang by up to 4 cm";
         /// Height below which an echo may be ground.
@@ -174,8 +162,6 @@ params! {
         corner_outshines_db = 5.0, "dB", Hand;
         /// An echo on the ground that is weaker is not taken for a corner.
         corner_least_db = 14.0, "dB", Hand;
-        /// Weight of a column for each decibel of its strongest echo, credibilities.
-        column_weight_per_db = 0.01, "", Hand;
     }
     "roles: gains and costs going up" {
         /// An echo at a place known in x and y: corner, nosing, flash.
@@ -210,20 +196,12 @@ params! {
         corner_seen_nats = 1.0, "nats", Hand;
         /// An edge is seen if it gains this.
         edge_seen_nats = 0.8, "nats", Hand;
-        /// Departure of a riser from the line of its predecessors that costs …
-        uneven_going_m = 0.015, "m", Hand;
-        /// … this, growing with its square up to 1.
-        uneven_going_nats = 0.35, "nats", Hand;
         /// Second and further echoes in the same role count this much.
         again = 0.3, "", Hand;
         /// Floating stairs: legs and boxes pass for a single floating step.
         floating_nats = 3.0, "nats", Hand;
-        /// Cost of a landing within a flight.
-        landing_nats = 1.0, "nats", Hand;
         /// Further cost of a single riser behind a landing.
         lone_nats = 4.0, "nats", Hand;
-        /// A flight going up counts from this score on.
-        accept_up_nats = 1.5, "nats", Hand;
     }
     "roles: where each begins and ends" {
         /// A riser whose foot is not at least this much below the mirror shows none.
@@ -234,8 +212,6 @@ params! {
         flash_above_m = 0.03, "m", Hand;
         /// A flash lies this near the mirror's height, beside the error of an echo's height.
         flash_margin_m = 0.01, "m", Hand;
-        /// The flash of a wall far behind lies this near it.
-        far_flash_m = 0.03, "m", Hand;
         /// A flash's flank hides a corner whose height below it is this share of the distance.
         flash_flank = 0.13, "", Derived, "7.4 degrees, one and a half beams";
         /// A riser whose top is below the mirror by less than this share of the distance shines.
@@ -248,14 +224,6 @@ params! {
         clutter_margin_m = 0.03, "m", Hand;
         /// A face begins this much above its foot, or twice the echo's deviation.
         face_foot_m = 0.04, "m", Hand;
-        /// A lobe broader than this on a riser that shines is its face.
-        face_width = 2.0, "", Hand;
-        /// A riser lower than this share of the distance melts into one echo.
-        melting_slope = 0.105, "", Derived, "6 degrees, a beam and a fifth";
-        /// Nearer than this it is as at this distance.
-        melting_nearest_m = 0.3, "m", Hand;
-        /// Gain of such an echo over that of a face.
-        melting_gain = 1.4, "", Hand;
         /// An echo shows a level that is closer than so many standard deviations.
         level_sigmas = 2.5, "", Hand;
     }
@@ -268,14 +236,10 @@ params! {
         longest_landing_m = 1.60, "m", Custom, "more than a door's leaf and a wheelchair's length";
         /// A riser may stand this far from where its predecessors lead.
         riser_tolerance_m = 0.045, "m", Custom, "half an overhang and what builders are off";
-        /// Weight of a column, credibilities, that makes up for a metre off its place.
-        off_place_per_m = 20.0, "", Hand;
         /// What stands farther behind the last riser is no part of the flight.
         landing_m = 0.70, "m", Custom, "farther than any going";
         /// A single riser lower than this is a threshold.
         lowest_step_m = 0.055, "m", Custom, "steps count from 6 cm on, less the error of a low riser's height";
-        /// A single riser that shows no height of its own counts from these odds on: what is behind does.
-        sure_step_nats = 1.5, "nats", Hand;
         /// A single riser higher than this is an obstacle.
         highest_step_m = 0.30, "m", Custom, "design contract of single rises: what rises by 6 to 30 cm is a step";
     }
@@ -294,12 +258,6 @@ params! {
     "readings: what a riser's echoes say" {
         /// An echo no wider than this is a single scatterer.
         clean_width = 1.1, "", Hand;
-        /// An edge lies at most this far behind its riser: as far as places are off.
-        nosing_behind_m = 0.02, "m", Hand;
-        /// A corner this much stronger than a flash beside it is where it seems to be.
-        outshone_db = 6.0, "dB", Hand;
-        /// Closer than this to a flash an echo is pulled towards it.
-        flash_hides_rad = 7.4 * RAD_PER_DEG, "rad", Derived, "one and a half beams";
         /// Distance error of a riser that shows nothing.
         inferred_x_sigma_m = 0.015, "m", Hand;
         /// An edge's angle error whatever its strength …
@@ -312,10 +270,6 @@ params! {
         corner_noise_rad = 0.3 * RAD_PER_DEG, "rad", Hand;
         /// Height error of a clean corner.
         corner_clean_sigma_m = 0.003, "m", Hand;
-        /// Treads no deeper than this are level …
-        level_going_m = 0.30, "m", Custom, "stairs indoors are mostly no deeper";
-        /// … and what is deeper falls towards its front by so much a metre beyond, give or take.
-        tread_fall_sigma = 0.03, "", Custom, "treads outdoors fall by 1 to 3 %, so that rain runs off";
         /// A broad corner seems higher by this.
         corner_broad_low_m = 0.008, "m", Hand;
         /// Its height error.
@@ -361,43 +315,9 @@ params! {
         /// … and per metre of it.
         hidden_sigma_span = 0.35, "", Derived, "even over the part: its length over the root of 12, rounded up";
     }
-    "flank: an edge beside a stronger echo" {
-        /// An echo stronger than this may have an edge on its flank.
-        flank_least_db = 8.0, "dB", Hand;
-        /// Power above the noise that counts.
-        flank_noise_db = 6.0, "dB", Derived, "two standard deviations of three chirps' mean";
-        /// Power above the stronger echo's lobe that counts: half of it then is off by no more than a third of a lobe.
-        flank_excess_db = 6.0, "dB", Hand;
-        /// Weaker than the stronger echo by more than this it may be its side lobe.
-        flank_side_lobes_db = 33.0, "dB", Hand, "two-way side lobes of the antennas that people build: 34 dB and more";
-        /// Weaker than the stronger echo by less than this it may be one of several places on the face.
-        flank_weaker_db = 3.0, "dB", Hand;
-        /// The edge's lobe shows over this many standard deviations of the two-way beam at least.
-        flank_span = 0.8, "", Hand;
-        /// So many from its upper end on are looked at: what is below may be the face's.
-        flank_top_span = 2.0, "", Derived, "from where a lobe leaves the noise to its peak";
-        /// Standard deviations of the two-way beam from the stronger echo to the edge, least …
-        flank_nearest = 2.0, "", Derived, "nearer its lobe does not rise from the flank by what counts";
-        /// … and most.
-        flank_farthest = 4.2, "", Derived, "6.3 degrees of 5: an antenna's first side lobe peaks at 7 and beyond";
-        /// Standard deviation of a level that no lobe explains.
-        flank_model_db = 1.0, "dB", Hand;
-        /// Standard deviation that noise gives a level at 0 dB above it.
-        flank_speckle_db = 6.0, "dB", Derived, "a chirp's power: 10 lg e times the root of two, averaged over three";
-        /// Residual of the line above which it is no lobe.
-        flank_residual_db = 1.2, "dB", Hand;
-        /// Such an edge seems lower by this: its rounding, and a lobe that falls off more steeply than the parabola.
-        flank_low_m = 0.006, "m", Hand;
-        /// Its height error beside the noise's.
-        flank_sigma_m = 0.015, "m", Hand;
-    }
     "nosings: where they stand" {
         /// Echoes this far from where a riser stands may be its nosing's or the riser's behind its nosing.
         nosing_window_m = 0.065, "m", Custom, "noses of old and steep stairs overhang by up to 6 cm";
-        /// Share of flights whose nosings do not overhang …
-        flush_share = 0.6, "", Custom, "treads of concrete and stone are flush, of wood mostly not";
-        /// … and of floating ones that show no second line behind their edges.
-        open_flush_share = 0.9, "", Hand;
         /// How far an echo may lie off the upright line that it belongs to.
         line_sigma_m = 0.004, "m", Hand, "range cells of two echoes that melt; roundings of 1 to 8 mm";
         /// Front of a tread at most …
@@ -410,18 +330,6 @@ params! {
         least_lip_m = 0.02, "m", Custom, "thinnest boards";
         /// A credible echo near a riser on neither line.
         nosing_stray_nats = 2.0, "nats", Hand;
-        /// Share of overhanging risers below the mirror with echoes on both lines …
-        low_both_share = 0.84, "", Hand, "counted in simulated scans, see docs/estimator.md";
-        /// … and of those with echoes on the riser's line alone.
-        low_back_share = 0.13, "", Hand, "counted in simulated scans, see docs/estimator.md";
-        /// The same of risers that look at the mirror: both …
-        facing_both_share = 0.57, "", Hand, "counted in simulated scans, see docs/estimator.md";
-        /// … and the riser's alone.
-        facing_back_share = 0.41, "", Hand, "counted in simulated scans, see docs/estimator.md";
-        /// The same of risers above the mirror, whose feet are hidden: both …
-        hidden_both_share = 0.16, "", Hand, "counted in simulated scans, see docs/estimator.md";
-        /// … and the riser's alone: the inner corner below the overhang.
-        hidden_back_share = 0.78, "", Hand, "counted in simulated scans, see docs/estimator.md";
         /// Distance error of a line that shows.
         nosing_sigma_m = 0.0015, "m", Hand;
         /// Error of an overhang by the grid on which they are weighed.

@@ -16,8 +16,8 @@ use anyhow::Result;
 use stairscan::answer::{Outcome, Reason, Reasons};
 use stairscan::config::Plane;
 use stairscan::echoes::Echo;
+use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
-use stairscan::flight::{Likelihood, doubted_from_m};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::generative::Generative;
 use stairscan::params::hazard::{FEATURES, Weights};
@@ -170,7 +170,7 @@ fn reach_m(outcome: &Outcome) -> f32 {
     if !may_be_ok(outcome.reasons) {
         return f32::INFINITY;
     }
-    doubted_from_m(outcome).map_or(OK_REACH_M, |m| m.max(OK_REACH_M))
+    OK_REACH_M
 }
 
 /// An outcome as it is reported.
