@@ -52,7 +52,7 @@ fn inner(items: &[Item], module: &str, found: &mut dyn FnMut(String, &str, usize
 
 #[test]
 fn a_shared_name_is_told_with_its_places() {
-    let sources = Sources::new([
+    let sources = Sources::new("stairscan", [
         (
             "src/a.rs",
             "struct A;\nenum B {}\n#[cfg(test)]\nmod tests {\n    struct C;\n}\n#[cfg(x)]\ntype D = u8;\n#[cfg(not(x))]\ntype D = u16;\n",
