@@ -6,6 +6,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result};
+use crc::{CRC_32_ISO_HDLC, Crc};
 use serde_json::json;
 use stairscan::config::Plane;
 use stairscan::params::generative::Generative;
@@ -67,7 +68,6 @@ pub struct Args {
     only_model: bool,
 }
 
-/// What there is to count from.
 /// A simulated scan, and how its stairs are built.
 type Sample = (Recording, Option<Build>);
 
@@ -86,27 +86,45 @@ struct Lessons {
     testing: Vec<Lesson>,
 }
 
+/// Scenes of each kind that the checksum of the tables is counted from.
+const CHECKED: u64 = 2;
+const CHECK: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+
+/// Checksum of the tables that a small draw gives. It stands in the table that is flashed, so that a test tells when
+/// simulator, estimator or fit have changed since that was counted.
+///
+/// # Errors
+/// Names a scene that cannot be scanned.
+pub fn checksum() -> Result<u32> {
+    let source = Source::simulated(CHECKED)?;
+    let (model, text, _) = model(&source)?;
+    let lessons = Lessons::new(&source, model)?;
+    let (up, down) = (plane(&lessons, Plane::Depth).0, plane(&lessons, Plane::Height).0);
+    Ok(CHECK.checksum((text + &fit::write(&up, &down, 0)).as_bytes()))
+}
+
 /// Counts, prints, writes.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let source = Source::new(args)?;
+    let source = match args.on.is_empty() {
+        true => Source::simulated(args.scenes)?,
+        false => Source::recorded(&args.on)?,
+    };
     let output = match &args.output {
         Some(path) => path.clone(),
         None => workspace().join("src/params/fitted.rs"),
     };
-    let model = match args.keep {
-        true => &measured::UP,
-        false => measurement_model(args, &source, &output)?,
-    };
+    let mut counted = &measured::UP;
+    if !args.keep {
+        let (model, text, told) = model(&source)?;
+        emit(&told);
+        let beside = || output.with_file_name("measured.rs");
+        write(&args.measured.clone().unwrap_or_else(beside), &text)?;
+        counted = model;
+    }
     if args.only_model {
         return Ok(ExitCode::SUCCESS);
     }
-    let [training, calibration, testing] =
-        source.parts(|recording, _| fit::lesson(recording, model))?;
-    let lessons = Lessons {
-        training,
-        calibration,
-        testing,
-    };
+    let lessons = Lessons::new(&source, counted)?;
     if let Some(path) = &args.dump {
         dump(path, &lessons)?;
     }
@@ -115,13 +133,26 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     emit(&format!(
         "depth plane\n{told_up}\nheight plane\n{told_down}"
     ));
-    write(&output, &fit::write(&up, &down))?;
+    write(&output, &fit::write(&up, &down, checksum()?))?;
     Ok(ExitCode::SUCCESS)
 }
 
-/// Counts, prints and writes the measurement model.
-fn measurement_model(args: &Args, source: &Source, output: &Path) -> Result<&'static Generative> {
-    let [training, held_back, _] = source.parts(fit::sighting)?;
+impl Lessons {
+    /// Of all scans, under the measurement model `model`.
+    fn new(source: &Source, model: &'static Generative) -> Result<Self> {
+        let [training, calibration, testing] =
+            source.parts(3, |recording, _| fit::lesson(recording, model))?;
+        Ok(Self {
+            training,
+            calibration,
+            testing,
+        })
+    }
+}
+
+/// The measurement model, its source file, and what there is to say of it.
+fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
+    let [training, held_back, _] = source.parts(2, fit::sighting)?;
     let measured = measurement::measure(&training);
     let mut told = format!("measurement model: {} scans\n", measured.scans);
     for (k, likelihood) in measured.rounds.iter().enumerate() {
@@ -137,14 +168,9 @@ fn measurement_model(args: &Args, source: &Source, output: &Path) -> Result<&'st
             c.scans, c.truth, c.cost[0], c.cost[1], c.cost[2], c.cost[3]
         );
     }
-    emit(&told);
-    let path = args
-        .measured
-        .clone()
-        .unwrap_or_else(|| output.with_file_name("measured.rs"));
-    write(&path, &measurement::write(&measured.table))?;
+    let text = measurement::write(&measured.table);
     // The estimators that the hazards are counted with keep it.
-    Ok(Box::leak(Box::new(measured.table)))
+    Ok((Box::leak(Box::new(measured.table)), text, told))
 }
 
 fn write(path: &Path, text: &str) -> Result<()> {
@@ -154,46 +180,47 @@ fn write(path: &Path, text: &str) -> Result<()> {
 }
 
 impl Source {
-    fn new(args: &Args) -> Result<Self> {
-        if args.on.is_empty() {
-            let scenes = args.scenes;
-            let held_back = harness::scenes(Draw::Calibration, |_| calibrating(scenes));
-            let seeds = Draw::Calibration.seeds();
-            let behind = seeds.start + calibrating(scenes)..seeds.end;
-            return Ok(Self::Simulated([
-                simulated(&harness::scenes(Draw::Tuning, |_| scenes))?,
-                simulated(&held_back)?,
-                simulated(&harness::scenes_of(behind, |kind| testing(kind, scenes)))?,
-            ]));
-        }
+    /// Simulated scenes, `scenes` of each kind for training and others in proportion.
+    fn simulated(scenes: u64) -> Result<Self> {
+        let held_back = harness::scenes(Draw::Calibration, |_| calibrating(scenes));
+        let seeds = Draw::Calibration.seeds();
+        let behind = seeds.start + calibrating(scenes)..seeds.end;
+        Ok(Self::Simulated([
+            simulated(&harness::scenes(Draw::Tuning, |_| scenes))?,
+            simulated(&held_back)?,
+            simulated(&harness::scenes_of(behind, |kind| testing(kind, scenes)))?,
+        ]))
+    }
+
+    /// The recordings of some directories.
+    fn recorded(directories: &[PathBuf]) -> Result<Self> {
         let mut paths = Vec::new();
-        for directory in &args.on {
+        for directory in directories {
             paths.extend(recording::list(directory)?);
         }
         Ok(Self::Recorded(paths))
     }
 
-    /// What `look` makes of each scan, for training, for calibration and for thresholds.
+    /// What `look` makes of each scan of the first `wanted` parts: for training, for calibration and for thresholds.
     fn parts<R: Send>(
         &self,
+        wanted: usize,
         look: impl Fn(&Recording, Option<Build>) -> Result<Option<R>> + Send + Sync,
     ) -> Result<[Vec<R>; 3]> {
-        let paths = match self {
-            Self::Simulated([training, calibration, testing]) => {
-                let look = |samples: &Vec<Sample>| -> Result<Vec<R>> {
-                    let made =
-                        harness::each(samples, |(recording, build)| look(recording, *build))?;
-                    Ok(made.into_iter().flatten().collect())
-                };
-                return Ok([look(training)?, look(calibration)?, look(testing)?]);
-            }
-            Self::Recorded(paths) => paths,
-        };
-        let each = harness::each(paths, |path| look(&Recording::read(path)?, None))?;
         let mut parts = [Vec::new(), Vec::new(), Vec::new()];
-        for (k, made) in each.into_iter().enumerate() {
-            let part = [0, 0, 1, 0, 0, 2][k % 6];
-            parts[part].extend(made);
+        match self {
+            Self::Simulated(samples) => {
+                for (part, samples) in parts.iter_mut().zip(samples).take(wanted) {
+                    let made = harness::each(samples, |(recording, build)| look(recording, *build))?;
+                    part.extend(made.into_iter().flatten());
+                }
+            }
+            Self::Recorded(paths) => {
+                let each = harness::each(paths, |path| look(&Recording::read(path)?, None))?;
+                for (k, made) in each.into_iter().enumerate() {
+                    parts[[0, 0, 1, 0, 0, 2][k % 6]].extend(made);
+                }
+            }
         }
         Ok(parts)
     }

@@ -11,6 +11,7 @@ mod common;
 mod convergence;
 mod faults;
 mod firmware;
+mod fitted;
 mod forms;
 mod live;
 mod modules;
