@@ -177,14 +177,12 @@ struct Equation {
 
 impl CalibrationScene {
     /// Real range from the mirror, and angle below the horizontal.
-    #[inline(never)]
     fn real(&self, e: &Echo, s: &MountState) -> (f32, f32) {
         let from_radar = (1.0 + s.stretch) * (e.range_m + self.mirror_m);
         (from_radar - self.mirror_m, e.angle_rad + s.offset_rad)
     }
 
     /// Distance from the mirror and height above the floor.
-    #[inline(never)]
     fn point(&self, e: &Echo, s: &MountState) -> (f32, f32) {
         let (range, angle) = self.real(e, s);
         let (sin, cos) = math::sin_cos(angle);
@@ -192,7 +190,6 @@ impl CalibrationScene {
     }
 
     /// What an echo says of the state: one or two equations.
-    #[inline(never)]
     fn equations(
         &self,
         e: &Echo,
@@ -247,7 +244,6 @@ impl CalibrationScene {
 }
 
 /// Inverse of a symmetric matrix of full rank; `None` where it has none.
-#[inline(never)]
 fn inverse(a: &[[f32; 3]; 3]) -> Option<[[f32; 3]; 3]> {
     let minor = |r: usize, c: usize| {
         let (i, j) = ((r + 1) % 3, (r + 2) % 3);
@@ -285,8 +281,6 @@ struct ReferenceEchoes<'e> {
     start: MountState,
 }
 
-// Out of line, as what is called more than once here: all this runs once in the scanner's life.
-#[inline(never)]
 fn strongest<'e>(echoes: &'e [Echo], counts: &dyn Fn(&Echo) -> bool) -> Option<&'e Echo> {
     let counted = echoes.iter().filter(|e| counts(e));
     counted.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
@@ -294,7 +288,6 @@ fn strongest<'e>(echoes: &'e [Echo], counts: &dyn Fn(&Echo) -> bool) -> Option<&
 
 impl CalibrationScene {
     /// The wall's flash and its corner with the floor.
-    #[inline(never)]
     fn find<'e>(&self, echoes: &'e [Echo], nominal_m: f32) -> Result<ReferenceEchoes<'e>, Refusal> {
         let scale = |e: &Echo| (self.wall_m + self.mirror_m) / (e.range_m + self.mirror_m);
         let placed = |e: &Echo| {
@@ -347,7 +340,6 @@ impl CalibrationScene {
         ahead && y.abs() < p.floor_reach_m && e.snr_db > p.floor_least_db
     }
 
-    #[inline(never)]
     fn fit(
         &self,
         echoes: &[Echo],
@@ -401,7 +393,6 @@ impl CalibrationScene {
     }
 
     /// Whether the fit tells of the scene that must be there.
-    #[inline(never)]
     fn judge(
         &self,
         found: &ReferenceEchoes<'_>,

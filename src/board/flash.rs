@@ -74,7 +74,6 @@ impl ChipFlash {
         answers
     }
 
-    #[inline(never)]
     fn unlock(&mut self) -> Result<(), FlashError> {
         for key in KEYS {
             self.regs.keyr().write(|w| w.key().set(key));
@@ -90,7 +89,6 @@ impl ChipFlash {
     }
 
     /// Locks the controller, and empties the data cache, which may hold what stood there before.
-    #[inline(never)]
     fn lock(&mut self) {
         self.regs.cr().write(|w| w.lock().set_bit());
         let cached = self.regs.acr().read().dcen().bit_is_set();
@@ -101,7 +99,6 @@ impl ChipFlash {
     }
 
     /// Waits for the end of what has begun.
-    #[inline(never)]
     fn wait(&self, at_most_us: u32) -> Result<(), FlashError> {
         let begun = Time::now_anywhere();
         while self.regs.sr().read().bsy().bit_is_set() {

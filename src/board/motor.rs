@@ -216,14 +216,11 @@ impl StepPort for Motor {
 /// The motor as the scanner has it: each access keeps the motor's interrupts off.
 pub struct Locked<M>(pub M);
 
-// Out of line: each is called from several places, and none is in a hurry.
 impl<M: Mutex<T = Motor>> StepPort for Locked<M> {
-    #[inline(never)]
     fn begin(&mut self, target: i32, ramp: Ramp, until_home: bool) {
         self.0.lock(|motor| motor.begin(target, ramp, until_home));
     }
 
-    #[inline(never)]
     fn state(&mut self) -> PulseState {
         self.0.lock(StepPort::state)
     }
@@ -236,12 +233,10 @@ impl<M: Mutex<T = Motor>> StepPort for Locked<M> {
         self.0.lock(|motor| motor.set_position(position));
     }
 
-    #[inline(never)]
     fn set_enabled(&mut self, on: bool) {
         self.0.lock(|motor| motor.set_enabled(on));
     }
 
-    #[inline(never)]
     fn configure(&mut self, driver: &DriverConfig) {
         self.0.lock(|motor| motor.configure(driver));
     }

@@ -18,7 +18,7 @@
 //! | `belief`, `judgement` | hypotheses weighed by the posterior; what its particles say of the answer |
 //! | [`trace`] | what it thought on the way |
 
-// The stages are `inline(never)`: each has its working memory on a stack of 16 KB, and merged into
+// The stages are `inline(never)`: each has its working memory on a stack of 18 KB, and merged into
 // one function they would hold all of it at the same time.
 
 mod ascending;

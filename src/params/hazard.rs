@@ -64,7 +64,6 @@ pub fn log_survival(x: f32) -> f32 {
 
 /// Probability of being right where log survivals add up to `log_right`, by the map of answers without
 /// steps or by that of answers with steps.
-#[inline(never)]
 pub fn probability([clear, steps]: &[Map; 2], log_right: f32, stairs: bool) -> f32 {
     let map = if stairs { steps } else { clear };
     let wrong = 1.0 - math::exp(log_right);

@@ -45,7 +45,6 @@ impl<P: BytePort, S: SpiDevice<u8>> AnyModule<P, S> {
     }
 
     /// Takes up the protocol of `kind`, from its beginning where it was another.
-    #[inline(never)]
     fn become_(&mut self, kind: ModuleKind) {
         match (&self.protocol, kind) {
             (Protocol::Pstr(_), ModuleKind::Pstr)

@@ -140,14 +140,12 @@ fn bad(command: &'static str, field: &'static str, expected: &'static str) -> Ba
 /// The words of a line.
 type CommandWords<'a> = Filter<Split<'a, [char; 2]>, fn(&&'a str) -> bool>;
 
-/// The next word. Out of line, for there are many of them.
-#[inline(never)]
+/// The next word.
 fn next<'a>(words: &mut CommandWords<'a>) -> Option<&'a str> {
     words.next()
 }
 
 /// The next word, if it is a whole number.
-#[inline(never)]
 fn next_number(words: &mut CommandWords<'_>) -> Option<u32> {
     let number: i64 = next(words)?.parse().ok()?;
     number.try_into().ok()
@@ -227,7 +225,6 @@ pub fn is_motion(line: &str) -> bool {
 }
 
 /// The arguments of `calibrate`.
-#[inline(never)]
 fn calibration(words: &mut CommandWords<'_>) -> Result<CalibrationRequest, BadCommand> {
     let wall_mm = next_number(words).and_then(|wall| wall.try_into().ok());
     let wall_mm = wall_mm.ok_or(bad("calibrate", "wall", "a distance in mm"))?;

@@ -5,7 +5,6 @@
 pub static CRC32: crc::Crc<u32> = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC);
 
 /// CRC-32 of all parts, one behind the other.
-#[inline(never)]
 pub fn of_parts(parts: &[&[u8]]) -> u32 {
     let mut digest = CRC32.digest();
     for part in parts {
@@ -15,7 +14,6 @@ pub fn of_parts(parts: &[&[u8]]) -> u32 {
 }
 
 /// CRC-32 of words, each little-endian.
-#[inline(never)]
 pub fn of_words(words: &[u32]) -> u32 {
     let mut digest = CRC32.digest();
     for byte in words.iter().flat_map(|word| word.to_le_bytes()) {

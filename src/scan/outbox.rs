@@ -4,8 +4,9 @@ use super::board::BytePort;
 use crate::report::sentence::MAX_SENTENCE;
 use crate::report::{Line, Sentence};
 
-/// Bytes that wait for the UART: a scan of 16 steps and an answer to a command on top.
-const CAPACITY: usize = 2048;
+/// Bytes that wait for the UART: four of the longest sentences, 90 ms at 115,200 baud. A scan's sentences are
+/// queued as the port takes them.
+const CAPACITY: usize = 1024;
 
 /// A queue of whole sentences before a port that never waits.
 #[derive(Debug, Default)]
@@ -32,7 +33,6 @@ impl Outbox {
     }
 
     /// Queues one sentence; false, and nothing queued, when there is no room.
-    #[inline(never)]
     pub fn push(&mut self, sentence: &Sentence<'_>) -> bool {
         if !self.has_room() {
             return false;

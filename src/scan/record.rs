@@ -79,7 +79,6 @@ impl Settings {
     /// settings.set("mount-height", "41000").unwrap();
     /// assert_ne!(settings.hash(), before);
     /// ```
-    #[inline(never)]
     pub fn hash(&self) -> u32 {
         let mut words = self.words();
         for (word, key) in words.iter_mut().zip(Self::KEYS) {

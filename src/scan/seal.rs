@@ -25,7 +25,7 @@ pub const VECTORS_END: u32 = VECTORS + 0x200;
 /// Where code begins.
 pub const CODE: u32 = 0x0800_c000;
 /// Where it ends at the latest.
-pub const CODE_END: u32 = CODE + 256 * 1024;
+pub const CODE_END: u32 = CODE + 384 * 1024;
 /// Word that a seal begins with.
 const MAGIC: u32 = u32::from_le_bytes(*b"STCI");
 
@@ -52,7 +52,6 @@ pub fn seal(vectors: &[u8], code: &[u8]) -> Option<[u32; WORDS]> {
 
 /// Compares an image with its seal; `read` gives the bytes between two addresses, the first of which is
 /// [`VECTORS`] or [`CODE`] and the second within the bounds above.
-#[inline(never)]
 pub fn judge<'a>(seal: [u32; WORDS], read: impl Fn(u32, u32) -> &'a [u8]) -> Verdict {
     let [magic, vectors_end, code_end, crc] = seal;
     if seal == BLANK {

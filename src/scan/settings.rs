@@ -313,7 +313,6 @@ impl Settings {
     }
 
     /// Every value to the last bit, in the order of the keys: what a record holds.
-    #[inline(never)]
     pub fn words(&self) -> [u32; Self::KEYS.len()] {
         let mut copy = *self;
         let mut words = [0; Self::KEYS.len()];

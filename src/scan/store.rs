@@ -93,7 +93,6 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// The settings that were saved last; `None` where none were, or another firmware did.
-    #[inline(never)]
     pub fn load(&mut self) -> Option<Settings> {
         Settings::from_words(&self.newest()?.values?)
     }
@@ -102,7 +101,6 @@ impl<F: NorFlash> Store<F> {
     ///
     /// # Errors
     /// Says what the flash failed at; what was in force before still is.
-    #[inline(never)]
     pub fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
         let values = settings.words();
         let newest = self.newest();
@@ -166,7 +164,6 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// Word `k` of `slot`; a flash that cannot be read holds nothing.
-    #[inline(never)]
     fn word(&mut self, slot: u32, k: usize) -> u32 {
         let mut bytes = [0; 4];
         match self.flash.read(slot * SLOT + 4 * k as u32, &mut bytes) {
@@ -180,7 +177,6 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// The whole record with the highest number.
-    #[inline(never)]
     fn newest(&mut self) -> Option<ValidRecord> {
         let mut newest: Option<ValidRecord> = None;
         for slot in 0..2 * Self::SLOTS {
@@ -194,7 +190,6 @@ impl<F: NorFlash> Store<F> {
     }
 
     /// What stands in `slot`, if it is a whole record.
-    #[inline(never)]
     fn record(&mut self, slot: u32) -> Option<ValidRecord> {
         if self.word(slot, 0) != MAGIC {
             return None;

@@ -131,6 +131,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::from(u8::from(!above.is_empty())))
 }
 
+/// Most instructions from the last row to the finished report, over all scans of the recordings.
+pub(super) fn worst_post(recordings: &[PathBuf]) -> Result<u64> {
+    let counts = count(recordings)?;
+    let post = counts.iter().find(|(stage, _)| stage == "post");
+    post.map(|(_, n)| *n)
+        .context("the bench image told no `post`")
+}
+
 /// Runs the image over the recordings.
 fn count(recordings: &[PathBuf]) -> Result<Counts> {
     // All of them before anything is built or run: the image has no words for what it cannot scan.

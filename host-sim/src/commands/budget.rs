@@ -21,7 +21,8 @@ use crate::recording::Recording;
 /// Arguments of `budget`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings to scan in the emulator for the stack's high-water mark, with every estimator
+    /// Recordings to scan in the emulator for the stack's high-water mark, with every estimator, and for the
+    /// instructions after the last row
     recordings: Vec<PathBuf>,
     /// The image; without it the workspace's is built
     #[arg(long)]
@@ -122,6 +123,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         }
     }
     bar.finish_and_clear();
+    if !args.recordings.is_empty() {
+        let post = super::bench::worst_post(&args.recordings)?;
+        figures.push(Figure::new(
+            "last row to report, instructions",
+            post,
+            budgets::POST,
+        ));
+    }
     print(&figures, args.format);
     Ok(if figures.iter().all(Figure::holds) {
         ExitCode::SUCCESS

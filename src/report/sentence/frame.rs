@@ -12,7 +12,6 @@ pub type Line = heapless::String<MAX_SENTENCE>;
 pub const PREFIX: &str = "$PSTR,";
 
 /// CRC-32 (ISO-HDLC) of a sentence's body: what stands between `$` and `*`.
-#[inline(never)]
 pub fn crc32(body: &str) -> u32 {
     crc::of_parts(&[body.as_bytes()])
 }

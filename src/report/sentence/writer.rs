@@ -38,7 +38,6 @@ impl Writer {
     }
 
     /// Free text: whatever would break the sentence's frame becomes a space.
-    #[inline(never)]
     pub fn text(mut self, text: &str) -> Self {
         self.push(',');
         for c in text.chars() {
@@ -82,7 +81,6 @@ impl Writer {
         self
     }
 
-    #[inline(never)]
     pub fn length(mut self, value: Option<Tenths>) -> Self {
         self.push(',');
         if let Some(Tenths(tenths)) = value {
@@ -116,7 +114,6 @@ impl Writer {
     }
 
     /// Words as eight hex digits each, without anything between them.
-    #[inline(never)]
     pub fn hex(mut self, words: &[u32]) -> Self {
         self.push(',');
         for &word in words {
@@ -136,7 +133,6 @@ impl Writer {
         self
     }
 
-    #[inline(never)]
     pub fn finish(mut self) -> Line {
         let crc = crc32(self.line.get(1..).unwrap_or(""));
         let _ = self.line.push('*');
@@ -147,7 +143,6 @@ impl Writer {
 }
 
 /// Eight upper-case hex digits, the highest first.
-#[inline(never)]
 fn push_hex(line: &mut Line, word: u32) {
     for shift in (0..8).rev() {
         let digit = (word >> (4 * shift)) as u8 & 15;

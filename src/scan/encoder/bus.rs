@@ -76,7 +76,6 @@ where
     }
 
     /// Lets go of the clock and waits until nobody else holds it.
-    #[inline(never)]
     fn clock_high(&mut self) {
         let mut pin = self.clock.set_high().is_ok();
         for _ in 0..STRETCH {
@@ -100,7 +99,6 @@ where
         self.wait();
     }
 
-    #[inline(never)]
     fn set_data(&mut self, high: bool) {
         if self.data.set_state(high.into()).is_err() {
             self.fail(BusError::Pin);
@@ -114,7 +112,6 @@ where
 
     /// One bit out, and what the line was while the clock was high: to read, send ones. After an error
     /// nothing, and a one.
-    #[inline(never)]
     fn bit(&mut self, bit: bool) -> bool {
         if self.error.is_some() {
             return true;
@@ -149,7 +146,6 @@ where
         self.set_data(true);
     }
 
-    #[inline(never)]
     fn send(&mut self, byte: u8) {
         for place in (0..u8::BITS).rev() {
             self.bit(byte >> place & 1 != 0);
@@ -207,8 +203,6 @@ where
     D: InputPin + OutputPin,
     T: DelayNs,
 {
-    // Out of line: one copy serves all that is read.
-    #[inline(never)]
     fn transaction(
         &mut self,
         address: u8,

@@ -21,7 +21,6 @@ impl Settings {
     ];
 
     /// Takes over what was found by a scan with these settings. They are still to be validated.
-    #[inline(never)]
     pub fn calibrate(&mut self, found: &Mounting) {
         let fixed = |value: f32, unit: f32| round(value * unit) as i32;
         let mount = &mut self.config.mount;

@@ -162,7 +162,6 @@ pub(super) enum Slot<'a> {
 pub type ValueText = heapless::String<16>;
 
 /// Writes a number digit by digit, without `core::fmt`.
-#[inline(never)]
 pub(crate) fn number(value: i64) -> ValueText {
     let mut text = ValueText::new();
     if value < 0 {
