@@ -38,6 +38,6 @@ pub struct FeaturePlace {
 }
 
 /// Tens of dB by which the riser before outshines a faint one, from its level in dB.
-pub(super) fn before(shown_db: f32) -> f32 {
+pub fn before(shown_db: f32) -> f32 {
     number::PER_TEN_DB * (math::min(shown_db, number::OUTSHINES_DB) - number::FAINT_DB)
 }

@@ -4,7 +4,6 @@
 //! |---|---|
 //! | `staircase` | a hypothesis, and where it contradicts an answer |
 //! | `feature`, `model`, `places` | how likely the echoes are under a hypothesis |
-//! | [`labels`] | what the model takes each echo for: what its numbers are counted from |
 //! | `prior` | what stairs people build |
 //! | `refine` | the Gaussian over a hypothesis's continuous part |
 //! | `proposals` | what else may stand there |
@@ -12,7 +11,6 @@
 
 mod cloud;
 mod feature;
-pub mod labels;
 mod model;
 mod places;
 mod prior;
@@ -24,8 +22,11 @@ mod staircase;
 mod tests;
 
 pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
-pub use feature::Class;
-pub use model::{LEAST_DB, Model, level_density, tailed};
+pub use feature::{Class, FeaturePlace, before};
+pub use model::{
+    BEHIND_M, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen, level_density,
+    logistic, tailed,
+};
 pub use proposals::{Base, FLOOR, Proposals, weight};
 pub use refine::refine;
 pub use staircase::{

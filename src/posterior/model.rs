@@ -37,13 +37,13 @@ const AREA_M2: f32 = 4.4;
 /// Extent of the scan: range in metres times angle in radians.
 const EXTENT: f32 = 3.3;
 /// Echoes so far behind a riser still belong to the tread before it, metres.
-pub(super) const BEHIND_M: f32 = 0.02;
+pub const BEHIND_M: f32 = 0.02;
 /// Range gate of a feature, metres.
 const GATE_M: f32 = 0.06;
 /// Cross gate, metres.
 const CROSS_GATE_M: f32 = 0.20;
 /// Echoes near one riser.
-pub(super) const NEAR: usize = 16;
+pub const NEAR: usize = 16;
 /// So many standard deviations off leave nothing.
 const SURE: f32 = 6.0;
 /// Beyond this squared deviation only the tails are left.
@@ -53,9 +53,9 @@ const FACE_REACH: f32 = 100.0;
 /// Below a brink echoes are so many times as dense as in the air.
 const BELOW: f32 = 3.0;
 /// A feature shows so often at least, and at most: however sure the counts are, scenes differ.
-pub(super) const LEAST_SEEN: f32 = 0.02;
+pub const LEAST_SEEN: f32 = 0.02;
 /// See [`LEAST_SEEN`].
-pub(super) const MOST_SEEN: f32 = 0.985;
+pub const MOST_SEEN: f32 = 0.985;
 /// A wall that shows its corner flashes at the mirror's height so often at most: it stands upright.
 const WALL_FLASHES: f32 = 0.998;
 /// 1 / √(2π).
@@ -71,13 +71,17 @@ pub type EchoSums = [f32; MAX_SEEN + 1];
 /// An echo as the model sees it.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Seen {
+    /// Horizontal distance, metres.
     pub x_m: f32,
+    /// Height above the ground, metres.
     pub y_m: f32,
+    /// Range from the mirror, metres.
     pub range_m: f32,
     /// Standard deviation across the line of sight, metres.
     pub across_m: f32,
     /// Width of the lobe above a point's.
     pub wide: f32,
+    /// Power above the noise, dB.
     pub snr_db: f32,
     /// Densities that do not depend on the staircase.
     noise: f32,
@@ -100,11 +104,13 @@ pub struct Model<'p> {
     /// What can be seen.
     pub view: View,
     /// Mirror above the ground, metres.
-    pub(super) height_m: f32,
+    pub height_m: f32,
     /// Strongest echo over 30 dB, tens of dB.
-    pub(super) q: f32,
-    pub(super) beam_rad: f32,
-    pub(super) cell_m: f32,
+    pub q: f32,
+    /// Width of the beam that parts two features, radians.
+    pub beam_rad: f32,
+    /// Width of the range cell that parts two features, metres.
+    pub cell_m: f32,
     /// Rates of the extended features at this level, per metre or per scan.
     rates: [f32; EXTENDED],
     /// Its numbers.
@@ -122,7 +128,8 @@ pub struct Best {
     pub sigma_m: f32,
 }
 
-pub(super) fn logistic(x: f32) -> f32 {
+/// Logistic function.
+pub fn logistic(x: f32) -> f32 {
     1.0 / (1.0 + math::exp(-x))
 }
 
@@ -263,20 +270,20 @@ impl<'p> Model<'p> {
     }
 
     /// Level that the strongest echo predicts at a range, tens of dB over 30 dB.
-    pub(super) fn expected_q(&self, range_m: f32) -> f32 {
+    pub fn expected_q(&self, range_m: f32) -> f32 {
         self.q
             - 2.0 * core::f32::consts::LOG10_2 * math::log2(math::max(range_m, number::FADE_FROM_M))
     }
 
     /// Density of an echo before riser `k` from everything that is no point feature.
     #[inline(never)]
-    pub(super) fn background(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
+    pub fn background(&self, s: &Staircase, k: usize, e: &Seen) -> f32 {
         math::max(self.parts(s, k, e).iter().sum(), LEAST)
     }
 
     /// The same by class: face, tread, floor, air, inside, noise.
     #[inline]
-    pub(super) fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
+    pub fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
         if s.kind == GroundKind::Drop && e.x_m > s.wall_m {
             return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];
         }
@@ -324,7 +331,7 @@ impl<'p> Model<'p> {
     }
 
     /// Level of what lies below `x` before riser `k`.
-    pub(super) fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
+    pub fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
         if s.kind == GroundKind::Ramp {
             s.slope * math::max(x - s.wall_m, 0.0)
         } else {
@@ -391,7 +398,7 @@ impl<'p> Model<'p> {
     }
 
     /// How much of face, tread and floor there is before riser `k`: expected echoes over their rate.
-    pub(super) fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
+    pub fn exposure(&self, s: &Staircase, k: usize) -> [f32; 3] {
         let n = s.len();
         let mut out = [0.0; number::SURFACES];
         let [face, tread, floor] = &mut out;
@@ -425,7 +432,8 @@ impl<'p> Model<'p> {
         out
     }
 
-    pub(super) fn between(&self, from: f32, to: f32) -> &[Seen] {
+    /// Echoes between two distances, metres.
+    pub fn between(&self, from: f32, to: f32) -> &[Seen] {
         let first = self.echoes.partition_point(|e| e.x_m <= from);
         let end = self.echoes.partition_point(|e| e.x_m <= to);
         self.echoes.get(first..end).unwrap_or(&[])
@@ -542,7 +550,7 @@ impl<'p> Model<'p> {
 
     /// Density of an echo as one of riser `k`'s point features.
     #[inline(never)]
-    pub(super) fn density(
+    pub fn density(
         &self,
         s: &Staircase,
         k: usize,

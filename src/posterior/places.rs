@@ -13,7 +13,8 @@ const THICK_M: f32 = 0.045;
 const FRESNEL_M: f32 = 0.04;
 
 impl Model<'_> {
-    pub(super) fn in_scan(&self, x: f32, y: f32) -> bool {
+    /// Whether a place lies in the scanned sector and range.
+    pub fn in_scan(&self, x: f32, y: f32) -> bool {
         let slope = (y - self.height_m) / math::max(x, number::LEAST_X_M);
         slope < self.view.highest
             && slope > self.view.lowest
@@ -21,7 +22,7 @@ impl Model<'_> {
     }
 
     /// Lowest height that can be seen at `x` where the level is `base` behind an edge at `edge`.
-    pub(super) fn sight(&self, x: f32, base: f32, edge: f32) -> f32 {
+    pub fn sight(&self, x: f32, base: f32, edge: f32) -> f32 {
         if base > self.height_m && edge.is_finite() && edge > 0.0 {
             self.height_m + (base - self.height_m) * x / math::max(edge, number::LEAST_RANGE_M)
         } else {
@@ -30,7 +31,7 @@ impl Model<'_> {
     }
 
     /// Lower and upper end of what can be seen of riser `k`'s face.
-    pub(super) fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
+    pub fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
         let (top, base) = (s.level(k + 1), s.level(k));
         if s.open {
             return (top - THICK_M, top);
@@ -41,11 +42,7 @@ impl Model<'_> {
 
     /// Where riser `k` shows point features; `k` may be the wall behind the last one.
     #[inline(never)]
-    pub(super) fn places(
-        &self,
-        s: &Staircase,
-        k: usize,
-    ) -> Vec<FeaturePlace, { number::FEATURES }> {
+    pub fn places(&self, s: &Staircase, k: usize) -> Vec<FeaturePlace, { number::FEATURES }> {
         let mut places = Vec::new();
         let h = self.height_m;
         let (x, b, t) = (s.x(k), s.level(k), s.level(k + 1));
@@ -109,7 +106,7 @@ impl Model<'_> {
     }
 
     /// Level of the riser before, its flash apart, dB.
-    pub(super) fn shown(&self, s: &Staircase, k: usize) -> f32 {
+    pub fn shown(&self, s: &Staircase, k: usize) -> f32 {
         if k == 0 || k >= s.len() {
             return number::FAINT_DB;
         }

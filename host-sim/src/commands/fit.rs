@@ -99,7 +99,10 @@ pub fn checksum() -> Result<u32> {
     let source = Source::simulated(CHECKED)?;
     let (model, text, _) = model(&source)?;
     let lessons = Lessons::new(&source, model)?;
-    let (up, down) = (plane(&lessons, Plane::Depth).0, plane(&lessons, Plane::Height).0);
+    let (up, down) = (
+        plane(&lessons, Plane::Depth).0,
+        plane(&lessons, Plane::Height).0,
+    );
     Ok(CHECK.checksum((text + &fit::write(&up, &down, 0)).as_bytes()))
 }
 
@@ -211,7 +214,8 @@ impl Source {
         match self {
             Self::Simulated(samples) => {
                 for (part, samples) in parts.iter_mut().zip(samples).take(wanted) {
-                    let made = harness::each(samples, |(recording, build)| look(recording, *build))?;
+                    let made =
+                        harness::each(samples, |(recording, build)| look(recording, *build))?;
                     part.extend(made.into_iter().flatten());
                 }
             }

@@ -52,16 +52,19 @@ fn inner(items: &[Item], module: &str, found: &mut dyn FnMut(String, &str, usize
 
 #[test]
 fn a_shared_name_is_told_with_its_places() {
-    let sources = Sources::new("stairscan", [
-        (
-            "src/a.rs",
-            "struct A;\nenum B {}\n#[cfg(test)]\nmod tests {\n    struct C;\n}\n#[cfg(x)]\ntype D = u8;\n#[cfg(not(x))]\ntype D = u16;\n",
-        ),
-        (
-            "src/b.rs",
-            "pub trait A {}\nstruct C;\nimpl C {\n    type D = u8;\n}\nmod inner {\n    type B = u8;\n}\n",
-        ),
-    ]);
+    let sources = Sources::new(
+        "stairscan",
+        [
+            (
+                "src/a.rs",
+                "struct A;\nenum B {}\n#[cfg(test)]\nmod tests {\n    struct C;\n}\n#[cfg(x)]\ntype D = u8;\n#[cfg(not(x))]\ntype D = u16;\n",
+            ),
+            (
+                "src/b.rs",
+                "pub trait A {}\nstruct C;\nimpl C {\n    type D = u8;\n}\nmod inner {\n    type B = u8;\n}\n",
+            ),
+        ],
+    );
     assert_eq!(
         shared(&sources),
         [

@@ -1,7 +1,7 @@
 //! What labelled scans give to count.
 
+use super::labels::{Hit, Level, Sample};
 use stairscan::params::generative::{EXTENDED, POINTS};
-use stairscan::posterior::labels::{Hit, Level, Sample};
 
 /// A point feature that could have been seen.
 #[derive(Clone, Copy, Debug)]

@@ -3,8 +3,8 @@
 use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
 
+use super::labels::{Hit, Level};
 use stairscan::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
-use stairscan::posterior::labels::{Hit, Level};
 use stairscan::posterior::{Class, LEAST_DB};
 
 use super::climb::{Peak, Prior, climb};

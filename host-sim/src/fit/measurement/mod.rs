@@ -1,7 +1,7 @@
 //! Counts the measurement model from scans with known truth: hard EM.
 //!
 //! Under the true flight and the table so far, every echo is labelled as the feature or the class of
-//! extended features that it most likely is (`stairscan::posterior::labels`); the labels give a new
+//! extended features that it most likely is (`labels`); the labels give a new
 //! table, each number the most likely one under its prior. What the truth does not say (overhang,
 //! open or closed, a wall behind, what stands where no step does) is what the table so far finds most
 //! likely. A fixed number of rounds from a fixed table: the same scans give the same bytes.
@@ -13,14 +13,15 @@ mod counts;
 mod density;
 mod estimate;
 mod flights;
+mod labels;
 mod prior;
 mod table;
 #[cfg(test)]
 mod tests;
 
+use labels::Sample;
 use rayon::prelude::*;
 use stairscan::params::generative::Generative;
-use stairscan::posterior::labels::Sample;
 use stairscan::posterior::{Model, Staircase};
 
 pub use counts::Counts;
@@ -83,7 +84,7 @@ fn label(sighting: &Sighting, g: &Generative) -> Option<Labelled> {
     let model = sighting.model(g);
     let flight = standing(&model, &sighting.truth, sighting.build)?;
     let mut samples = Vec::new();
-    let exposure = model.label(&flight, &mut |sample| samples.push(sample));
+    let exposure = labels::label(&model, &flight, &mut |sample| samples.push(sample));
     Some(Labelled {
         q: model.q(),
         exposure,

@@ -1,3 +1,4 @@
+use super::labels::{Hit, Level};
 use super::*;
 use crate::fit::sighting;
 use crate::recording::{TrueStep, Truth};
@@ -7,7 +8,6 @@ use crate::scene::random::Kind;
 use stairscan::echoes::Echo;
 use stairscan::grid::{Geometry, PolarMap};
 use stairscan::params::measured;
-use stairscan::posterior::labels::{Hit, Level};
 use stairscan::posterior::{Class, View};
 
 const SCANS: usize = 1500;

@@ -4,13 +4,16 @@
 //! An echo belongs to the point feature that claims most of it, if that is more than the part of any
 //! class of extended features; else to the class of these with the largest density. The shares are those of [`Model::riser`].
 
-use super::feature::{Class, FeaturePlace, before};
-use super::model::{BEHIND_M, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen, logistic};
-use super::staircase::{MAX_STEPS, Staircase};
-use crate::math;
-use crate::params::generative::EXTENDED;
-use crate::params::posterior as number;
+use std::ops::Deref;
+
 use heapless::Vec;
+use stairscan::math;
+use stairscan::params::generative::EXTENDED;
+use stairscan::params::posterior as number;
+use stairscan::posterior::{
+    BEHIND_M, Class, FeaturePlace, LEAST_SEEN, MAX_SEEN, MAX_STEPS, MOST_SEEN, Model, NEAR, Seen,
+    Staircase, before, logistic,
+};
 
 /// A level against what it is expected to depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -92,10 +95,25 @@ struct Claim {
     echo: Option<(usize, f32)>,
 }
 
-impl Model<'_> {
-    /// Tells what the echoes and features of `s` are taken for; returns the expected number of
-    /// echoes on faces, treads and floor over their rates.
-    pub fn label(&self, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
+/// The model as what labels echoes.
+struct Labeller<'m, 'p>(&'m Model<'p>);
+
+impl<'p> Deref for Labeller<'_, 'p> {
+    type Target = Model<'p>;
+
+    fn deref(&self) -> &Model<'p> {
+        self.0
+    }
+}
+
+/// Tells what the echoes and features of `s` are taken for; returns the expected number of
+/// echoes on faces, treads and floor over their rates.
+pub fn label(model: &Model<'_>, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
+    Labeller(model).label(s, tell)
+}
+
+impl Labeller<'_, '_> {
+    fn label(&self, s: &Staircase, tell: &mut dyn FnMut(Sample)) -> [f32; 3] {
         let mut claims: Vec<Claim, { number::FEATURES * (MAX_STEPS + 1) }> = Vec::new();
         for k in 0..=s.len() {
             self.claim(s, k, &mut claims);
