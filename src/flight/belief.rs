@@ -34,11 +34,16 @@ impl core::fmt::Debug for Posterior {
 const SHARE: f32 = 0.5;
 /// Riser heights from which the refinement begins, as multiples of the search's.
 const STRETCHES: [f32; 2] = [0.95, 1.05];
+/// Overhangs that are tried beside what the echoes say, metres.
+const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
+/// So many risers before those of the search are tried.
+const UNSEEN: u8 = 3;
 /// Flights that the search puts so far behind its best are not looked at again, nats.
 const RIVAL_NATS: f32 = 5.0;
 /// So many flights of the search are looked at, its best.
 const LEADERS: usize = 3;
-/// A staircase of earlier scans that the search did not think of may cost so much, nats.
+/// Its best one closed in place of floating, or the other way, may cost so much more, nats: the search
+/// knows no walls behind floating treads.
 const SURE_NATS: f32 = 12.0;
 /// So many flights are refined at most: what there is time for.
 const MOST_LOOKED: usize = 6;
@@ -61,6 +66,42 @@ fn staircase(flight: &Flight<ascending::AscentShape>) -> Staircase {
     }
     s.open = flight.shape.open;
     s
+}
+
+/// The same flight with so many risers before it that show nothing or little, closed: what was taken
+/// for its first edge is the corner on top of them.
+#[inline(never)]
+fn fronted(
+    search: &Search<'_, Ascending<'_>>,
+    leader: &Flight<ascending::AscentShape>,
+    unseen: u8,
+) -> Option<Flight<ascending::AscentShape>> {
+    let [first, second, ..] = leader.chain.as_slice() else {
+        return None;
+    };
+    let (going_m, risers) = (second.along_m - first.along_m, f32::from(unseen));
+    let rise_m = leader.shape.rise_m / risers;
+    let begin_m = first.along_m - risers * going_m;
+    let spacing = search.stairs.spacing();
+    let lowest_m = search.stairs.scene().params.lowest_step_m;
+    if rise_m < lowest_m || begin_m < NEAREST_M || going_m > spacing.most_m {
+        return None;
+    }
+    let shape = ascending::AscentShape {
+        rise_m,
+        open: false,
+    };
+    let mut flight = Flight {
+        shape,
+        ..Flight::default()
+    };
+    for k in 0..unseen {
+        let along_m = begin_m + f32::from(k) * going_m;
+        flight.chain.push(search.at(along_m)).ok()?;
+    }
+    flight.chain.extend_from_slice(&leader.chain).ok()?;
+    flight.score = search.stairs.whole(&flight.chain, flight.shape);
+    Some(flight)
 }
 
 /// The flight that explains the echoes best.
@@ -123,6 +164,7 @@ impl Posterior {
             expected: f32::NEG_INFINITY,
         };
         let l = &mut looking;
+        let rules = &search.stairs.scene().params.rules;
         // Shorter ones come first: longer ones begin from them.
         for leader in &search.leaders {
             let better = search.leaders.iter().filter(|l| l.score > leader.score);
@@ -132,6 +174,19 @@ impl Posterior {
         }
         if let Some(past) = past.as_deref_mut() {
             self.look_back(l, search, past);
+        }
+        if let Some(leader) = search.leaders.iter().find(|l| l.score >= top) {
+            for unseen in (1..=UNSEEN).filter(|_| rules.fronted) {
+                if let Some(flight) = fronted(search, leader, unseen) {
+                    self.look(l, flight, (RIVAL_NATS, None), past.as_deref_mut());
+                }
+            }
+            if rules.other_build {
+                let mut other = leader.clone();
+                other.shape.open = !leader.shape.open;
+                other.score = search.stairs.whole(&other.chain, other.shape);
+                self.look(l, other, (SURE_NATS, None), past.as_deref_mut());
+            }
         }
         let mut chosen = looking.best.take().map(|(_, chosen)| chosen);
         if let Some(chosen) = &mut chosen {
@@ -299,6 +354,16 @@ impl Posterior {
             }
         };
         let mut best = top;
+        for overhang_m in OVERHANGS_M
+            .into_iter()
+            .filter(|_| !start.open && current().rules.overhang_starts)
+        {
+            let s = Staircase {
+                overhang_m,
+                ..top.staircase
+            };
+            best = likelier(best, base(s, top.sigmas));
+        }
         let open_air = best;
         let behind_m = best.staircase.last_x() + LANDING_M;
         for &wall_m in walls(&self.model, behind_m)

@@ -210,6 +210,8 @@ pub const THRESHOLD: f32 = 0.05;
 
 /// Way that a proposed echo stands for, metres.
 pub const SPOT_M: f32 = 0.006;
+/// Least rise of a proposal, metres.
+pub const LEAST_RISE_M: f32 = 0.03;
 /// Least odds of a riser that is proposed behind the last.
 pub const LEAST_ODDS: f32 = 1e-5;
 /// Farthest riser behind the last, metres from it.
@@ -226,6 +228,28 @@ pub const BEHIND_GRID_M: f32 = 0.08;
 pub const BEHIND_RISES: [(f32, f32); 3] = [(0.0, 0.6), (-RISE_OFF_M, 0.2), (RISE_OFF_M, 0.2)];
 /// Difference of a rise to the mean that is proposed, metres.
 pub const RISE_OFF_M: f32 = 0.03;
+/// Nearest riser before the first, metres.
+pub const FRONT_FROM_M: f32 = 0.3;
+/// Least distance of it to the first, metres.
+pub const FRONT_APART_M: f32 = 0.15;
+/// Distance of places for it, metres.
+pub const FRONT_GRID_M: f32 = 0.16;
+/// Way that an echo stands for there, metres.
+pub const FRONT_SPOT_M: f32 = 0.012;
+/// Heights of its top, metres.
+pub const FRONT_RISES_M: [f32; 2] = [0.08, 0.15];
+/// Odds of such a riser …
+pub const FRONT_ODDS: f32 = 0.015;
+/// … over this way, metres.
+pub const FRONT_WAY_M: f32 = 1.5;
+/// Nearest first riser of a flight that is one longer, metres.
+pub const FRONT_NEAREST_M: f32 = 0.1;
+/// Factors on its rises.
+pub const FRONT_STRETCHES: [f32; 3] = [0.94, 1.0, 1.06];
+/// Least of its rises, metres.
+pub const FRONT_LEAST_M: f32 = 0.06;
+/// Odds of an odd rise.
+pub const ODD_ODDS: f32 = 0.1;
 /// Nearest and farthest first step where none is told, metres.
 pub const FLOOR_FROM_TO_M: (f32, f32) = (0.24, 2.6);
 /// Room between it and a wall, metres.

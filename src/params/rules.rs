@@ -84,6 +84,18 @@ rules! {
         single in "particles";
         /// Particles: ground that ends.
         drops in "particles";
+        /// One to three unseen risers before the search's best flight are tried.
+        fronted in "choice";
+        /// The best flight is also tried floating in place of closed, or closed in place of floating.
+        other_build in "choice";
+        /// Overhangs are tried beside what the echoes show.
+        overhang_starts in "choice";
+        /// Particles: one more riser before the first.
+        front in "particles";
+        /// Particles: one odd rise.
+        odd in "particles";
+        /// Particles: other overhangs.
+        overhangs in "particles";
         /// The visible part of a riser whose foot is hidden tells of the riser's height.
         hidden_slope in "heights";
         /// Places of nosings by the two upright lines of nosing and riser.

@@ -5,7 +5,7 @@
 
 use super::cloud::{Cloud, Told};
 use super::model::{BEHIND_M, EchoSums, Model};
-use super::prior::{GOES_ON, LANDING, going, ln, prior};
+use super::prior::{GOES_ON, LANDING, going, ln, overhang, prior};
 use super::staircase::{GroundKind, MAX_STEPS, Sigmas, Staircase};
 use crate::math;
 use crate::params::current;
@@ -99,11 +99,16 @@ impl Proposals<'_> {
         match base.staircase.kind {
             GroundKind::Stairs => {
                 let rules = &current().rules;
-                if rules.less {
-                    self.less(base);
-                }
-                if rules.behind {
-                    self.behind(base);
+                type Proposal<'a> = fn(&mut Proposals<'a>, &Base);
+                let proposals: [(bool, Proposal<'_>); 5] = [
+                    (rules.less, Self::less),
+                    (rules.behind, Self::behind),
+                    (rules.front, Self::front),
+                    (rules.odd, Self::odd),
+                    (rules.overhangs, Self::overhangs),
+                ];
+                for (_, propose) in proposals.into_iter().filter(|(on, _)| *on) {
+                    propose(self, base);
                 }
             }
             GroundKind::Nothing => self.floor(base),
@@ -272,6 +277,95 @@ impl Proposals<'_> {
         (new, base.log_weight + part - old)
     }
 
+    /// One more riser before the first.
+    #[inline(never)]
+    fn front(&mut self, base: &Base) {
+        let s = &base.staircase;
+        let (n, first) = (s.len(), s.x(0));
+        let old = base.part(0, 1);
+        for &(x, dx) in &self.spots(
+            number::FRONT_FROM_M,
+            first - number::FRONT_APART_M,
+            number::FRONT_GRID_M,
+            number::FRONT_SPOT_M,
+        ) {
+            for h in number::FRONT_RISES_M {
+                if h < s.level(1) - number::LEAST_RISE_M {
+                    let new = s.with(0, x, h);
+                    let weight = ln(number::FRONT_ODDS * dx / number::FRONT_WAY_M)
+                        + self.part(&new, 0, 2)
+                        - old;
+                    self.put(&new, base.log_weight + weight, &base.sigmas);
+                }
+            }
+        }
+        // As regular as the others, each riser lower.
+        let Some(going) = s
+            .going()
+            .filter(|g| first - g > number::FRONT_NEAREST_M && n < MAX_STEPS)
+        else {
+            return;
+        };
+        let old = base.part(0, n + 1);
+        for stretch in number::FRONT_STRETCHES {
+            let mut new = s.with(0, first - going, 0.0);
+            let rise = stretch * s.level(n) / (n + 1) as f32;
+            for (k, top) in (1u8..).zip(&mut new.top_m) {
+                *top = rise * f32::from(k);
+            }
+            if rise > number::FRONT_LEAST_M {
+                let weight = ln(GOES_ON / number::FRONT_STRETCHES.len() as f32)
+                    + self.part(&new, 0, n + 2)
+                    - old;
+                self.put(&new, base.log_weight + weight, &base.sigmas);
+            }
+        }
+    }
+
+    /// One rise higher or lower than the others, the rest moved along or not.
+    #[inline(never)]
+    fn odd(&mut self, base: &Base) {
+        let s = &base.staircase;
+        let n = s.len();
+        let odds = ln(number::ODD_ODDS / n as f32 / (2 * ODD_M.len()) as f32);
+        // Farther ones lie beyond the horizon as a rule.
+        for k in 0..n.min(ODD_RISERS) {
+            for off in ODD_M {
+                for end in [n, k + 1] {
+                    if end == k + 1 && end == n && k > 0 {
+                        continue;
+                    }
+                    let mut new = *s;
+                    let tops = new.top_m.get_mut(k..end).unwrap_or(&mut []);
+                    tops.iter_mut().for_each(|top| *top += off);
+                    if (0..n).any(|i| new.level(i + 1) < new.level(i) + number::LEAST_RISE_M) {
+                        continue;
+                    }
+                    let to = math::min((end + 1) as f32, (n + 1) as f32) as usize;
+                    let weight = odds + self.part(&new, k, to) - base.part(k, to);
+                    self.put(&new, base.log_weight + weight, &base.sigmas);
+                }
+            }
+        }
+    }
+
+    /// Other overhangs of all treads.
+    #[inline(never)]
+    fn overhangs(&mut self, base: &Base) {
+        let s = &base.staircase;
+        if s.open {
+            return;
+        }
+        let n = s.len();
+        let others = OVERHANGS_M.into_iter();
+        for overhang_m in others.filter(|o| (o - s.overhang_m).abs() > SAME_OVERHANG_M) {
+            let new = Staircase { overhang_m, ..*s };
+            let weight = overhang(overhang_m) - overhang(s.overhang_m) + self.part(&new, 0, n + 1)
+                - base.part(0, n + 1);
+            self.put(&new, base.log_weight + weight, &base.sigmas);
+        }
+    }
+
     /// The ground ends.
     #[inline(never)]
     fn drops(&mut self, base: &Base, spots: &Spots) {
@@ -343,8 +437,16 @@ struct Split<'b> {
     wall: f32,
 }
 
+/// Overhangs of all treads: none, a usual one, a wide one.
+const OVERHANGS_M: [f32; 3] = [0.0, 0.03, 0.06];
+/// Two overhangs are the same within this, metres.
+const SAME_OVERHANG_M: f32 = 0.006;
 /// A regular going is as the flight's within this, times √(2π), metres.
 const REGULAR_M: f32 = 0.03;
+/// So many risers may be odd ones, the nearest.
+const ODD_RISERS: usize = 4;
+/// By how much an odd rise is off, metres.
+const ODD_M: [f32; 2] = [-0.03, 0.03];
 /// Farther from a riser than this its face changes nothing, metres.
 const NEAR_M: f32 = 0.10;
 /// Of the way, an echo stands for less than this, metres; the places between are farther apart.
