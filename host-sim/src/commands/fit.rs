@@ -35,11 +35,14 @@ fn calibrating(scenes: u64) -> u64 {
 /// draw, but four times as many of those that are mostly answered without steps, of which fewer are `ok`.
 fn testing(kind: Kind, scenes: u64) -> u64 {
     match kind {
-        Kind::None | Kind::Clutter | Kind::Brink | Kind::Hole | Kind::Kerb => 4 * scenes,
-        Kind::Ascending => 3 * scenes,
-        _ => scenes,
+        Kind::None | Kind::Clutter | Kind::Brink | Kind::Hole | Kind::Kerb => 8 * scenes,
+        Kind::Ascending => 6 * scenes,
+        _ => 2 * scenes,
     }
 }
+
+/// Seeds of the calibration draw before those that thresholds are tested on.
+const BEFORE_TESTING: u64 = 100_000;
 
 /// Arguments of `fit`.
 #[derive(clap::Args, Debug)]
@@ -187,7 +190,7 @@ impl Source {
     fn simulated(scenes: u64) -> Result<Self> {
         let held_back = harness::scenes(Draw::Calibration, |_| calibrating(scenes));
         let seeds = Draw::Calibration.seeds();
-        let behind = seeds.start + calibrating(scenes)..seeds.end;
+        let behind = seeds.start + BEFORE_TESTING..seeds.end;
         Ok(Self::Simulated([
             simulated(&harness::scenes(Draw::Tuning, |_| scenes))?,
             simulated(&held_back)?,

@@ -242,8 +242,9 @@ pub struct Threshold {
 const RISK: f64 = 0.01;
 /// Probability with which a threshold that does not keep the promise may be taken for one that does.
 const ERROR: f64 = 0.05;
-/// Answers that a threshold must leave to be tested: with fewer not even none wrong would do.
-const LEAST_TESTED: usize = 300;
+/// Share of a type's answers that the first threshold tested makes `ok`, without steps and with steps: so many that some
+/// wrong ones among them do not end the test at once. Chosen by number alone.
+const FIRST_TESTED: [f64; 2] = [0.2, 0.4];
 
 /// An answer that a threshold makes `ok` or not.
 struct Course<'a> {
@@ -290,10 +291,11 @@ fn rights(
 }
 
 /// The threshold of `ok` by learn-then-test with a fixed sequence (Angelopoulos, Bates, Candès, Jordan, Lei 2021): from
-/// the strictest threshold that leaves enough answers downwards, in thousandths, each is tested against the hypothesis
+/// the strictest threshold that leaves [`FIRST_TESTED`] downwards, in thousandths, each is tested against the hypothesis
 /// that more than [`RISK`] of its `ok` answers are wrong, up to the first that is not rejected. The threshold is the last
 /// rejected one; 2, which no answer has, where there is none.
-fn least(courses: &[Course<'_>]) -> Threshold {
+fn least(courses: &[Course<'_>], stairs: bool) -> Threshold {
+    let first = FIRST_TESTED[usize::from(stairs)] * courses.len() as f64;
     let judge = |from: f32| {
         let ok = courses
             .iter()
@@ -304,9 +306,9 @@ fn least(courses: &[Course<'_>]) -> Threshold {
             wrong: ok.filter(|(course, end)| course.is_wrong(*end)).count(),
         }
     };
-    let strictest_first = (900..1000_u16).rev();
+    let strictest_first = (800..1000_u16).rev();
     let tested = strictest_first.map(|thousandths| judge(f32::from(thousandths) / 1000.0));
-    let tested = tested.skip_while(|t| t.ok < LEAST_TESTED);
+    let tested = tested.skip_while(|t| (t.ok as f64) < first);
     let kept = tested.take_while(|t| at_most(t.wrong, t.ok, RISK) <= ERROR);
     kept.last().unwrap_or(Threshold {
         from: 2.0,
@@ -318,11 +320,8 @@ fn least(courses: &[Course<'_>]) -> Threshold {
 /// The threshold of `ok` for answers without steps, or with steps, from scans that the weights were not counted from.
 pub fn threshold(lessons: &[&Lesson], weights: &Weights, stairs: bool) -> Threshold {
     let of_type = lessons.iter().filter(|lesson| lesson.stairs == stairs);
-    least(
-        &of_type
-            .map(|lesson| course(lesson, weights))
-            .collect::<Vec<_>>(),
-    )
+    let courses: Vec<_> = of_type.map(|lesson| course(lesson, weights)).collect();
+    least(&courses, stairs)
 }
 
 fn course<'a>(lesson: &'a Lesson, weights: &Weights) -> Course<'a> {
