@@ -59,7 +59,7 @@ extern "C" {
     X(CLOSE_RIVAL, "close-rival", "Another reading of the echoes is nearly as likely.") \
     X(WEAK_ECHOES, "weak-echoes", "The steps rest on echoes little above the noise.") \
     X(BLOCKED_VIEW, "blocked-view", "Something stands in the line of sight.") \
-    X(SHORT_HORIZON, "short-horizon", "The answer does not vouch for the first metre of the way, or not for its first step where that is doubted.") \
+    X(SHORT_HORIZON, "short-horizon", "The answer does not vouch for the first metre of the way.") \
     X(IRREGULAR_STEP, "irregular-step", "A step departs from the others by more than a person would expect.") \
     X(UNCONFIGURED, "unconfigured", "Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.") \
     X(UNCONFIRMED, "unconfirmed", "No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.") \
