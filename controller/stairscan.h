@@ -431,8 +431,8 @@ typedef struct {
 } stairscan_rules_t;
 
 /* 500 ms: LIVE comes every 200 ms. 17 s: three scans of the longest kind. 500 mm: an odometer's 2 % of it
- * are 1 cm. 60 mm: 30 mm that an ok may be off, and 30 mm that a chair goes at 0.6 m/s from a scan's last
- * row until its SCAN is read. Settings are not checked. */
+ * are 1 cm. 60 mm: 30 mm that an ok may be off where its sigma is at most 10 mm, and 30 mm that a chair goes at
+ * 0.6 m/s from a scan's last row until its SCAN is read. Settings are not checked. */
 stairscan_rules_t stairscan_default_rules(void);
 
 /* A whole answer. */
