@@ -19,6 +19,7 @@ use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::fusion::Outlook;
 use crate::grid::Geometry;
 use crate::math;
+use crate::params::Params;
 use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::params::{counted, fitted};
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT, RIGHT_M};
@@ -26,6 +27,10 @@ use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT, RIGHT_M};
 /// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
 /// off and still be right.
 const AMBIGUOUS_M: f32 = RIGHT_M;
+/// An answer is valid as far as it is right with this probability at least: design contract.
+const RIGHT_UP_TO_HORIZON: f32 = 0.99;
+/// What rounding makes of a cell's end, metres.
+const ROUNDING_M: f32 = 1e-3;
 /// An `ok` vouches for at least this much of the way, metres: design contract.
 pub const LEAST_HORIZON_M: f32 = 1.0;
 
@@ -490,6 +495,7 @@ impl Vouch {
         };
         let mut log_right = 0.0;
         let mut vouch = Self::default();
+        let mut reach = Reach::new(ground.steps);
         for (k, mut cell) in ground.cells().enumerate() {
             let odds = weights.log_odds(&cell.features);
             if let Some(outlook) = &mut outlook {
@@ -512,22 +518,69 @@ impl Vouch {
             let right = probability(maps, log_right, stairs);
             let [clear_from, stairs_from] = *ok_from;
             let ok_from = if stairs { stairs_from } else { clear_from };
-            if right >= ok_from {
-                vouch.horizon_m = math::max(cell.end_m, 0.0);
-            }
-            if right >= ok_from || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
+            let valid = reach.take(cell.end_m, right, ok_from);
+            if valid || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
                 vouch.confidence = right;
             }
         }
-        let rules = &ground.scene.params.rules;
-        if rules.measured_to {
-            vouch.horizon_m = measured_to(vouch.horizon_m, ground.steps);
-        }
-        if rules.clear_of_steps {
-            vouch.horizon_m = clear_of(vouch.horizon_m, ground.steps);
-        }
+        vouch.horizon_m = reach.horizon_m(ground.scene.params);
         vouch
     }
+}
+
+/// How far an answer is valid, cell by cell: as far as it is right with the probability that the contract asks of each
+/// answer, and over the first metre where it is right with the probability from which on its type is `ok`.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach<'a> {
+    steps: &'a [Step],
+    /// Where the horizon of an `ok` ends at least, metres: no millimetres decide there whether a step counts.
+    least_m: f32,
+    valid_m: f32,
+}
+
+impl<'a> Reach<'a> {
+    /// Of an answer with these steps, before the first cell.
+    pub fn new(steps: &'a [Step]) -> Self {
+        let mut least_m = LEAST_HORIZON_M;
+        for step in steps {
+            if ambiguous(least_m, step) {
+                least_m = step.distance_m;
+            }
+        }
+        Self {
+            steps,
+            least_m,
+            valid_m: 0.0,
+        }
+    }
+
+    /// Takes in the next cell: where it ends, metres, the probability that the answer is right up to there, and that
+    /// from which on an answer is `ok`. Returns whether the answer is valid up to there.
+    pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
+        let near = end_m < self.least_m + CELL_M - ROUNDING_M;
+        let valid = right >= math::max(ok_from, RIGHT_UP_TO_HORIZON) || near && right >= ok_from;
+        if valid {
+            self.valid_m = math::max(end_m, 0.0);
+        }
+        valid
+    }
+
+    /// The horizon, metres: before the first step that is not measured, and clear of the others.
+    pub fn horizon_m(&self, p: &Params) -> f32 {
+        let mut horizon_m = self.valid_m;
+        if p.rules.measured_to {
+            horizon_m = measured_to(horizon_m, self.steps);
+        }
+        if p.rules.clear_of_steps {
+            horizon_m = clear_of(horizon_m, self.steps);
+        }
+        horizon_m
+    }
+}
+
+/// Whether an error of millimetres decides that a step counts to what lies up to a horizon, metres.
+fn ambiguous(horizon_m: f32, step: &Step) -> bool {
+    (horizon_m - (step.distance_m - RIGHT_M)).abs() < AMBIGUOUS_M
 }
 
 /// A horizon, metres, that ends before the first step whose expanded uncertainty is larger than what counts as
@@ -544,9 +597,8 @@ fn measured_to(horizon_m: f32, steps: &[Step]) -> f32 {
 fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
     let mut clear_m = horizon_m;
     for step in steps.iter().rev() {
-        let counts_m = step.distance_m - RIGHT_M;
-        if (clear_m - counts_m).abs() < AMBIGUOUS_M {
-            clear_m = counts_m - AMBIGUOUS_M;
+        if ambiguous(clear_m, step) {
+            clear_m = step.distance_m - RIGHT_M - AMBIGUOUS_M;
         }
     }
     math::max(clear_m, 0.0)

@@ -63,6 +63,7 @@ use chart::Chart;
 use descending::Descending;
 use dimensions::Measured;
 use floor_line::FloorLine;
+pub use horizon::Reach;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use judgement::Belief;
 use readings::Roles;

@@ -13,15 +13,15 @@ pub mod sequences;
 mod table;
 
 use anyhow::Result;
-use stairscan::answer::{Outcome, Reason, Reasons};
+use stairscan::answer::{Outcome, Reason, Reasons, Step};
 use stairscan::config::Plane;
 use stairscan::echoes::Echo;
-use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
+use stairscan::flight::{Likelihood, Reach};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::generative::Generative;
 use stairscan::params::hazard::{FEATURES, Weights};
-use stairscan::params::measured;
+use stairscan::params::{Params, measured};
 use stairscan::posterior::View;
 use stairscan::report::sentence::write_scan;
 
@@ -54,6 +54,10 @@ pub struct Lesson {
     pub wrong: Option<usize>,
     /// … and how far the horizon of an `ok` must reach, metres.
     pub reach_m: f32,
+    /// Its steps.
+    pub steps: Vec<Step>,
+    /// The answer as it is reported, and what is true.
+    pub judged: (Answer, Truth),
 }
 
 /// Listens for cells and echoes.
@@ -144,6 +148,8 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
             stairs: !answer.steps.is_empty(),
             wrong,
             reach_m: reach_m(&outcome),
+            steps: outcome.steps.to_vec(),
+            judged: (answer, truth),
         })
     })
 }
@@ -239,50 +245,63 @@ const ERROR: f64 = 0.05;
 /// Answers that a threshold must leave to be tested: with fewer not even none wrong would do.
 const LEAST_TESTED: usize = 300;
 
-/// What the cells of an answer come to.
-struct Course {
+/// An answer that a threshold makes `ok` or not.
+struct Course<'a> {
     /// How far the horizon of an `ok` must reach, metres.
     reach_m: f32,
-    /// Of each cell: where it ends, the probability that the answer is right up to there, and whether it is.
-    cells: Vec<(f32, f32, bool)>,
+    /// Its steps.
+    steps: &'a [Step],
+    /// Of each cell: where it ends, metres, and the probability that the answer is right up to there.
+    cells: Vec<(f32, f32)>,
+    /// The answer as it is reported, and what is true.
+    judged: &'a (Answer, Truth),
 }
 
-impl Course {
-    /// Of an answer whose cells, each given by its end and the logarithm of the probability that nothing goes
-    /// wrong in it, are right before the one numbered `wrong`; `probability` of what those logarithms add up to.
-    fn new(
-        cells: impl Iterator<Item = (f32, f32)>,
-        wrong: Option<usize>,
-        reach_m: f32,
-        probability: impl Fn(f32) -> f32,
-    ) -> Self {
-        let mut log_right = 0.0;
-        let cells = cells.enumerate().map(|(k, (end_m, log_survival))| {
-            log_right += log_survival;
-            (end_m, probability(log_right), wrong.is_none_or(|w| w > k))
-        });
-        Self {
-            cells: cells.collect(),
-            reach_m,
+impl Course<'_> {
+    /// The horizon with a threshold, metres; `None` if the answer is not `ok`.
+    fn horizon_m(&self, ok_from: f32) -> Option<f32> {
+        let mut reach = Reach::new(self.steps);
+        for &(end_m, right) in &self.cells {
+            reach.take(end_m, right, ok_from);
         }
+        let horizon_m = reach.horizon_m(&Params::DEFAULT);
+        (horizon_m >= self.reach_m).then_some(horizon_m)
     }
+
+    /// Whether something up to a horizon, metres, is wrong.
+    fn is_wrong(&self, horizon_m: f32) -> bool {
+        score::wrong_up_to(&self.judged.0, &self.judged.1, horizon_m.into())
+    }
+}
+
+/// Ends of cells, each with the probability that all of them are right up to there, from the logarithms of the
+/// probabilities that nothing goes wrong in each, and `probability` of what these add up to.
+fn rights(
+    cells: impl Iterator<Item = (f32, f32)>,
+    probability: impl Fn(f32) -> f32,
+) -> Vec<(f32, f32)> {
+    let mut log_right = 0.0;
+    cells
+        .map(|(end_m, log_survival)| {
+            log_right += log_survival;
+            (end_m, probability(log_right))
+        })
+        .collect()
 }
 
 /// The threshold of `ok` by learn-then-test with a fixed sequence (Angelopoulos, Bates, Candès, Jordan, Lei 2021): from
 /// the strictest threshold that leaves enough answers downwards, in thousandths, each is tested against the hypothesis
 /// that more than [`RISK`] of its `ok` answers are wrong, up to the first that is not rejected. The threshold is the last
 /// rejected one; 2, which no answer has, where there is none.
-fn least(courses: &[Course]) -> Threshold {
+fn least(courses: &[Course<'_>]) -> Threshold {
     let judge = |from: f32| {
-        let ends = courses.iter().filter_map(|course| {
-            let end = course.cells.iter().rfind(|cell| cell.1 >= from)?;
-            (end.0 >= course.reach_m).then_some(end)
-        });
-        let ok: Vec<_> = ends.collect();
+        let ok = courses
+            .iter()
+            .filter_map(|course| Some((course, course.horizon_m(from)?)));
         Threshold {
             from,
-            ok: ok.len(),
-            wrong: ok.iter().filter(|(.., right)| !right).count(),
+            ok: ok.clone().count(),
+            wrong: ok.filter(|(course, end)| course.is_wrong(*end)).count(),
         }
     };
     let strictest_first = (900..1000_u16).rev();
@@ -306,12 +325,17 @@ pub fn threshold(lessons: &[&Lesson], weights: &Weights, stairs: bool) -> Thresh
     )
 }
 
-fn course(lesson: &Lesson, weights: &Weights) -> Course {
+fn course<'a>(lesson: &'a Lesson, weights: &Weights) -> Course<'a> {
     let cells = lesson.cells.iter();
     let cells = cells.map(|cell| (cell.end_m, weights.log_survival(&cell.features)));
-    Course::new(cells, lesson.wrong, lesson.reach_m, |log_right| {
-        weights.probability(log_right, lesson.stairs)
-    })
+    Course {
+        reach_m: lesson.reach_m,
+        steps: &lesson.steps,
+        cells: rights(cells, |log_right| {
+            weights.probability(log_right, lesson.stairs)
+        }),
+        judged: &lesson.judged,
+    }
 }
 
 /// Slope and offset that take the hazards' log-odds to how often answers were right.

@@ -14,7 +14,8 @@ use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
 use stairscan::params::hazard::{Map, log_survival, probability};
 
-use super::{Course, PRIOR_SIGMA, answer_of, first_wrong, least, reach_m};
+use super::{Course, PRIOR_SIGMA, answer_of, first_wrong, least, reach_m, rights};
+use crate::answer::Answer;
 use crate::fit::logistic;
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Options};
@@ -36,6 +37,8 @@ pub struct Lesson {
     wrong: Option<usize>,
     /// How far its horizon must reach for an `ok`, metres; infinite where nothing makes one of it.
     reach_m: f32,
+    steps: Vec<Step>,
+    judged: (Answer, Truth),
 }
 
 /// Errors of one step in two scans by themselves, as multiples of their standard deviations.
@@ -168,6 +171,8 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
                 wrong: first_wrong(&answer, truth, &listener.cells),
                 stairs: !answer.steps.is_empty(),
                 reach_m: reach_m(&outcome),
+                steps: outcome.steps.to_vec(),
+                judged: (answer, truth.clone()),
                 cells,
             }),
             Err(error) => trouble = Some(error),
@@ -327,12 +332,17 @@ fn surest_wrong<'a>(lessons: &'a [Lesson], table: &Carried) -> Vec<(f32, &'a str
     wrong
 }
 
-fn course(lesson: &Lesson, table: &Carried) -> Course {
+fn course<'a>(lesson: &'a Lesson, table: &Carried) -> Course<'a> {
     let cells = lesson.cells.iter();
     let cells = cells.map(|cell| (cell.end_m, log_survival(table.log_odds(&cell.features))));
-    Course::new(cells, lesson.wrong, lesson.reach_m, |log_right| {
-        probability(&table.maps, log_right, lesson.stairs)
-    })
+    Course {
+        reach_m: lesson.reach_m,
+        steps: &lesson.steps,
+        cells: rights(cells, |log_right| {
+            probability(&table.maps, log_right, lesson.stairs)
+        }),
+        judged: &lesson.judged,
+    }
 }
 
 /// The source file of the table.
