@@ -59,7 +59,7 @@ extern "C" {
     X(CLOSE_RIVAL, "close-rival", "Another reading of the echoes is nearly as likely.") \
     X(WEAK_ECHOES, "weak-echoes", "The steps rest on echoes little above the noise.") \
     X(BLOCKED_VIEW, "blocked-view", "Something stands in the line of sight.") \
-    X(SHORT_HORIZON, "short-horizon", "The answer does not vouch for the first metre of the way, or not for its first step where that is doubted.") \
+    X(SHORT_HORIZON, "short-horizon", "The answer does not vouch for the first metre of the way.") \
     X(IRREGULAR_STEP, "irregular-step", "A step departs from the others by more than a person would expect.") \
     X(UNCONFIGURED, "unconfigured", "Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.") \
     X(UNCONFIRMED, "unconfirmed", "No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.") \
@@ -431,8 +431,8 @@ typedef struct {
 } stairscan_rules_t;
 
 /* 500 ms: LIVE comes every 200 ms. 17 s: three scans of the longest kind. 500 mm: an odometer's 2 % of it
- * are 1 cm. 60 mm: 30 mm that an ok may be off, and 30 mm that a chair goes at 0.6 m/s from a scan's last
- * row until its SCAN is read. Settings are not checked. */
+ * are 1 cm. 60 mm: 30 mm that an ok may be off where its sigma is at most 10 mm, and 30 mm that a chair goes at
+ * 0.6 m/s from a scan's last row until its SCAN is read. Settings are not checked. */
 stairscan_rules_t stairscan_default_rules(void);
 
 /* A whole answer. */

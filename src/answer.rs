@@ -88,7 +88,7 @@ reasons! {
     WeakEchoes = "weak-echoes",
     /// Something stands in the line of sight.
     BlockedView = "blocked-view",
-    /// The answer does not vouch for the first metre of the way, or not for its first step where that is doubted.
+    /// The answer does not vouch for the first metre of the way.
     ShortHorizon = "short-horizon",
     /// A step departs from the others by more than a person would expect.
     IrregularStep = "irregular-step",

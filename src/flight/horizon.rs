@@ -2,7 +2,8 @@
 //! distance, and the largest distance at which that is still what `ok` promises.
 //!
 //! The way ahead is cut into cells. Each has a hazard: the probability that the answer goes wrong
-//! there though it was right up to there, because a step is missing, made up, or more than 3 cm off.
+//! there though it was right up to there, because a step is missing, made up, or off by more than its
+//! expanded uncertainty.
 //! It is the logistic function of what the estimator knows of the cell (its [`Features`]) with
 //! weights that `cargo sim fit` counts from simulated scans with known truth (a discrete-time
 //! survival model, Cox 1972). The product of what is left over the cells is the probability.

@@ -19,7 +19,8 @@
 //! | `HALT` | reason: the firmware stopped with a fault and resets the chip |
 //!
 //! Lengths are millimetres with one decimal; a field without a value (the last step's tread depth)
-//! is empty. The horizon is how far the answer vouches for itself, from the mirror; the confidence is
+//! is empty. The horizon is how far the answer vouches for itself, from the mirror: up to there `ok` promises that no step is
+//! missing or made up and that each distance and height is within max(30 mm, 3σ), at most 80 mm. The confidence is
 //! the probability that nothing is wrong up to there (or over the first metre, if that is farther), in
 //! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN`, then its `STEP`s, then its
 //! `MAYBE`s (what may stand there though the answer does not hold it, with its probability in per
