@@ -117,13 +117,10 @@ extern "C" {
     X("first-angle") \
     X("angle-step") \
     X("angle-count") \
-    X("sweep") \
     X("cfar-guard") \
     X("cfar-training") \
     X("cfar-false-alarm") \
     X("cfar-near-margin") \
-    X("estimator") \
-    X("seed") \
     X("particles") \
     X("modes") \
     X("spread") \
@@ -133,6 +130,8 @@ extern "C" {
     X("radar-carrier") \
     X("radar-bandwidth") \
     X("radar-samples") \
+    X("estimator") \
+    X("seed") \
     X("settle") \
     X("chirp-timeout") \
     X("configure-timeout") \
@@ -140,23 +139,9 @@ extern "C" {
     X("retries") \
     X("max-lost") \
     X("fault-hold") \
-    X("motion") \
-    X("fusion") \
     X("chirp-duration") \
     X("motion-timeout") \
-    X("home-angle") \
-    X("speed") \
-    X("acceleration") \
-    X("search-speed") \
     X("internal-clock") \
-    X("calibrated") \
-    X("calibrated-chip") \
-    X("sweep-mode") \
-    X("module") \
-    X("module-bandwidth") \
-    X("module-samples") \
-    X("link-rate") \
-    X("trigger-pin") \
     X("driver") \
     X("microsteps-per-turn") \
     X("enable-level") \
@@ -165,9 +150,24 @@ extern "C" {
     X("enable-wake") \
     X("motor-current") \
     X("stall-threshold") \
-    X("home-check") \
     X("encoder") \
-    X("encoder-home")
+    X("encoder-home") \
+    X("home-angle") \
+    X("speed") \
+    X("acceleration") \
+    X("search-speed") \
+    X("home-check") \
+    X("calibrated") \
+    X("calibrated-chip") \
+    X("module") \
+    X("module-bandwidth") \
+    X("module-samples") \
+    X("link-rate") \
+    X("trigger-pin") \
+    X("sweep") \
+    X("sweep-mode") \
+    X("motion") \
+    X("fusion")
 
 /* Keys of what is measured: for `get`. */
 #define STAIRSCAN_MEASURES(X) \

@@ -19,7 +19,7 @@
 use core::fmt;
 
 use crate::config::{Config, Plane};
-use crate::echoes::Echo;
+use crate::echoes::{Echo, floor_variance};
 use crate::estimate::Estimate;
 use crate::health::MirrorEcho;
 use crate::math::{self, RAD_PER_DEG};
@@ -206,17 +206,10 @@ impl CalibrationScene {
         let (right_m, right_rad, slope, turn) = match part {
             Part::Floor => {
                 let (sin, cos) = math::sin_cos(angle);
-                let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
-                let (fixed_rad, rough_m) = if clean {
-                    (p.floor_corner_rad, p.floor_corner_m)
-                } else {
-                    (p.floor_speckle_rad, p.floor_speckle_m)
-                };
-                let noise = range * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
                 return each(Equation {
                     residual: range * sin - s.height_m,
                     by: [-1.0, range * cos, by_stretch * sin],
-                    variance: rough_m * rough_m + noise * noise,
+                    variance: floor_variance(e, range, p),
                     robust: true,
                 });
             }

@@ -4,7 +4,9 @@
 //! replayed on the host and a command sent to the scanner mean exactly the same. [`to_fixed`] is
 //! the one function that rounds to them. Defaults are the paper's (sections II-A, II-B, III).
 
-use core::fmt;
+pub use crate::setting::ConfigError;
+pub(crate) use crate::setting::check;
+use crate::setting::{settings, words};
 
 /// Speed of light in vacuum, m/s.
 pub const SPEED_OF_LIGHT: f32 = 299_792_458.0;
@@ -15,68 +17,30 @@ pub const SAMPLES: core::ops::RangeInclusive<u16> = 16..=256;
 /// Most samples of one chirp, and the largest transform.
 pub const MAX_SAMPLES: usize = 256;
 
-/// A value that the scanner cannot work with.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct ConfigError {
-    /// The field, by the name that commands and messages use.
-    pub field: &'static str,
-    /// What was expected of it.
-    pub expected: &'static str,
-}
-
-impl fmt::Display for ConfigError {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{}: expected {}", self.field, self.expected)
+settings! {
+    /// What the radar module is set to: it decides what a chirp means. Defaults: the paper's (section II-A).
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct RadarConfig
+    parts {}
+    rows {
+        /// Carrier (centre) frequency.
+        carrier_khz: u32 = 94_000_000, "radar-carrier" "kHz" [] Module;
+        /// Swept bandwidth B.
+        bandwidth_khz: u32 = 10_000_000, "radar-bandwidth" "kHz" [] Module;
+        /// Complex samples per chirp Ns, 16 to 256; of a real chirp its pairs, half its values.
+        samples: u16 = 200, "radar-samples" "" [] Module;
     }
-}
-
-impl core::error::Error for ConfigError {}
-
-/// Fails with `field` and `expected` unless `ok`.
-pub(crate) fn check(
-    ok: bool,
-    field: &'static str,
-    expected: &'static str,
-) -> Result<(), ConfigError> {
-    if ok {
-        Ok(())
-    } else {
-        Err(ConfigError { field, expected })
-    }
-}
-
-/// What the radar module is set to: it decides what a chirp means.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct RadarConfig {
-    /// Carrier (centre) frequency, kHz.
-    pub carrier_khz: u32,
-    /// Swept bandwidth B, kHz.
-    pub bandwidth_khz: u32,
-    /// Complex samples per chirp Ns, 16..=256; of a real chirp its pairs, half its values.
-    pub samples: u16,
-    /// Whether the module samples one channel and not I and Q: a chirp of 2 Ns real values
-    /// x₀, x₁, … is carried as Ns pairs (x₀, x₁), (x₂, x₃), … in the place of I and Q.
-    ///
-    /// Bin k of its transform has k periods in the padded chirp, as bin k of a complex chirp has: the
-    /// Ns bins below half the sampling rate have the range axis of Ns complex samples.
-    pub real: bool,
-}
-
-impl Default for RadarConfig {
-    fn default() -> Self {
-        Self::DEFAULT
+    also {
+        /// Whether the module samples one channel and not I and Q: a chirp of 2 Ns real values
+        /// x₀, x₁, … is carried as Ns pairs (x₀, x₁), (x₂, x₃), … in the place of I and Q.
+        ///
+        /// Bin k of its transform has k periods in the padded chirp, as bin k of a complex chirp has: the
+        /// Ns bins below half the sampling rate have the range axis of Ns complex samples.
+        real: bool = false;
     }
 }
 
 impl RadarConfig {
-    /// The paper's (section II-A).
-    pub const DEFAULT: Self = Self {
-        carrier_khz: 94_000_000,
-        bandwidth_khz: 10_000_000,
-        samples: 200,
-        real: false,
-    };
-
     /// Checks that the buffers hold such a chirp and that it has a range axis.
     pub fn validate(&self) -> Result<(), ConfigError> {
         check(
@@ -127,76 +91,33 @@ pub enum Plane {
     Height,
 }
 
-/// How the scanner is mounted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MountConfig {
-    /// Radar lens to mirror centre, 0.01 mm.
-    pub mirror_offset: i32,
-    /// Range at which the mirror's own echo was seen when the scanner was calibrated, 0.01 mm; 0 before
-    /// that.
-    pub mirror_echo: i32,
-    /// Level of the mirror's own echo when the scanner was calibrated, 0.001 dB relative to full scale; 0 before
-    /// that.
-    pub mirror_level: i32,
-    /// By how much ranges are larger than the module's bandwidth says, parts of a million: its sweep is narrower.
-    pub range_scale: i32,
-    /// Mirror centre above the surface that the wheelchair stands on, 0.01 mm.
-    pub mount_height: i32,
-    /// Full two-sided 3 dB width of the beam leaving the mirror, 0.001°.
-    pub beamwidth: i32,
-    /// The plane that the mirror sweeps.
-    pub plane: Plane,
-}
+words!(Plane: "depth" Plane::Depth, "height" Plane::Height);
 
-impl Default for MountConfig {
-    fn default() -> Self {
-        Self {
-            mirror_offset: 22_000,
-            mirror_echo: 0,
-            mirror_level: 0,
-            range_scale: 0,
-            mount_height: 40_000,
-            beamwidth: 5_000,
-            plane: Plane::Depth,
-        }
+settings! {
+    /// How the scanner is mounted.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct MountConfig
+    parts {}
+    rows {
+        /// Plane that the mirror sweeps.
+        plane: Plane = Plane::Depth, "plane" "" [] Answer;
+        /// Radar lens to mirror centre.
+        mirror_offset: i32 = 22_000, "mirror-offset" "0.01 mm" [0 to 200_000] Answer;
+        /// Range of the mirror's own echo when the scanner was calibrated; 0: never.
+        mirror_echo: i32 = 0, "mirror-echo" "0.01 mm" [0 to 200_000] Answer;
+        /// Level of that echo, relative to full scale, when the scanner was calibrated; 0: never.
+        mirror_level: i32 = 0, "mirror-level" "0.001 dB" [-150_000 to 0] Answer;
+        /// Excess of ranges over what the module's bandwidth says: its sweep is narrower.
+        range_scale: i32 = 0, "range-scale" "1e-6" [-100_000 to 100_000] Answer;
+        /// Mirror centre above the surface that the wheelchair stands on.
+        mount_height: i32 = 40_000, "mount-height" "0.01 mm" [1_000 to 500_000] Answer;
+        /// Full two-sided 3 dB width of the beam leaving the mirror.
+        beamwidth: i32 = 5_000, "beamwidth" "0.001 deg" [500 to 30_000] Answer;
     }
+    also {}
 }
 
 impl MountConfig {
-    /// Checks that the numbers describe a scanner that can exist.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        check(
-            (0..=200_000).contains(&self.mirror_offset),
-            "mirror-offset",
-            "0 to 2 m in 0.01 mm",
-        )?;
-        check(
-            (0..=200_000).contains(&self.mirror_echo),
-            "mirror-echo",
-            "0 to 2 m in 0.01 mm",
-        )?;
-        check(
-            (-150_000..=0).contains(&self.mirror_level),
-            "mirror-level",
-            "-150 to 0 dB in 0.001",
-        )?;
-        check(
-            (-100_000..=100_000).contains(&self.range_scale),
-            "range-scale",
-            "-100000 to 100000 parts of a million",
-        )?;
-        check(
-            (1_000..=500_000).contains(&self.mount_height),
-            "mount-height",
-            "0.01 to 5 m in 0.01 mm",
-        )?;
-        check(
-            (500..=30_000).contains(&self.beamwidth),
-            "beamwidth",
-            "0.5 to 30 degrees in 0.001",
-        )
-    }
-
     /// Radar lens to mirror centre, metres.
     pub fn mirror_offset_m(&self) -> f32 {
         self.mirror_offset as f32 * 1e-5
@@ -216,44 +137,30 @@ impl MountConfig {
 /// Most rows (angles) of one scan: those of a map with the fewest range bins.
 pub const MAX_ROWS: usize = 8192;
 
-/// The angles of one scan: `first`, `first + step`, ….
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SweepConfig {
-    /// First angle, 0.001°.
-    pub first_angle: i32,
-    /// From one angle to the next, 0.001°.
-    pub angle_step: i32,
-    /// Number of angles.
-    pub angle_count: u16,
-}
-
-impl Default for SweepConfig {
-    fn default() -> Self {
-        Self {
-            first_angle: -20_000,
-            angle_step: 250,
-            angle_count: 281,
-        }
+settings! {
+    /// The angles of one scan: `first`, `first + step`, ….
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct SweepConfig
+    parts {}
+    rows {
+        /// First angle of a scan.
+        first_angle: i32 = -20_000, "first-angle" "0.001 deg" [-170_000 to 170_000] Answer;
+        /// From one angle to the next.
+        angle_step: i32 = 250, "angle-step" "0.001 deg" [10 to 10_000] Answer;
+        /// Number of angles.
+        angle_count: u16 = 281, "angle-count" "angles" [3 to 8_192] Answer;
     }
+    also {}
 }
 
 impl SweepConfig {
     /// Checks that the shaft can turn so far and that the map holds so many rows.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        check(
-            (3..=MAX_ROWS as u16).contains(&self.angle_count),
-            "angle-count",
-            "3 to 8192 angles",
-        )?;
-        check(
-            (10..=10_000).contains(&self.angle_step),
-            "angle-step",
-            "0.01 to 10 degrees in 0.001",
-        )?;
+        self.limits()?;
         let last = i64::from(self.first_angle)
             + i64::from(self.angle_step) * (i64::from(self.angle_count) - 1);
         check(
-            self.first_angle >= -170_000 && last <= 170_000,
+            last <= 170_000,
             "first-angle",
             "a sweep within the 340 degrees of the shaft",
         )
@@ -266,50 +173,22 @@ impl SweepConfig {
     }
 }
 
-/// Cell-averaging constant-false-alarm-rate detection (paper III-C).
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct CfarConfig {
-    /// Guard cells on each side of the cell under test.
-    pub guard: u8,
-    /// Training cells on each side, beyond the guard cells.
-    pub training: u8,
-    /// Probability that a cell holding nothing but noise is taken for a target.
-    pub false_alarm: f32,
-    /// Ranges up to this much beyond the mirror are its own echo, 0.01 mm.
-    pub near_margin: i32,
-}
-
-impl Default for CfarConfig {
-    fn default() -> Self {
-        Self {
-            guard: 3,
-            training: 8,
-            false_alarm: 1.7e-4,
-            near_margin: 15_000,
-        }
+settings! {
+    /// Cell-averaging constant-false-alarm-rate detection (paper III-C).
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct CfarConfig
+    parts {}
+    rows {
+        /// Guard cells on each side of the cell under test.
+        guard: u8 = 3, "cfar-guard" "cells" [0 to 16] Answer;
+        /// Training cells on each side, beyond the guard cells.
+        training: u8 = 8, "cfar-training" "cells" [1 to 32] Answer;
+        /// Probability that a cell holding nothing but noise is taken for a target.
+        false_alarm: f32 = 1.7e-4, "cfar-false-alarm" "1e-9" [1 to 500_000_000] Answer;
+        /// Ranges up to this much beyond the mirror are its own echo.
+        near_margin: i32 = 15_000, "cfar-near-margin" "0.01 mm" [0 to 200_000] Answer;
     }
-}
-
-impl CfarConfig {
-    /// Checks that there is something to average and a threshold to compute.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        check(
-            (1..=32).contains(&self.training),
-            "cfar-training",
-            "1 to 32 cells on each side",
-        )?;
-        check(self.guard <= 16, "cfar-guard", "0 to 16 cells on each side")?;
-        check(
-            self.false_alarm >= 1e-9 && self.false_alarm <= 0.5,
-            "cfar-false-alarm",
-            "a probability from 1e-9 to 0.5",
-        )?;
-        check(
-            (0..=200_000).contains(&self.near_margin),
-            "cfar-near-margin",
-            "0 to 2 m in 0.01 mm",
-        )
-    }
+    also {}
 }
 
 /// How particles are spread before the first resampling (paper III-A).
@@ -340,62 +219,31 @@ pub const MAX_PARTICLES: usize = 1000;
 /// Most Gaussian modes.
 pub const MAX_MODES: usize = 32;
 
-/// The paper's particle filter and clustering.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ParticleConfig {
-    /// Particles N.
-    pub particles: u16,
-    /// Gaussian modes M.
-    pub modes: u8,
-    /// How they start.
-    pub spread: Spread,
-    /// Resampling rounds.
-    pub rounds: u8,
-    /// Standard deviation of a mode, 0.01 mm.
-    pub mode_sigma: i32,
-    /// Clustering sensitivity ρ, 0…1 in 0.001: the vigilance of Fuzzy ART.
-    pub vigilance: u16,
+words!(Spread: "uniform" Spread::Uniform, "gmm-raw" Spread::GmmRaw, "gmm-cfar" Spread::GmmCfar);
+
+settings! {
+    /// The paper's particle filter and clustering.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct ParticleConfig
+    parts {}
+    rows {
+        /// Particles N.
+        particles: u16 = 1_000, "particles" "particles" [10 to 1_000] Answer;
+        /// Gaussian modes M.
+        modes: u8 = 10, "modes" "modes" [1 to 32] Answer;
+        /// How particles start.
+        spread: Spread = Spread::GmmCfar, "spread" "" [] Answer;
+        /// Resampling rounds.
+        rounds: u8 = 2, "rounds" "rounds" [1 to 50] Answer;
+        /// Standard deviation of a mode.
+        mode_sigma: i32 = 8_000, "mode-sigma" "0.01 mm" [100 to 100_000] Answer;
+        /// Clustering sensitivity ρ: the vigilance of Fuzzy ART.
+        vigilance: u16 = 500, "vigilance" "0.001" [0 to 1_000] Answer;
+    }
+    also {}
 }
 
-impl Default for ParticleConfig {
-    fn default() -> Self {
-        Self {
-            particles: 1000,
-            modes: 10,
-            spread: Spread::GmmCfar,
-            rounds: 2,
-            mode_sigma: 8_000,
-            vigilance: 500,
-        }
-    }
-}
-
-impl ParticleConfig {
-    /// Checks the numbers against the buffers.
-    pub fn validate(&self) -> Result<(), ConfigError> {
-        check(
-            (10..=MAX_PARTICLES as u16).contains(&self.particles),
-            "particles",
-            "10 to 1000 particles",
-        )?;
-        check(
-            (1..=MAX_MODES as u8).contains(&self.modes),
-            "modes",
-            "1 to 32 modes",
-        )?;
-        check(
-            (1..=50).contains(&self.rounds),
-            "rounds",
-            "1 to 50 resampling rounds",
-        )?;
-        check(
-            (100..=100_000).contains(&self.mode_sigma),
-            "mode-sigma",
-            "0.001 to 1 m in 0.01 mm",
-        )?;
-        check(self.vigilance <= 1000, "vigilance", "0 to 1 in 0.001")
-    }
-}
+const _: () = assert!(MAX_ROWS == 8_192 && MAX_PARTICLES == 1_000 && MAX_MODES == 32);
 
 /// Which estimator turns the map into steps.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -431,87 +279,62 @@ impl EstimatorKind {
     }
 }
 
-/// Everything that can be set.
-///
-/// ```
-/// use stairscan::config::{Config, Plane, to_fixed};
-///
-/// // The paper's scanner on a pole, looking down: lengths in 0.01 mm, angles in 0.001°.
-/// let mut config = Config::default();
-/// config.mount.plane = Plane::Height;
-/// config.mount.mount_height = to_fixed(1.2, 1e-5).unwrap();
-/// assert!(config.validate().is_ok());
-///
-/// config.sweep.angle_step = 0;
-/// assert_eq!(config.validate().unwrap_err().field, "angle-step");
-/// ```
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Config {
-    /// The radar module.
-    pub radar: RadarConfig,
-    /// How the scanner is mounted.
-    pub mount: MountConfig,
-    /// The angles of a scan.
-    pub sweep: SweepConfig,
-    /// Detection in range.
-    pub cfar: CfarConfig,
-    /// The paper's particle filter.
-    pub particles: ParticleConfig,
-    /// From map to steps.
-    pub estimator: EstimatorKind,
-    /// Seed of the particles' random numbers; the scan's number is mixed in.
-    pub seed: u32,
+impl crate::setting::Word for EstimatorKind {
+    const WORDS: &'static [(&'static str, Self)] = &[
+        (Self::Likelihood.as_str(), Self::Likelihood),
+        #[cfg(feature = "paper")]
+        (Self::Paper.as_str(), Self::Paper),
+    ];
+    #[cfg(feature = "paper")]
+    const ONE_OF: &'static str = "likelihood or paper";
+    #[cfg(not(feature = "paper"))]
+    const ONE_OF: &'static str = "likelihood";
+}
+
+settings! {
+    /// What a scan is.
+    ///
+    /// ```
+    /// use stairscan::config::{Config, Plane, to_fixed};
+    ///
+    /// // The paper's scanner on a pole, looking down: lengths in 0.01 mm, angles in 0.001°.
+    /// let mut config = Config::default();
+    /// config.mount.plane = Plane::Height;
+    /// config.mount.mount_height = to_fixed(1.2, 1e-5).unwrap();
+    /// assert!(config.validate().is_ok());
+    ///
+    /// config.sweep.angle_step = 0;
+    /// assert_eq!(config.validate().unwrap_err().field, "angle-step");
+    /// ```
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Config
+    parts {
+        /// How the scanner is mounted.
+        mount: MountConfig;
+        /// The angles of a scan.
+        sweep: SweepConfig;
+        /// Detection in range.
+        cfar: CfarConfig;
+        /// The paper's particle filter.
+        particles: ParticleConfig;
+        /// The radar module.
+        radar: RadarConfig;
+    }
+    rows {
+        /// Method that turns the map into steps.
+        estimator: EstimatorKind = EstimatorKind::Likelihood, "estimator" "" [] Answer;
+        /// Seed of the particles' random numbers; the scan's number is mixed in.
+        seed: u32 = 0, "seed" "" [] Answer;
+    }
+    also {}
 }
 
 impl Config {
-    /// No configuration at all: every bit zero, valid for nothing. What statics hold before the
-    /// first scan.
-    pub const EMPTY: Self = Self {
-        radar: RadarConfig {
-            carrier_khz: 0,
-            bandwidth_khz: 0,
-            samples: 0,
-            real: false,
-        },
-        mount: MountConfig {
-            mirror_offset: 0,
-            mirror_echo: 0,
-            mirror_level: 0,
-            range_scale: 0,
-            mount_height: 0,
-            beamwidth: 0,
-            plane: Plane::Depth,
-        },
-        sweep: SweepConfig {
-            first_angle: 0,
-            angle_step: 0,
-            angle_count: 0,
-        },
-        cfar: CfarConfig {
-            guard: 0,
-            training: 0,
-            false_alarm: 0.0,
-            near_margin: 0,
-        },
-        particles: ParticleConfig {
-            particles: 0,
-            modes: 0,
-            spread: Spread::Uniform,
-            rounds: 0,
-            mode_sigma: 0,
-            vigilance: 0,
-        },
-        estimator: EstimatorKind::ALL[0],
-        seed: 0,
-    };
-
     /// Checks every field, and that the map holds such a scan.
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.radar.validate()?;
-        self.mount.validate()?;
-        self.sweep.validate()?;
-        self.cfar.validate()?;
-        self.particles.validate()
+        self.limits()?;
+        self.sweep.validate()
     }
 }
 

@@ -8,6 +8,7 @@
 //!
 //! | module | from → to |
 //! |---|---|
+//! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
 //! | [`radar`] | radar modules and their protocols, behind one trait |
 //! | [`scan`] | schedule of angles, mirror motor, the scanner's loop |
@@ -28,7 +29,7 @@
 //!
 //! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
 //!
-//! Who depends on whom: [`config`], [`answer`], [`estimate`], [`params`], [`math`] and
+//! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`params`], [`math`] and
 //! [`scan::schedule`] depend on no stage; on them stand [`grid`], then [`range`] and [`echoes`], then
 //! [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`]. [`scan`]'s loop drives any
 //! [`scan::DataPath`], and `pipeline` is one. [`observer`] names what [`flight::trace`] and `paper`
@@ -63,6 +64,7 @@ pub mod radar;
 pub mod range;
 pub mod report;
 pub mod scan;
+pub mod setting;
 pub mod sort;
 
 /// The git revision that this was built from, `unknown` without git; a changed tree says so (`-dirty`).

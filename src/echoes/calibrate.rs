@@ -1,6 +1,7 @@
 //! Angle bias and mount-height error, taken out where the floor shows them.
 
 use super::echo::Echo;
+use super::floor::floor_variance;
 use crate::grid::Geometry;
 use crate::math;
 use crate::params::Params;
@@ -43,14 +44,7 @@ pub fn calibrate(echoes: &mut [Echo], geometry: &Geometry, p: &Params) -> Calibr
     };
     for e in echoes.iter().filter(is_floor) {
         let lever = e.range_m * math::sin_cos(e.angle_rad).1;
-        let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
-        let (fixed_rad, rough_m) = if clean {
-            (p.floor_corner_rad, p.floor_corner_m)
-        } else {
-            (p.floor_speckle_rad, p.floor_speckle_m)
-        };
-        let noise = e.range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
-        let variance = rough_m * rough_m + noise * noise;
+        let variance = floor_variance(e, e.range_m, p);
         let tails = p.floor_cauchy_sigmas * p.floor_cauchy_sigmas;
         let k = 1.0 / (variance * (1.0 + e.y_m * e.y_m / (tails * variance)));
         a[0] += k * lever * lever;

@@ -12,6 +12,19 @@ const REACH: f32 = 4.0;
 /// Most steps of height to each side.
 const MOST_HEIGHTS: usize = 24;
 
+/// Returns the variance of a floor echo's height at `range_m` from the mirror, square metres: corners, which
+/// are strong and narrow, are more exact in angle and height than speckle.
+pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
+    let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
+    let (fixed_rad, rough_m) = if clean {
+        (p.floor_corner_rad, p.floor_corner_m)
+    } else {
+        (p.floor_speckle_rad, p.floor_speckle_m)
+    };
+    let noise = range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
+    rough_m * rough_m + noise * noise
+}
+
 /// An echo as evidence for a floor.
 #[derive(Clone, Copy, Debug, Default)]
 struct Witness {
@@ -26,16 +39,9 @@ struct Witness {
 
 impl Witness {
     fn new(e: &Echo, bin_m: f32, p: &Params) -> Self {
-        let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
-        let (fixed_rad, rough_m) = if clean {
-            (p.floor_corner_rad, p.floor_corner_m)
-        } else {
-            (p.floor_speckle_rad, p.floor_speckle_m)
-        };
-        let noise = e.range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
         let model = p.witness_sigma_bins * bin_m * p.witness_sigma_bins * bin_m;
         let weight = (e.snr_db - p.witness_from_db) / p.witness_span_db;
-        let half_precision = 0.5 / (rough_m * rough_m + noise * noise + model);
+        let half_precision = 0.5 / (floor_variance(e, e.range_m, p) + model);
         Self {
             x_m: e.x_m,
             y_m: e.y_m,

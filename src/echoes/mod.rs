@@ -40,7 +40,7 @@ pub use angle_filter::two_way_sigma;
 pub use beam::Lobes;
 pub use calibrate::Calibration;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
-pub use floor::Floor;
+pub use floor::{Floor, floor_variance};
 pub use place::Ride;
 pub use sweeps::{Agreement, Sweeps};
 

@@ -10,7 +10,7 @@ use super::echo::Echo;
 use super::place::{Ride, row_of};
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, Plane};
-use crate::drive::{Drive, Input, Mode};
+use crate::drive::{Drive, Input, Mode, SAME_PLACE_M, same_place_m};
 use crate::grid::PolarMap;
 use crate::math;
 use heapless::Vec;
@@ -114,12 +114,9 @@ const MOST_DB: f32 = 25.0;
 
 /// Two echoes are of one height within this, metres …
 const SAME_HEIGHT_M: f32 = 0.012;
-/// … and this much for each metre of range, radians: a step of the sweep and what the lobe moves.
+/// … and this much for each metre of range, radians: a step of the sweep and what the lobe moves. Along the
+/// floor: [`SAME_PLACE_M`].
 const SAME_HEIGHT_RAD: f32 = 0.008;
-/// … and at one place forward within this, metres.
-const SAME_PLACE_M: f32 = 0.012;
-/// Odometry's scale is off by up to 2 % (tyres), and its millimetres of wander.
-const ODOMETRY_SHARE: f32 = 0.03;
 
 /// Places apart that are looked at: bins of this width, metres …
 const BIN_M: f32 = 0.01;
@@ -211,7 +208,7 @@ impl Sweeps {
     /// Whether this sweep agrees with the one before `moved_m` metres back: better than it does with
     /// any other way, and by more than a few weak echoes can make.
     fn driven(&self, marks: &[SweepEcho], moved_m: f32) -> Finding {
-        let tolerance_m = SAME_PLACE_M + ODOMETRY_SHARE * moved_m.abs();
+        let tolerance_m = same_place_m(moved_m);
         let at = |way: f32| share(&self.marks, marks, tolerance_m, |_, _| way - moved_m);
         let votes = Votes::count(&self.marks, marks, |a, b| Some(b.x_m - a.x_m + moved_m));
         let mut rival = at(votes.peak(2.0 * tolerance_m));

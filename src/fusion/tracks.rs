@@ -12,6 +12,7 @@
 //! ```
 
 use crate::answer::Step;
+use crate::drive::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M, same_place_m};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::carried::Correlation;
@@ -20,10 +21,6 @@ use crate::params::current;
 use crate::posterior::MAX_STEPS;
 use heapless::Vec;
 
-/// Odometry's scale is off by this much (tyres) …
-const ODOMETRY_SHARE: f32 = 0.02;
-/// … and wanders by this much besides, metres.
-const WANDER_M: f32 = 0.002;
 /// Readings farther apart than so many standard deviations say that these are too small.
 const DOUBTFUL: f32 = 2.0;
 
@@ -105,11 +102,6 @@ pub struct Tracks {
     off_m: Option<f32>,
 }
 
-/// Two sweeps' echoes of one thing lie within this of each other, metres …
-const SAME_PLACE_M: f32 = 0.012;
-/// … and odometry's share of the way.
-const SAME_SHARE: f32 = 0.03;
-
 impl Tracks {
     /// None.
     pub(super) const fn new() -> Self {
@@ -123,8 +115,8 @@ impl Tracks {
 
     /// Whether there are steps that were told before, and each is where it must be now.
     pub(super) fn confirmed(&self) -> bool {
-        let most_m = SAME_PLACE_M + SAME_SHARE * self.moved_m.abs();
-        self.off_m.is_some_and(|off| off <= most_m)
+        self.off_m
+            .is_some_and(|off| off <= same_place_m(self.moved_m))
     }
 
     /// The chair has gone on by `moved_m` metres.
@@ -157,7 +149,7 @@ impl Tracks {
     /// By how much the odometer was off, from the steps that were told before: mean and variance.
     #[inline(never)]
     fn slip(&self, steps: &[Step]) -> Estimate {
-        let sigma_m = math::hypot(ODOMETRY_SHARE * self.moved_m, WANDER_M);
+        let sigma_m = math::hypot(ODOMETER_SCALE_ERROR * self.moved_m, ODOMETER_WANDER_M);
         let mut weight = 1.0 / (sigma_m * sigma_m);
         let mut sum = 0.0;
         for step in steps {
@@ -188,7 +180,7 @@ impl Tracks {
         let alike = |c: &Correlation| c.after(self.moved_m);
         let alike = (alike(&counted::PLACES), alike(&counted::LEVELS));
         for step in steps {
-            let rode_m = ODOMETRY_SHARE * self.rode_m;
+            let rode_m = ODOMETER_SCALE_ERROR * self.rode_m;
             let place_m = math::hypot(step.distance_sigma_m, rode_m);
             let place = Estimate::new(step.distance_m, place_m);
             let level = Estimate::new(step.height_m, step.height_sigma_m);

@@ -6,6 +6,7 @@ use super::wire::Wire;
 use crate::Iq;
 use crate::config::RadarConfig;
 use crate::scan::time::Micros;
+use crate::setting::{settings, words};
 
 /// What is wrong with bytes that began like a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -58,40 +59,32 @@ impl ModuleKind {
     }
 }
 
-/// What a module is to be set to.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Wish {
-    /// Which module it is.
-    pub kind: ModuleKind,
-    /// Swept bandwidth, kHz; 0: as the module has it, or its protocol's default.
-    pub bandwidth_khz: u32,
-    /// Samples of a chirp as [`RadarConfig::samples`] counts them; 0: as the module has it.
-    pub samples: u16,
-    /// Fastest rate that the wire may be raised to, baud.
-    pub baud: u32,
-    /// Chirps begin at an edge of the TRIG pin.
-    pub pin: bool,
+words!(ModuleKind: "pstr" ModuleKind::Pstr, "sirad" ModuleKind::SiRad, "bgt60" ModuleKind::Bgt60);
+
+settings! {
+    /// What a module is to be set to. Defaults: a module as it is, at the fastest rate.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Wish
+    parts {}
+    rows {
+        /// Radar module that hangs on the scanner.
+        kind: ModuleKind = ModuleKind::Pstr, "module" "" [] Pace;
+        /// Swept bandwidth that the module is to be set to; 0: as the module has it, or its protocol's default.
+        bandwidth_khz: u32 = 0, "module-bandwidth" "kHz" [0 to 100_000_000] Pace;
+        /// Samples per chirp, counted as `radar-samples`, 16 to 256; 0: as the module has it.
+        samples: u16 = 0, "module-samples" "samples" [0 to 256] Pace;
+        /// Fastest rate that the wire may be raised to: 1000000, 2000000 or 3000000.
+        baud: u32 = 3_000_000, "link-rate" "baud" [1_000_000 to 3_000_000] Pace;
+        /// Whether chirps begin at an edge of TRIG, where the module can.
+        pin: bool = false, "trigger-pin" "" [] Pace;
+    }
+    also {}
 }
 
 impl Wish {
-    /// A module as it is, at the fastest rate.
-    pub const DEFAULT: Self = Self {
-        kind: ModuleKind::Pstr,
-        bandwidth_khz: 0,
-        samples: 0,
-        baud: 3_000_000,
-        pin: false,
-    };
-
     /// Whether anything is to be set in the module itself.
     pub fn is_of_module(&self) -> bool {
         self.bandwidth_khz != 0 || self.samples != 0 || self.pin
-    }
-}
-
-impl Default for Wish {
-    fn default() -> Self {
-        Self::DEFAULT
     }
 }
 

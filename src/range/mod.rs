@@ -233,8 +233,8 @@ impl<A: Arithmetic> Processor<A> {
         kept: BinWindow,
     ) -> Result<(), ConfigError> {
         radar.validate()?;
-        mount.validate()?;
-        cfar.validate()?;
+        mount.limits()?;
+        cfar.limits()?;
         check(
             kept.count > 0,
             "bandwidth",

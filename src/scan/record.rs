@@ -2,6 +2,7 @@
 
 use super::settings::Settings;
 use crate::report::crc;
+use crate::setting::Effect;
 
 /// What no default can know: how this scanner is mounted. Until each of these has been set or loaded,
 /// no answer is `ok`.
@@ -30,44 +31,10 @@ const fn layout() -> u32 {
     hash
 }
 
-/// So many keys count in the hash, pace or not: those that came later are left out, so that it stays what it was.
-const HASHED: usize = 44;
-
-/// Whether `key` says only how fast, how patiently and by which clock a scan is made or who calibrated it, not
-/// what comes of it; or stands with the radar module, which tells it at every scan.
-fn is_pace(key: &str) -> bool {
-    const PACE: [&str; 16] = [
-        "radar-carrier",
-        "radar-bandwidth",
-        "radar-samples",
-        "settle",
-        "chirp-timeout",
-        "configure-timeout",
-        "connect-timeout",
-        "retries",
-        "max-lost",
-        "fault-hold",
-        "speed",
-        "acceleration",
-        "search-speed",
-        "internal-clock",
-        "calibrated",
-        "calibrated-chip",
-    ];
-    PACE.contains(&key)
-        || Settings::KEYS
-            .iter()
-            .skip(HASHED)
-            .any(|later| *later == key)
-}
-
 impl Settings {
-    /// CRC-32 (ISO-HDLC) of the values that decide an answer, in the order of `get`, as 32-bit
-    /// little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE float, words as their
-    /// place in the list of `docs/hardware.md`, from 0. Left at 0: `settle`, the radar module's time-outs,
-    /// `retries`, `max-lost`, `fault-hold`, `speed`, `search-speed`, `acceleration`, `internal-clock`,
-    /// `calibrated`, `calibrated-chip` and what the radar module says (`radar-...`). `sweep-mode` and the keys
-    /// behind it, which say how the mirror is turned and what the radar module is, are not among them.
+    /// CRC-32 (ISO-HDLC) of the values that decide an answer, those that `docs/hardware.md` marks, in the order of
+    /// its table, as 32-bit little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE float, words as
+    /// their place in its list, from 0.
     ///
     /// ```
     /// use stairscan::scan::Settings;
@@ -80,13 +47,16 @@ impl Settings {
     /// assert_ne!(settings.hash(), before);
     /// ```
     pub fn hash(&self) -> u32 {
-        let mut words = self.words();
-        for (word, key) in words.iter_mut().zip(Self::KEYS) {
-            if is_pace(key) {
-                *word = 0;
+        let (mut words, mut count) = ([0; WORDS], 0);
+        self.see(&mut |row, value| {
+            if row.effect == Effect::Answer
+                && let Some(word) = words.get_mut(count)
+            {
+                *word = value.word();
+                count += 1;
             }
-        }
-        crc::of_words(words.get(..HASHED).unwrap_or(&words))
+        });
+        crc::of_words(words.get(..count).unwrap_or(&words))
     }
 
     /// CRC-32 of everything, to the last bit: what memory must not change by itself. Whether samples are
@@ -142,27 +112,36 @@ mod tests {
     }
 
     #[test]
-    fn every_key_is_in_the_hash_or_named_as_left_out() {
+    fn the_hash_is_over_what_decides_an_answer() {
         let settings = Settings::default();
         let default = settings.words();
-        for (k, key) in Settings::KEYS.iter().enumerate() {
-            let mut words = default;
-            words[k] ^= 1;
-            // A value next to the default is valid for most keys; the others are looked at alone.
-            let Some(other) = Settings::from_words(&words) else {
-                continue;
-            };
+        let mut effects = Vec::new();
+        settings.see(&mut |row, _| effects.push((row.key, row.effect)));
+        for (k, &(key, effect)) in effects.iter().enumerate() {
+            // The nearest value that is valid alone; where there is none, the structure is changed unchecked.
+            let other = (1..4096).find_map(|by| {
+                let mut words = default;
+                words[k] ^= by;
+                Settings::from_words(&words)
+            });
+            let other = other.unwrap_or_else(|| {
+                let mut other = settings;
+                let mut at = 0;
+                other.each(&mut |_, value| {
+                    if at == k {
+                        value.restore(default[k] ^ 1).unwrap();
+                    }
+                    at += 1;
+                });
+                other
+            });
             assert_ne!(other.seal(), settings.seal(), "{key}");
-            assert_eq!(other.hash() == settings.hash(), is_pace(key), "{key}");
+            let hashed = effect == Effect::Answer;
+            assert_eq!(other.hash() != settings.hash(), hashed, "{key}");
         }
-        for key in MOUNTING {
-            assert!(Settings::key(key).is_some() && !is_pace(key), "{key}");
-        }
-        let pace = Settings::KEYS.iter().filter(|key| is_pace(key)).count();
-        assert_eq!(pace, 33, "every name that is left out is a key");
-        let later = &Settings::KEYS[HASHED..];
-        assert!(later.iter().all(|key| is_pace(key)), "{later:?}");
-        assert_eq!(Settings::KEYS[HASHED - 1], "calibrated-chip");
+        let hashed = |key| effects.contains(&(key, Effect::Answer));
+        assert!(MOUNTING.iter().all(|key| hashed(*key)));
+        assert!(hashed("microsteps-per-turn"));
     }
 
     proptest! {

@@ -177,7 +177,7 @@ fn commands_answer_during_a_scan_and_the_scan_goes_on() {
         bench.ask("selftest"),
         "FAIL,selftest,state,idle: stop first"
     );
-    let refused = "FAIL,set,angle-count,3 to 8192 angles";
+    let refused = "FAIL,set,angle-count,3 to 8192 (angles)";
     assert_eq!(bench.send("set,angle-count,9999"), refused);
     // Some rows more cost the farthest bins; so many would leave none 2 m away.
     let refused = "FAIL,set,angle-count,a map of 65536 cells at most";

@@ -317,12 +317,9 @@ impl Soak<'_> {
     }
 }
 
-/// The settings that a visit brings: those of [`Config`], which stand before the module's own.
+/// The settings that a visit brings: those of [`Config`], less what the module says.
 fn own_keys() -> impl Iterator<Item = &'static &'static str> {
-    let of_the_scan = Settings::KEYS
-        .iter()
-        .take_while(|key| **key != "radar-carrier");
-    of_the_scan.filter(|key| **key != "sweep")
+    Config::KEYS.iter().filter(|key| !key.starts_with("radar-"))
 }
 
 /// What a pipeline that has never scanned before tells of the same rows; `of` is the scan's number and the

@@ -337,7 +337,7 @@ fn bad_input(session: &mut Session<'_>) {
         ("set,seed,-1", "FAIL,set,seed,"),
         (
             "set,angle-count,8193",
-            "FAIL,set,angle-count,3 to 8192 angles",
+            "FAIL,set,angle-count,3 to 8192 (angles)",
         ),
         ("set,plane,sideways", "FAIL,set,plane,depth or height"),
         ("set,seed,7", "FAIL,set,crc,send $PSTC,set,seed,7*"),

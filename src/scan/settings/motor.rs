@@ -2,7 +2,8 @@
 
 use crate::config::{ConfigError, check};
 use crate::scan::ramp::Ramp;
-use crate::scan::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT};
+use crate::scan::schedule::MICROSTEPS_PER_TURN;
+use crate::setting::settings;
 
 /// What the motor's driver is told, and how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -33,51 +34,55 @@ pub enum Encoder {
     As5600,
 }
 
-/// What is known of it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct EncoderConfig {
-    /// Which one it is.
-    pub kind: Encoder,
-    /// What it reads at home, 0.001°; negative: not known.
-    pub home: i32,
-}
-
-impl Default for EncoderConfig {
-    fn default() -> Self {
-        Self {
-            kind: Encoder::None,
-            home: -1,
-        }
+settings! {
+    /// What is known of the encoder.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct EncoderConfig
+    parts {}
+    rows {
+        /// Absolute encoder on the mirror's shaft.
+        kind: Encoder = Encoder::None, "encoder" "" [] Pace;
+        /// Reading of the encoder at home, as calibration has found it; -1: not known.
+        home: i32 = -1, "encoder-home" "0.001 deg" [-1 to 359_999] Pace;
     }
+    also {}
 }
 
-/// The driver between board and motor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct DriverConfig {
-    /// What it is.
-    pub kind: Driver,
-    /// Level of EN that switches it on.
-    pub enable_level: WireLevel,
-    /// Level of STALL that is a stall.
-    pub stall_level: WireLevel,
-    /// STEP is high, and low, for so long at least, microseconds.
-    pub pulse_width: u8,
-    /// Its threshold of a stall, SGTHRS; 0: none is reported.
-    pub stall_threshold: u8,
-    /// Its own microsteps of one turn.
-    pub microsteps: u16,
-    /// Current of a phase, mA rms.
-    pub current: u16,
-    /// From EN to the first pulse, microseconds.
-    pub enable_wake: u16,
+settings! {
+    /// The driver between board and motor.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct DriverConfig
+    parts {}
+    rows {
+        /// How the motor's driver is told what to do: by STEP and DIR only, or set up and read over its wire, too.
+        kind: Driver = Driver::StepDir, "driver" "" [] Pace;
+        /// Microsteps of one turn that the driver makes; every other setting counts 51,200 a turn.
+        microsteps: u16 = FINEST, "microsteps-per-turn" "microsteps" [200 to 51_200] Answer;
+        /// Level of EN that switches the driver on.
+        enable_level: WireLevel = WireLevel::Low, "enable-level" "" [] Pace;
+        /// Level of STALL that is a stall.
+        stall_level: WireLevel = WireLevel::High, "stall-level" "" [] Pace;
+        // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets). An interrupt waits for the
+        // pulse to end, and the report port's next byte for the interrupt: 87 µs at most.
+        /// Shortest time for which STEP is high, and low.
+        pulse_width: u8 = 2, "pulse-width" "us" [1 to 50] Pace;
+        // What an A4988 takes to wake from sleep (data sheet); a TMC2209 is waited for longer. Such drivers take
+        // some ms (DRV8825, sleep: 1.7 ms), and homing's deadline has a second to spare.
+        /// From EN to the first pulse.
+        enable_wake: u16 = 1_000, "enable-wake" "us" [0 to 60_000] Pace;
+        // Half of what motors of this size (NEMA 14 and 17) are made for; the limits are those that a TMC2209 can be
+        // set to with 0.11 Ω (`crate::scan::tmc2209`).
+        /// Current of a phase, rms, with `tmc2209`.
+        current: u16 = 600, "motor-current" "mA" [100 to 1_767] Pace;
+        /// SGTHRS of the `tmc2209`, its threshold of a stall; 0: it reports no stalls.
+        stall_threshold: u8 = 0, "stall-threshold" "" [] Pace;
+    }
+    also {}
 }
 
 /// Most microsteps a turn that a driver may have: those that all positions are counted in.
 pub const FINEST: u16 = MICROSTEPS_PER_TURN as u16;
 const _: () = assert!(FINEST as i32 == MICROSTEPS_PER_TURN);
-
-/// Full steps of a turn: a motor of 1.8°.
-const FULL_STEPS: u16 = 200;
 
 impl DriverConfig {
     /// Microsteps a turn are a multiple of it, so that a microstep is a ratio of small numbers.
@@ -99,17 +104,8 @@ impl DriverConfig {
     }
 
     fn validate(&self) -> Result<(), ConfigError> {
-        /// An interrupt waits for the pulse to end, and the report port's next byte for the interrupt:
-        /// 87 µs at most.
-        const WIDEST: u8 = 50;
-        /// Longest time to wake, µs: such drivers take some ms (DRV8825, sleep: 1.7 ms), and homing's
-        /// deadline has a second to spare.
-        const LONGEST_WAKE: u16 = 60_000;
-        /// Currents that a TMC2209 can be set to with 0.11 Ω, mA rms ([`crate::scan::tmc2209`]).
-        const CURRENT: core::ops::RangeInclusive<u16> = 100..=1_767;
-        let microsteps = self.microsteps;
         check(
-            (FULL_STEPS..=FINEST).contains(&microsteps) && microsteps.is_multiple_of(Self::GRAIN),
+            self.microsteps.is_multiple_of(Self::GRAIN),
             "microsteps-per-turn",
             "a multiple of 100 from 200 to 51200",
         )?;
@@ -117,21 +113,6 @@ impl DriverConfig {
             self.kind == Driver::StepDir || self.halvings().is_some(),
             "microsteps-per-turn",
             "51200, or its half, ... down to 200, with tmc2209",
-        )?;
-        check(
-            (1..=WIDEST).contains(&self.pulse_width),
-            "pulse-width",
-            "1 to 50 microseconds",
-        )?;
-        check(
-            self.enable_wake <= LONGEST_WAKE,
-            "enable-wake",
-            "0 to 60000 microseconds",
-        )?;
-        check(
-            CURRENT.contains(&self.current),
-            "motor-current",
-            "100 to 1767 mA rms",
         )
     }
 
@@ -142,90 +123,38 @@ impl DriverConfig {
     }
 }
 
-impl Default for DriverConfig {
-    fn default() -> Self {
-        Self {
-            kind: Driver::StepDir,
-            enable_level: WireLevel::Low,
-            stall_level: WireLevel::High,
-            // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets).
-            pulse_width: 2,
-            stall_threshold: 0,
-            microsteps: FINEST,
-            // Half of what motors of this size (NEMA 14 and 17) are made for.
-            current: 600,
-            // What an A4988 takes to wake from sleep (data sheet); a TMC2209 is waited for longer.
-            enable_wake: 1_000,
-        }
+settings! {
+    /// The mirror's motor.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct MotorConfig
+    parts {
+        /// What drives it.
+        driver: DriverConfig;
+        /// What sees its shaft.
+        encoder: EncoderConfig;
     }
-}
-
-/// The mirror's motor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct MotorConfig {
-    /// Shaft angle at which the home switch closes on the slow approach, 0.001°.
-    pub home_angle: i32,
-    /// Top speed, microsteps/s.
-    pub speed: u32,
-    /// Acceleration, microsteps/s².
-    pub acceleration: u32,
-    /// Speed of the search for home, microsteps/s: the motor must be able to stop dead from it.
-    pub search_speed: u32,
-    /// Whether the home switch is looked for again at the end of every sweep that ends on its side.
-    pub home_check: bool,
-    /// What drives it.
-    pub driver: DriverConfig,
-    /// What sees its shaft.
-    pub encoder: EncoderConfig,
-}
-
-impl Default for MotorConfig {
-    fn default() -> Self {
-        Self {
-            home_angle: -165_000,
-            // One turn a second, reached within 20 ms.
-            speed: 51_200,
-            acceleration: 2_560_000,
-            // 100 full steps a second: below the pull-in rate of any motor of this size.
-            search_speed: 25_600,
-            // Not every mounting has the switch near the sector.
-            home_check: false,
-            driver: DriverConfig::default(),
-            encoder: EncoderConfig::default(),
-        }
+    rows {
+        /// Shaft angle at which the home switch closes on the slow approach.
+        home_angle: i32 = -165_000, "home-angle" "0.001 deg" [-170_000 to 170_000] Answer;
+        // One turn a second, reached within 20 ms.
+        /// Top speed of moves.
+        speed: u32 = 51_200, "speed" "microsteps/s" [100 to 102_400] Pace;
+        /// Acceleration of moves.
+        acceleration: u32 = 2_560_000, "acceleration" "microsteps/s2" [1_000 to 100_000_000] Pace;
+        // 100 full steps a second: below the pull-in rate of any motor of this size.
+        /// Speed of the search for home: the motor must be able to stop dead from it.
+        search_speed: u32 = 25_600, "search-speed" "microsteps/s" [800 to 51_200] Pace;
+        // Not every mounting has the switch near the sector.
+        /// Whether the home switch is looked for again at the end of every sweep that ends on its side.
+        home_check: bool = false, "home-check" "" [] Pace;
     }
+    also {}
 }
 
 impl MotorConfig {
-    /// Checks every field by itself, and pulses against speeds.
+    /// Checks the driver's microsteps, and pulses against speeds.
     pub fn validate(&self) -> Result<(), ConfigError> {
-        let turn = MICROSTEPS_PER_TURN as u32;
-        check(
-            (-SHAFT_LIMIT..=SHAFT_LIMIT).contains(&self.home_angle),
-            "home-angle",
-            "-170000 to 170000",
-        )?;
-        check(
-            (100..=2 * turn).contains(&self.speed),
-            "speed",
-            "100 to 102400 microsteps/s",
-        )?;
-        check(
-            (800..=turn).contains(&self.search_speed),
-            "search-speed",
-            "800 to 51200 microsteps/s",
-        )?;
-        check(
-            (1_000..=100_000_000).contains(&self.acceleration),
-            "acceleration",
-            "1000 to 100000000 microsteps/s2",
-        )?;
         self.driver.validate()?;
-        check(
-            (-1..360_000).contains(&self.encoder.home),
-            "encoder-home",
-            "0 to 359999, or -1",
-        )?;
         check(
             self.busiest() <= MILLION,
             "pulse-width",

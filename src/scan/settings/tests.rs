@@ -1,6 +1,8 @@
 //! Keys and values, what is refused, and which grids fit the map.
 
 use super::*;
+#[cfg(feature = "paper")]
+use crate::setting::Effect;
 
 #[test]
 fn every_key_reads_back_what_it_says() {
@@ -19,6 +21,88 @@ fn every_key_reads_back_what_it_says() {
         assert_eq!(error.field, key);
     }
     assert_eq!(settings.get("nonsense"), None);
+}
+
+#[test]
+fn each_key_is_in_the_table_once_with_a_meaning() {
+    let mut keys = Vec::new();
+    Settings::DEFAULT.see(&mut |row, _| keys.push(row.key));
+    assert_eq!(keys, Settings::KEYS);
+    keys.sort_unstable();
+    keys.dedup();
+    assert_eq!(keys.len(), Settings::KEYS.len());
+    let mut meanings = 0;
+    Settings::meanings(&mut |meaning| meanings += usize::from(!meaning.is_empty()));
+    assert_eq!(meanings, Settings::KEYS.len());
+}
+
+/// The table of `docs/hardware.md`.
+#[cfg(feature = "paper")]
+fn table() -> String {
+    let mut meanings = Vec::new();
+    Settings::meanings(&mut |meaning| meanings.push(meaning.trim().trim_end_matches('.')));
+    let mut table =
+        "| key | unit | values | default | hash | meaning |\n|---|---|---|---|---|---|\n"
+            .to_owned();
+    let mut meanings = meanings.iter();
+    Settings::DEFAULT.see(&mut |row, value| {
+        let values = match row.limits {
+            _ if row.effect == Effect::Module => "read only".to_owned(),
+            (i64::MIN, _) if row.expected.starts_with("a whole") => String::new(),
+            (i64::MIN, _) => row.expected.replace(" or ", ", "),
+            (least, most) => format!("{least} to {most}"),
+        };
+        let hash = if row.effect == Effect::Answer {
+            "yes"
+        } else {
+            ""
+        };
+        let (key, unit, default, meaning) =
+            (row.key, row.unit, value.text(), meanings.next().unwrap());
+        table += &format!("| `{key}` | {unit} | {values} | {default} | {hash} | {meaning} |\n");
+    });
+    table
+}
+
+#[test]
+#[cfg(feature = "paper")]
+fn the_document_has_the_table() {
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/docs/hardware.md");
+    let document = std::fs::read_to_string(path).unwrap();
+    assert!(
+        document.contains(&table()),
+        "docs/hardware.md needs:\n{}",
+        table()
+    );
+}
+
+#[test]
+fn values_at_the_limits_are_taken_and_those_beyond_are_not() {
+    Settings::DEFAULT.see(&mut |row, _| {
+        let (least, most) = row.limits;
+        if least == i64::MIN {
+            return;
+        }
+        let mut value = 0i32;
+        for (number, fits) in [
+            (least, true),
+            (most, true),
+            (least - 1, false),
+            (most + 1, false),
+        ] {
+            value.read(&number.to_string()).unwrap();
+            assert_eq!(row.check(&value).is_ok(), fits, "{} {number}", row.key);
+        }
+        for refused in [least - 1, most + 1] {
+            let set = Settings::default().set(row.key, &refused.to_string());
+            // A billionth beyond a half is a half in the field's precision.
+            let rounded = row.key == "cfar-false-alarm" && refused > most;
+            assert_eq!(
+                set.err().map(|error| error.field),
+                (!rounded).then_some(row.key)
+            );
+        }
+    });
 }
 
 fn bins(settings: &Settings) -> u16 {
