@@ -1086,13 +1086,23 @@ static int32_t clamp(int64_t value) {
     return value > INT32_MAX ? INT32_MAX : (int32_t)value;
 }
 
+/* What the margin holds of a distance's error, 0.1 mm. */
+#define WITHIN_MARGIN 300
+
+/* By how much a step may stand nearer than the margin holds: its expanded uncertainty of 3 sigma, 0.1 mm. */
+static int64_t nearer(const stairscan_step_t *step) {
+    int64_t beyond = 3 * (int64_t)step->distance_sigma - WITHIN_MARGIN;
+    return beyond > 0 ? beyond : 0;
+}
+
 /* What the answer vouches for from where the chair is now, and how much of that is level ground. */
 static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone) {
     stairscan_permit_t permit = {STAIRSCAN_GO, STAIRSCAN_WHY_OK, 0, 0};
     int64_t vouched = answer->head.horizon.value - gone;
     int64_t clear = vouched;
-    if (answer->head.steps > 0 && answer->steps[0].distance - gone < clear) {
-        clear = answer->steps[0].distance - gone;
+    if (answer->head.steps > 0) {
+        int64_t step = answer->steps[0].distance - nearer(&answer->steps[0]) - gone;
+        clear = step < clear ? step : clear;
     }
     if (answer->head.maybes > 0 && answer->maybes[0].distance - gone < clear) {
         clear = answer->maybes[0].distance - gone;
