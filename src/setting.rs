@@ -49,7 +49,7 @@ pub(crate) enum Effect {
 
 /// The table's row of one setting, but for its meaning, which the image leaves out.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Row {
+pub(crate) struct SettingRow {
     /// Its name in commands.
     pub key: &'static str,
     /// Its unit; empty for words and mere numbers. Only the table in `docs/hardware.md` needs it.
@@ -63,7 +63,7 @@ pub(crate) struct Row {
     pub effect: Effect,
 }
 
-impl Row {
+impl SettingRow {
     /// Fails unless `value` is within the limits.
     pub fn check(&self, value: &dyn Value) -> Result<(), ConfigError> {
         let (least, most) = self.limits;
@@ -280,20 +280,20 @@ macro_rules! settings {
             };
 
             /// Hands every setting's row and value to `see`, in the order of the keys.
-            pub(crate) fn see(&self, see: &mut dyn FnMut(&'static $crate::setting::Row, &dyn $crate::setting::Value)) {
+            pub(crate) fn see(&self, see: &mut dyn FnMut(&'static $crate::setting::SettingRow, &dyn $crate::setting::Value)) {
                 $( self.$part.see(see); )*
                 $( {
-                    const ROW: $crate::setting::Row =
+                    const ROW: $crate::setting::SettingRow =
                         $crate::setting::settings!(@row $type, $key $unit [$($least $most)?] $effect);
                     see(&ROW, &self.$field);
                 } )*
             }
 
             /// The same, with values that may be changed.
-            pub(crate) fn each(&mut self, see: &mut dyn FnMut(&'static $crate::setting::Row, &mut dyn $crate::setting::Value)) {
+            pub(crate) fn each(&mut self, see: &mut dyn FnMut(&'static $crate::setting::SettingRow, &mut dyn $crate::setting::Value)) {
                 $( self.$part.each(see); )*
                 $( {
-                    const ROW: $crate::setting::Row =
+                    const ROW: $crate::setting::SettingRow =
                         $crate::setting::settings!(@row $type, $key $unit [$($least $most)?] $effect);
                     see(&ROW, &mut self.$field);
                 } )*
@@ -325,7 +325,7 @@ macro_rules! settings {
         }
     };
     (@row $type:ty, $key:literal $unit:literal [$($least:literal $most:literal)?] $effect:ident) => {
-        $crate::setting::Row {
+        $crate::setting::SettingRow {
             key: $key,
             #[cfg(test)]
             unit: $unit,

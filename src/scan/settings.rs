@@ -16,7 +16,7 @@ use crate::grid::MAX_CELLS;
 use crate::radar::module::Wish;
 pub use crate::setting::ValueText;
 pub(crate) use crate::setting::number;
-use crate::setting::{Row, Value, settings};
+use crate::setting::{SettingRow, Value, settings};
 pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, MotorConfig, WireLevel};
 pub use words::{SweepMode, Sweeping, Switch};
 
@@ -165,7 +165,7 @@ impl Settings {
             field: key,
             expected: "a key of the configuration",
         });
-        next.each(&mut |row: &Row, place: &mut dyn Value| {
+        next.each(&mut |row: &SettingRow, place: &mut dyn Value| {
             if row.key == key {
                 read = row.read(place, value);
             }
