@@ -103,6 +103,16 @@ static void an_ok_vouches_from_where_the_chair_is(void) {
     CHECK(permit.action == STAIRSCAN_STOP && permit.why == STAIRSCAN_WHY_FAR);
 }
 
+/* 20 mm of sigma: the step may stand 60 mm nearer, of which the margin holds 30. */
+static void a_vague_step_may_stand_nearer(void) {
+    stairscan_permit_t permit;
+    start();
+    (void)send("PSTR,SCAN,1,ok,up,1,0,,1200.0,99.1,0,01234567");
+    CHECK(send("PSTR,STEP,1,1,1,500.0,170.0,,170.0,20.0,5.0,90") == STAIRSCAN_ANSWER);
+    permit = stairscan_may(&scanner, now, travel);
+    CHECK(permit.vouched == 11400 && permit.clear == 5000 - 600 - 300);
+}
+
 static void a_maybe_is_not_clear(void) {
     stairscan_permit_t permit;
     start();
@@ -365,6 +375,7 @@ static void damaged_streams(unsigned long rounds) {
 
 int main(void) {
     an_ok_vouches_from_where_the_chair_is();
+    a_vague_step_may_stand_nearer();
     a_maybe_is_not_clear();
     a_degraded_one_is_a_hint();
     a_fault_stops();
