@@ -1,5 +1,6 @@
 use super::*;
 use crate::config::Config;
+use crate::params::current;
 use crate::posterior::Staircase;
 
 const VIEW: View = View {

@@ -18,6 +18,8 @@ const STRIDE: usize = 4;
 /// Odd factor of the sum that tells chirps apart (Knuth, The Art of Computer Programming 3, 6.4: the
 /// golden ratio of 2^32).
 const HASH_FACTOR: u32 = 0x9E37_79B9;
+/// Units of a sample of full scale.
+const FULL_SCALE: f32 = 32_768.0;
 /// Bits of one of I and Q, which share a word.
 const HALF_BITS: u32 = 16;
 /// The half of that word that I has.
@@ -158,7 +160,7 @@ fn lame_rows() -> i32 {
 }
 /// The offset may walk so far, units of a sample.
 fn offset_walk() -> i32 {
-    (p().offset_walk * 32_768.0) as i32
+    (p().offset_walk * FULL_SCALE) as i32
 }
 
 #[cfg(test)]

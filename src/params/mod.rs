@@ -14,10 +14,12 @@ pub mod hazard;
 pub mod measured;
 pub mod posterior;
 pub mod rules;
+pub mod switches;
 mod table;
 
 pub use entry::{Entry, Origin};
-pub use rules::{DOUBTS, RULES, Rule, Rules};
+pub use rules::{DOUBTS, Rule, rules};
+pub use switches::Rules;
 pub use table::Params;
 
 /// The numbers that everything is worked off with.

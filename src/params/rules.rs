@@ -1,11 +1,12 @@
-//! Switches of the estimator's rules, and how each rule is turned off to measure what it is worth.
+//! Every rule of the estimator, and how it is turned off to measure what it is worth.
 //!
 //! A rule that a number expresses is turned off by the value at which it does nothing; any other one has a
 //! switch. `cargo sim ablate` turns them off one at a time and counts what that changes
 //! ([docs/ablation.md](../../docs/ablation.md)).
 
+use super::switches::Rules;
 use super::table::Params;
-use crate::answer::{Reason, Reasons};
+use crate::answer::Reason;
 
 /// A value that no measured quantity reaches.
 const NEVER: f32 = 1e9;
@@ -19,194 +20,149 @@ pub struct Rule {
     pub name: &'static str,
     /// What it does.
     pub meaning: &'static str,
-    /// Turns it off.
-    pub off: fn(&mut Params),
+    off: Off,
 }
 
-/// Makes the switches and their list.
-macro_rules! rules {
-    (
-        switches { $( $(#[doc = $switch_meaning:literal])* $switch:ident in $switch_group:literal; )* }
-        numbers { $( #[doc = $meaning:literal] $name:ident in $group:literal: |$p:ident| $off:expr; )* }
-    ) => {
-        /// Switches of the rules that no number turns off; all on in what is flashed.
-        #[derive(Clone, Debug, PartialEq)]
-        pub struct Rules {
-            $( $(#[doc = $switch_meaning])* pub $switch: bool, )*
-            /// Reasons of doubt that do not count.
-            pub muted: Reasons,
-        }
+#[derive(Clone, Copy, Debug)]
+enum Off {
+    Switch(fn(&mut Rules)),
+    Number(fn(&mut Params)),
+}
 
-        impl Rules {
-            /// All on.
-            pub const ALL: Self = Self { $($switch: true,)* muted: Reasons::NONE };
+impl Rule {
+    /// Turns it off.
+    pub fn turn_off(&self, params: &mut Params) {
+        match self.off {
+            Off::Switch(off) => off(&mut params.rules),
+            Off::Number(off) => off(params),
         }
+    }
+}
 
-        /// Every rule between echoes and status.
-        pub const RULES: &[Rule] = &[
-            $(Rule {
-                group: $switch_group,
-                name: stringify!($switch),
-                meaning: concat!($($switch_meaning),*),
-                off: |p| p.rules.$switch = false,
-            },)*
+/// Every rule between echoes and status.
+pub fn rules() -> impl Iterator<Item = Rule> {
+    let switches = Rules::SWITCHES.iter();
+    let switches = switches.map(|&(group, name, meaning, off)| Rule {
+        group,
+        name,
+        meaning,
+        off: Off::Switch(off),
+    });
+    switches.chain(NUMBERS.iter().copied())
+}
+
+/// Makes the list of the rules that a number turns off.
+macro_rules! numbers {
+    ($( #[doc = $meaning:literal] $name:ident in $group:literal: |$p:ident| $off:expr; )*) => {
+        /// Rules that a number turns off.
+        const NUMBERS: &[Rule] = &[
             $(Rule {
                 group: $group,
                 name: stringify!($name),
                 meaning: $meaning,
-                off: |$p| $off,
+                off: Off::Number(|$p| $off),
             },)*
         ];
     };
 }
 
-rules! {
-    switches {
-        /// One face may go unseen between two.
-        skipped_face in "search";
-        /// A tall thing behind the landing may explain what lies beyond it.
-        wall_behind in "search";
-        /// One thing too tall to climb is a rival of stairs.
-        tall_thing in "search";
-        /// Ramps are rivals of stairs.
-        ramps in "search";
-        /// A flight's refinement also begins from that of the flight without its last step.
-        from_shorter in "choice";
-        /// Walls behind a flight are tried.
-        walls_behind in "choice";
-        /// A further step that the particles are sure of is added to the answer.
-        next_step in "choice";
-        /// Particles: a flight less its last steps.
-        less in "particles";
-        /// Particles: one more riser behind the last.
-        behind in "particles";
-        /// Particles: steps, boxes and thresholds on bare ground.
-        single in "particles";
-        /// Particles: ground that ends.
-        drops in "particles";
-        /// One to three unseen risers before the search's best flight are tried.
-        fronted in "choice";
-        /// The best flight is also tried floating in place of closed, or closed in place of floating.
-        other_build in "choice";
-        /// Overhangs are tried beside what the echoes show.
-        overhang_starts in "choice";
-        /// Particles: one more riser before the first.
-        front in "particles";
-        /// Particles: one odd rise.
-        odd in "particles";
-        /// Particles: other overhangs.
-        overhangs in "particles";
-        /// The visible part of a riser whose foot is hidden tells of the riser's height.
-        hidden_slope in "heights";
-        /// Places of nosings by the two upright lines of nosing and riser.
-        nosing_lines in "places";
-        /// The floor's power along its line tells of gaps.
-        floor_line in "horizon";
-        /// No horizon ends next to a step.
-        clear_of_steps in "horizon";
-        /// No horizon reaches a step whose expanded uncertainty is larger than 8 cm.
-        measured_to in "horizon";
-        /// The first corner off the floor's level shows a wrong mounting.
-        corner_astray in "mount";
-    }
-    numbers {
-        /// Weak echoes weigh less.
-        credibility in "scene": |p| p.least_credibility = 1.0;
-        /// A corner on the ground that outshines what lies before it may begin a flight.
-        corner_begins in "scene": |p| p.corner_least_db = NEVER;
-        /// Landings within a flight.
-        landings in "search": |p| p.longest_landing_m = 0.0;
-        /// A single riser behind a landing costs more.
-        lone_riser in "search": |p| p.lone_nats = 0.0;
-        /// Floating flights cost.
-        floating in "search": |p| p.floating_nats = 0.0;
-        /// What stands on a tread costs.
-        clutter in "roles": |p| p.clutter_nats = 0.0;
-        /// Echoes inside the solid cost.
-        inside in "roles": |p| p.inside_nats = 0.0;
-        /// Echoes above a riser cost.
-        above in "roles": |p| p.above_nats = 0.0;
-        /// Unexplained echoes cost.
-        stray in "roles": |p| p.stray_nats = 0.0;
-        /// A corner brighter than its tread gains.
-        bright_corner in "roles": |p| p.bright_corner_nats = 0.0;
-        /// A visible corner that is missing costs.
-        no_corner in "roles": |p| p.no_corner_nats = 0.0;
-        /// An edge that is missing costs.
-        no_edge in "roles": |p| p.no_edge_nats = 0.0;
-        /// A riser without any echo costs more.
-        unseen_riser in "roles": |p| p.unseen_riser_nats = 0.0;
-        /// A flash hides the corner below it.
-        flash_hides_corner in "roles": |p| p.flash_flank = 0.0;
-        /// Further echoes in the same role count a little.
-        again in "roles": |p| p.again = 0.0;
-        /// A single riser that is too low is a threshold.
-        lowest_step in "choice": |p| p.lowest_step_m = 0.0;
-        /// A single riser that is too high is an obstacle.
-        highest_step in "choice": |p| p.highest_step_m = NEVER;
-        /// Any one riser or tread may be odd.
-        odd_step in "heights": |p| p.odd_rise_sigma_m = 1e-4;
-        /// Biases of the readings, by what shows.
-        biases in "heights": |p| for bias in [
-            &mut p.corner_broad_low_m, &mut p.open_flash_low_m, &mut p.open_clean_low_m,
-            &mut p.open_broad_low_m, &mut p.closed_flash_low_m, &mut p.shining_clean_low_m,
-            &mut p.shining_broad_low_m, &mut p.closed_clean_low_m, &mut p.closed_broad_low_m,
-        ] { *bias = 0.0 };
-        /// Readings of a riser that shines have biases of their own.
-        shining in "heights": |p| p.shining_slope = -NEVER;
-        /// Readings of a clean lobe have biases of their own.
-        clean_lobe in "heights": |p| p.clean_width = 0.0;
-        /// Reported heights are wider than the model's.
-        height_scale in "heights": |p| p.height_sigma_scale = 1.0;
-        /// A credible echo on neither line costs.
-        nosing_stray in "places": |p| p.nosing_stray_nats = 0.0;
-        /// Calibration takes out the shaft's angle bias.
-        angle_bias in "calibration": |p| p.angle_bias_sigma_rad = 1e-6;
-        /// Calibration takes out the mount height's error.
-        mount_height in "calibration": |p| p.mount_height_sigma_m = 1e-6;
-        /// Calibration: echoes off the floor count less.
-        cauchy in "calibration": |p| p.floor_cauchy_sigmas = 1e6;
-        /// Calibration: corners weigh more than speckle.
-        floor_corner in "calibration": |p| p.floor_corner_db = NEVER;
-        /// Where side lobes are seen, echoes need more power.
-        side_lobe_margin in "echoes": |p| p.side_lobe_margin_db = p.echo_margin_db;
-        /// Ghosts: the antenna's side lobes.
-        ghost_antenna in "echoes": |p| p.side_lobe_db = NEVER;
-        /// Ghosts: skirts in range.
-        ghost_skirt in "echoes": |p| p.skirt_db = NEVER;
-        /// Ghosts: the oscillator's noise.
-        ghost_oscillator in "echoes": |p| p.oscillator_noise_db = NEVER;
-        /// Ghosts: images of an I/Q imbalance.
-        ghost_image in "echoes": |p| p.iq_image_db = NEVER;
-        /// A calibration that takes out too much shows a wrong mounting.
-        strain in "mount": |p| p.calibration_strain = NEVER;
-        /// A floor that is shown better elsewhere shows a wrong mounting.
-        floor_elsewhere in "mount": |p| p.floor_elsewhere = NEVER;
-        /// A floor that is shown only elsewhere does.
-        floor_alone in "mount": |p| p.floor_alone = NEVER;
-        /// Lobes that are too narrow show a mirror off its angles.
-        lobes_narrow in "mount": |p| p.beam_narrow = 0.0;
-        /// Lobes that are too broad do.
-        lobes_broad in "mount": |p| p.beam_broad = NEVER;
-        /// A few lobes that are far too broad do.
-        lobes_few in "mount": |p| p.beam_broad_few = NEVER;
-        /// Going down: a tread that shows nothing costs.
-        unseen_tread in "down": |p| p.unseen_tread_nats = 0.0;
-        /// Going down: drops are like the first.
-        like_drops in "down": |p| p.odd_drop_nats = 0.0;
-        /// Going down: the flash below the mirror gains more.
-        lower_flash in "down": |p| p.lower_flash_nats = p.lower_tread_nats;
-        /// Going down: an echo where a tread ends gains more.
-        lower_edge in "down": |p| p.lower_edge_nats = 0.0;
-        /// Going down: echoes inside the solid cost.
-        lower_inside in "down": |p| p.lower_inside_nats = 0.0;
-        /// Going down: unexplained echoes cost.
-        lower_stray in "down": |p| p.lower_stray_nats = 0.0;
-        /// Going down: strides are people's.
-        stride in "down": |p| p.stride_sigma_m = 1.0;
-        /// Going down: a flight needs a score to count.
-        accept_down in "down": |p| p.accept_down_nats = 0.0;
-    }
+numbers! {
+    /// Weak echoes weigh less.
+    credibility in "scene": |p| p.least_credibility = 1.0;
+    /// A corner on the ground that outshines what lies before it may begin a flight.
+    corner_begins in "scene": |p| p.corner_least_db = NEVER;
+    /// Landings within a flight.
+    landings in "search": |p| p.longest_landing_m = 0.0;
+    /// A single riser behind a landing costs more.
+    lone_riser in "search": |p| p.lone_nats = 0.0;
+    /// Floating flights cost.
+    floating in "search": |p| p.floating_nats = 0.0;
+    /// What stands on a tread costs.
+    clutter in "roles": |p| p.clutter_nats = 0.0;
+    /// Echoes inside the solid cost.
+    inside in "roles": |p| p.inside_nats = 0.0;
+    /// Echoes above a riser cost.
+    above in "roles": |p| p.above_nats = 0.0;
+    /// Unexplained echoes cost.
+    stray in "roles": |p| p.stray_nats = 0.0;
+    /// A corner brighter than its tread gains.
+    bright_corner in "roles": |p| p.bright_corner_nats = 0.0;
+    /// A visible corner that is missing costs.
+    no_corner in "roles": |p| p.no_corner_nats = 0.0;
+    /// An edge that is missing costs.
+    no_edge in "roles": |p| p.no_edge_nats = 0.0;
+    /// A riser without any echo costs more.
+    unseen_riser in "roles": |p| p.unseen_riser_nats = 0.0;
+    /// A flash hides the corner below it.
+    flash_hides_corner in "roles": |p| p.flash_flank = 0.0;
+    /// Further echoes in the same role count a little.
+    again in "roles": |p| p.again = 0.0;
+    /// A single riser that is too low is a threshold.
+    lowest_step in "choice": |p| p.lowest_step_m = 0.0;
+    /// A single riser that is too high is an obstacle.
+    highest_step in "choice": |p| p.highest_step_m = NEVER;
+    /// Any one riser or tread may be odd.
+    odd_step in "heights": |p| p.odd_rise_sigma_m = 1e-4;
+    /// Biases of the readings, by what shows.
+    biases in "heights": |p| for bias in [
+        &mut p.corner_broad_low_m, &mut p.open_flash_low_m, &mut p.open_clean_low_m,
+        &mut p.open_broad_low_m, &mut p.closed_flash_low_m, &mut p.shining_clean_low_m,
+        &mut p.shining_broad_low_m, &mut p.closed_clean_low_m, &mut p.closed_broad_low_m,
+    ] { *bias = 0.0 };
+    /// Readings of a riser that shines have biases of their own.
+    shining in "heights": |p| p.shining_slope = -NEVER;
+    /// Readings of a clean lobe have biases of their own.
+    clean_lobe in "heights": |p| p.clean_width = 0.0;
+    /// Reported heights are wider than the model's.
+    height_scale in "heights": |p| p.height_sigma_scale = 1.0;
+    /// A credible echo on neither line costs.
+    nosing_stray in "places": |p| p.nosing_stray_nats = 0.0;
+    /// Calibration takes out the shaft's angle bias.
+    angle_bias in "calibration": |p| p.angle_bias_sigma_rad = 1e-6;
+    /// Calibration takes out the mount height's error.
+    mount_height in "calibration": |p| p.mount_height_sigma_m = 1e-6;
+    /// Calibration: echoes off the floor count less.
+    cauchy in "calibration": |p| p.floor_cauchy_sigmas = 1e6;
+    /// Calibration: corners weigh more than speckle.
+    floor_corner in "calibration": |p| p.floor_corner_db = NEVER;
+    /// Where side lobes are seen, echoes need more power.
+    side_lobe_margin in "echoes": |p| p.side_lobe_margin_db = p.echo_margin_db;
+    /// Ghosts: the antenna's side lobes.
+    ghost_antenna in "echoes": |p| p.side_lobe_db = NEVER;
+    /// Ghosts: skirts in range.
+    ghost_skirt in "echoes": |p| p.skirt_db = NEVER;
+    /// Ghosts: the oscillator's noise.
+    ghost_oscillator in "echoes": |p| p.oscillator_noise_db = NEVER;
+    /// Ghosts: images of an I/Q imbalance.
+    ghost_image in "echoes": |p| p.iq_image_db = NEVER;
+    /// A calibration that takes out too much shows a wrong mounting.
+    strain in "mount": |p| p.calibration_strain = NEVER;
+    /// A floor that is shown better elsewhere shows a wrong mounting.
+    floor_elsewhere in "mount": |p| p.floor_elsewhere = NEVER;
+    /// A floor that is shown only elsewhere does.
+    floor_alone in "mount": |p| p.floor_alone = NEVER;
+    /// Lobes that are too narrow show a mirror off its angles.
+    lobes_narrow in "mount": |p| p.beam_narrow = 0.0;
+    /// Lobes that are too broad do.
+    lobes_broad in "mount": |p| p.beam_broad = NEVER;
+    /// A few lobes that are far too broad do.
+    lobes_few in "mount": |p| p.beam_broad_few = NEVER;
+    /// Going down: a tread that shows nothing costs.
+    unseen_tread in "down": |p| p.unseen_tread_nats = 0.0;
+    /// Going down: drops are like the first.
+    like_drops in "down": |p| p.odd_drop_nats = 0.0;
+    /// Going down: the flash below the mirror gains more.
+    lower_flash in "down": |p| p.lower_flash_nats = p.lower_tread_nats;
+    /// Going down: an echo where a tread ends gains more.
+    lower_edge in "down": |p| p.lower_edge_nats = 0.0;
+    /// Going down: echoes inside the solid cost.
+    lower_inside in "down": |p| p.lower_inside_nats = 0.0;
+    /// Going down: unexplained echoes cost.
+    lower_stray in "down": |p| p.lower_stray_nats = 0.0;
+    /// Going down: strides are people's.
+    stride in "down": |p| p.stride_sigma_m = 1.0;
+    /// Going down: a flight needs a score to count.
+    accept_down in "down": |p| p.accept_down_nats = 0.0;
 }
 
 /// Reasons of doubt about the instrument: each is a rule of `health`.

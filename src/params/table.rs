@@ -1,7 +1,7 @@
 //! The numbers of the default estimator, in the order of the stages that use them.
 
 use super::entry::{Entry, Origin, params};
-use super::rules::Rules;
+use super::switches::Rules;
 use crate::math::RAD_PER_DEG;
 
 params! {

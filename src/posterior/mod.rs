@@ -21,15 +21,14 @@ mod staircase;
 #[cfg(test)]
 mod tests;
 
-pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
+pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, Told};
 pub use feature::{Class, FeaturePlace, before};
 pub use model::{
     BEHIND_M, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen, level_density,
     logistic, tailed,
 };
-pub use proposals::{Base, FLOOR, Proposals, weight};
+pub use proposals::{Base, Proposals, weight};
 pub use refine::refine;
 pub use staircase::{
-    Edge, GroundKind, LONGEST_GOING_M, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep,
-    View,
+    Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep, View,
 };

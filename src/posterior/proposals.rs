@@ -456,7 +456,7 @@ const DROP: f32 = 0.1;
 /// What may stand alone on the floor: height, metres, how often where an echo shows it and where none
 /// does, and what that is called. Boxes and thresholds that show nothing change nothing; steps that show
 /// nothing look alike, low ones and high ones.
-pub const FLOOR: [(f32, [f32; 2], GroundKind); 8] = [
+const FLOOR: [(f32, [f32; 2], GroundKind); 8] = [
     (0.02, [0.5, 0.0], GroundKind::Threshold),
     (0.045, [0.05, 0.0], GroundKind::Threshold),
     (0.075, [0.08, 0.13], GroundKind::Stairs),

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::{Result, bail};
-use stairscan::params::{self, DOUBTS, Params, RULES};
+use stairscan::params::{self, DOUBTS, Params};
 
 use super::emit;
 use super::harness::{self, Drawn};
@@ -70,9 +70,8 @@ impl Ablation {
 
 /// Every rule between echoes and status, and every doubt about the instrument.
 fn all() -> Vec<Ablation> {
-    let rules = RULES
-        .iter()
-        .map(|rule| Ablation::new(rule.group, rule.name, rule.meaning, &rule.off));
+    let rules = params::rules()
+        .map(|rule| Ablation::new(rule.group, rule.name, rule.meaning, &|p| rule.turn_off(p)));
     let doubts = DOUBTS.iter().map(|&doubt| {
         let off = move |p: &mut Params| p.rules.muted.add(doubt);
         Ablation::new("health", doubt.as_str(), doubt.meaning(), &off)
@@ -99,11 +98,8 @@ fn chosen(args: &Args) -> Result<Vec<Ablation>> {
         return Ok(named.collect());
     }
     let off = |p: &mut Params| {
-        for rule in RULES
-            .iter()
-            .filter(|rule| args.rules.iter().any(|name| name == rule.name))
-        {
-            (rule.off)(p);
+        for rule in params::rules().filter(|rule| args.rules.iter().any(|name| name == rule.name)) {
+            rule.turn_off(p);
         }
         for doubt in DOUBTS
             .iter()
@@ -170,9 +166,9 @@ fn lines(off: &Params) -> Result<usize> {
         .filter(|entry| (entry.get)(off) != (entry.get)(&Params::DEFAULT))
         .map(|entry| format!("p.{}", entry.name))
         .collect();
-    for rule in RULES {
+    for rule in params::rules() {
         let mut alone = Params::DEFAULT;
-        (rule.off)(&mut alone);
+        rule.turn_off(&mut alone);
         if alone.rules != Params::DEFAULT.rules && alone.rules == off.rules {
             words.push(format!("rules.{}", rule.name));
         }

@@ -219,6 +219,6 @@ mod tests {
             compare(Draw::Tuning, Kind::Ascending, 3, turning).unwrap()
         };
         let wild = compare(1.0);
-        assert!(!wild.holds(), "{:?}", wild.worse());
+        assert!(!wild.holds(), "{}", wild.text());
     }
 }

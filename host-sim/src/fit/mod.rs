@@ -242,9 +242,9 @@ pub struct Threshold {
 const RISK: f64 = 0.01;
 /// Probability with which a threshold that does not keep the promise may be taken for one that does.
 const ERROR: f64 = 0.05;
-/// Share of a type's answers that the first threshold tested makes `ok`, without steps and with steps: so many that some
-/// wrong ones among them do not end the test at once. Chosen by number alone.
-const FIRST_TESTED: [f64; 2] = [0.2, 0.4];
+/// Answers that the first threshold tested makes `ok`: the fewest of which three wrong ones still pass. Chosen by number
+/// alone.
+const FIRST_TESTED: usize = 773;
 
 /// An answer that a threshold makes `ok` or not.
 struct Course<'a> {
@@ -294,8 +294,7 @@ fn rights(
 /// the strictest threshold that leaves [`FIRST_TESTED`] downwards, in thousandths, each is tested against the hypothesis
 /// that more than [`RISK`] of its `ok` answers are wrong, up to the first that is not rejected. The threshold is the last
 /// rejected one; 2, which no answer has, where there is none.
-fn least(courses: &[Course<'_>], stairs: bool) -> Threshold {
-    let first = FIRST_TESTED[usize::from(stairs)] * courses.len() as f64;
+fn least(courses: &[Course<'_>]) -> Threshold {
     let judge = |from: f32| {
         let ok = courses
             .iter()
@@ -308,7 +307,7 @@ fn least(courses: &[Course<'_>], stairs: bool) -> Threshold {
     };
     let strictest_first = (800..1000_u16).rev();
     let tested = strictest_first.map(|thousandths| judge(f32::from(thousandths) / 1000.0));
-    let tested = tested.skip_while(|t| (t.ok as f64) < first);
+    let tested = tested.skip_while(|t| t.ok < FIRST_TESTED);
     let kept = tested.take_while(|t| at_most(t.wrong, t.ok, RISK) <= ERROR);
     kept.last().unwrap_or(Threshold {
         from: 2.0,
@@ -321,7 +320,7 @@ fn least(courses: &[Course<'_>], stairs: bool) -> Threshold {
 pub fn threshold(lessons: &[&Lesson], weights: &Weights, stairs: bool) -> Threshold {
     let of_type = lessons.iter().filter(|lesson| lesson.stairs == stairs);
     let courses: Vec<_> = of_type.map(|lesson| course(lesson, weights)).collect();
-    least(&courses, stairs)
+    least(&courses)
 }
 
 fn course<'a>(lesson: &'a Lesson, weights: &Weights) -> Course<'a> {
@@ -353,6 +352,14 @@ mod tests {
         let mut outcome = Outcome::undecided();
         outcome.reasons = reasons;
         reach_m(&outcome)
+    }
+
+    #[test]
+    fn three_wrong_ones_pass_the_first_test_and_four_do_not() {
+        assert!(
+            at_most(3, FIRST_TESTED, RISK) <= ERROR && at_most(3, FIRST_TESTED - 1, RISK) > ERROR
+        );
+        assert!(at_most(4, FIRST_TESTED, RISK) > ERROR);
     }
 
     #[test]

@@ -281,10 +281,7 @@ pub fn count(training: &[Lesson], calibration: &[Lesson]) -> Counted {
     }
     for (stairs, name) in [(false, "without steps"), (true, "with steps")] {
         let of_type = || calibration.iter().filter(|l| l.stairs == stairs);
-        let least = least(
-            &of_type().map(|l| course(l, &table)).collect::<Vec<_>>(),
-            stairs,
-        );
+        let least = least(&of_type().map(|l| course(l, &table)).collect::<Vec<_>>());
         table.ok_from[usize::from(stairs)] = least.from;
         let able = of_type().filter(|l| l.reach_m.is_finite());
         let _ = writeln!(

@@ -132,7 +132,8 @@ pub fn cis_all<const N: usize>(phases: &[f64; N]) -> ([f64; N], [f64; N]) {
 fn log_of_share(x: f64) -> f64 {
     // x = 2^k (1 + f) with √½ < 1 + f < √2.
     const ROOT_HALF: u64 = 0x3FE6_A09E << 32;
-    let bits = x.to_bits() - ROOT_HALF + (0x3FF0_0000 << 32);
+    const ONE: u64 = 0x3FF0_0000 << 32;
+    let bits = x.to_bits() + (ONE - ROOT_HALF);
     let fraction = (bits & 0x000F_FFFF_FFFF_FFFF) + ROOT_HALF;
     // The exponent, above 2^52, as a number.
     let k = f64::from_bits((bits >> 52) | (0x4330 << 48)) - (4_503_599_627_370_496.0 + 1023.0);

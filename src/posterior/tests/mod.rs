@@ -6,7 +6,7 @@ mod staircase;
 
 use super::feature::{Class, FeaturePlace};
 use super::model::Model;
-use super::staircase::{Edge, GroundKind, Staircase, View};
+use super::staircase::{GroundKind, Staircase, ToldStep, View};
 use crate::config::Config;
 use crate::echoes::Echo;
 use crate::grid::{Geometry, PolarMap};
@@ -37,14 +37,10 @@ fn regular(n: usize, first_m: f32, going_m: f32, rise_m: f32) -> Staircase {
     flight(&(0..n).map(riser).collect::<Vec<_>>())
 }
 
-/// Edges that an answer tells, all seen.
-fn told(edges: &[(f32, f32)]) -> Vec<Edge> {
-    let edge = |&(x_m, y_m)| Edge {
-        x_m,
-        y_m,
-        seen: true,
-    };
-    edges.iter().map(edge).collect()
+/// Steps of an answer that is exact.
+fn told(steps: &[(f32, f32)]) -> Vec<ToldStep> {
+    let step = |&step| ToldStep::new(step, (0.0, 0.0));
+    steps.iter().map(step).collect()
 }
 
 /// That of the default scan.

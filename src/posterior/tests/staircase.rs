@@ -2,7 +2,7 @@
 //! contradict an answer.
 
 use super::*;
-use crate::posterior::staircase::{Conflict, MAX_STEPS, RIGHT_M};
+use crate::posterior::staircase::{Conflict, Edge, MAX_STEPS, RIGHT_M};
 
 /// Levels known so well that an error is one for sure or for sure none.
 const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
@@ -179,7 +179,7 @@ fn missing_and_made_up_steps_are_told_where_they_are() {
 }
 
 #[test]
-fn three_centimetres_are_the_difference() {
+fn three_centimetres_are_the_difference_of_an_exact_answer() {
     let s = regular(1, 1.0, 0.3, 0.16);
     let only = |answer: (f32, f32), sigma_m: f32| {
         let all = conflicts(&s, &[answer], sigma_m);
@@ -196,6 +196,22 @@ fn three_centimetres_are_the_difference() {
     let low = only((1.0, 0.16 + RIGHT_M - 0.002), 0.0);
     let high = only((1.0, 0.16 - RIGHT_M - 0.002), 0.0);
     assert!(low.probability < 1e-3 && high.probability > 0.999);
+}
+
+#[test]
+fn the_expanded_uncertainty_is_the_difference() {
+    let s = regular(1, 1.0, 0.3, 0.16);
+    // Three standard deviations, from 3 to 8 cm.
+    for (sigma_m, within_m) in [(0.005, 0.03), (0.015, 0.045), (0.05, 0.08)] {
+        let wrong = |(off_x_m, off_y_m): (f32, f32), sigmas_m| {
+            let told = ToldStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
+            s.conflicts(&[told], &VIEW, &SURE)[0].probability > 0.5
+        };
+        for (off_m, so) in [(within_m - 0.002, false), (within_m + 0.002, true)] {
+            assert_eq!(wrong((off_m, 0.0), (sigma_m, 0.0)), so, "{sigma_m}");
+            assert_eq!(wrong((0.0, -off_m), (0.0, sigma_m)), so, "{sigma_m}");
+        }
+    }
 }
 
 #[test]

@@ -107,7 +107,7 @@ fn figures(bin: &Bin) -> String {
 mod tests {
     use super::*;
     use crate::score::{Prediction, SceneScore};
-    use stairscan::answer::Status;
+    use stairscan::answer::{Direction, Status};
 
     /// An `ok` answer with its horizon and confidence, and a `MAYBE`.
     fn scene(horizon_m: f64, told: f64, so: bool) -> SceneScore {
@@ -115,6 +115,7 @@ mod tests {
             recording: String::new(),
             set: String::new(),
             status: Status::Ok,
+            direction: Direction::Up,
             reasons: String::new(),
             horizon_m,
             confidence: Some(Prediction { told, so }),

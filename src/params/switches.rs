@@ -1,0 +1,75 @@
+//! Switches of the estimator's rules that no number turns off.
+
+use crate::answer::Reasons;
+
+/// Makes the switches and their list.
+macro_rules! switches {
+    ($( $(#[doc = $meaning:literal])* $name:ident in $group:literal; )*) => {
+        /// Switches of the rules that no number turns off; all on in what is flashed.
+        #[derive(Clone, Debug, PartialEq)]
+        pub struct Rules {
+            $( $(#[doc = $meaning])* pub $name: bool, )*
+            /// Reasons of doubt that do not count.
+            pub muted: Reasons,
+        }
+
+        impl Rules {
+            /// All on.
+            pub const ALL: Self = Self { $($name: true,)* muted: Reasons::NONE };
+
+            /// Group, name and meaning of each, and what turns it off.
+            pub const SWITCHES: &[(&str, &str, &str, fn(&mut Self))] = &[
+                $(($group, stringify!($name), concat!($($meaning),*), |rules| rules.$name = false),)*
+            ];
+        }
+    };
+}
+
+switches! {
+    /// One face may go unseen between two.
+    skipped_face in "search";
+    /// A tall thing behind the landing may explain what lies beyond it.
+    wall_behind in "search";
+    /// One thing too tall to climb is a rival of stairs.
+    tall_thing in "search";
+    /// Ramps are rivals of stairs.
+    ramps in "search";
+    /// A flight's refinement also begins from that of the flight without its last step.
+    from_shorter in "choice";
+    /// Walls behind a flight are tried.
+    walls_behind in "choice";
+    /// A further step that the particles are sure of is added to the answer.
+    next_step in "choice";
+    /// Particles: a flight less its last steps.
+    less in "particles";
+    /// Particles: one more riser behind the last.
+    behind in "particles";
+    /// Particles: steps, boxes and thresholds on bare ground.
+    single in "particles";
+    /// Particles: ground that ends.
+    drops in "particles";
+    /// One to three unseen risers before the search's best flight are tried.
+    fronted in "choice";
+    /// The best flight is also tried floating in place of closed, or closed in place of floating.
+    other_build in "choice";
+    /// Overhangs are tried beside what the echoes show.
+    overhang_starts in "choice";
+    /// Particles: one more riser before the first.
+    front in "particles";
+    /// Particles: one odd rise.
+    odd in "particles";
+    /// Particles: other overhangs.
+    overhangs in "particles";
+    /// The visible part of a riser whose foot is hidden tells of the riser's height.
+    hidden_slope in "heights";
+    /// Places of nosings by the two upright lines of nosing and riser.
+    nosing_lines in "places";
+    /// The floor's power along its line tells of gaps.
+    floor_line in "horizon";
+    /// No horizon ends next to a step.
+    clear_of_steps in "horizon";
+    /// No horizon reaches a step whose expanded uncertainty is larger than 8 cm.
+    measured_to in "horizon";
+    /// The first corner off the floor's level shows a wrong mounting.
+    corner_astray in "mount";
+}
