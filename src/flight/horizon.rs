@@ -27,8 +27,9 @@ use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT, RIGHT_M};
 /// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
 /// off and still be right.
 const AMBIGUOUS_M: f32 = RIGHT_M;
-/// An answer is valid as far as it is right with this probability at least: design contract.
-const RIGHT_UP_TO_HORIZON: f32 = 0.99;
+/// An answer is valid beyond the first metre as far as it is right with this probability at least: half of the risk that
+/// the contract leaves.
+const RIGHT_UP_TO_HORIZON: f32 = 0.995;
 /// What rounding makes of a cell's end, metres.
 const ROUNDING_M: f32 = 1e-3;
 /// An `ok` vouches for at least this much of the way, metres: design contract.
