@@ -3,7 +3,7 @@
 
 use std::sync::OnceLock;
 
-use host_sim::answer::Answer;
+use host_sim::answer::{Answer, metres};
 use host_sim::motion::Fault;
 use host_sim::recording::{Motion, Recording, Truth};
 use host_sim::replay::{self, Options};
