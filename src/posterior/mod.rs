@@ -21,7 +21,7 @@ mod staircase;
 #[cfg(test)]
 mod tests;
 
-pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, Told};
+pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
 pub use feature::{Class, FeaturePlace, before};
 pub use model::{
     BEHIND_M, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen, level_density,
