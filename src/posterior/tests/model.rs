@@ -194,7 +194,9 @@ fn proposals_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
     let echoes = echoes(&truth, &mut Dice::new(9), 0.2);
     let model = model(&echoes, &geometry);
     let more = truth.with(3, 1.57, 0.64);
-    for start in [truth.less_last(), more] {
+    let front = flight(&[(0.99, 0.32), (1.28, 0.48)]);
+    let odd = flight(&[(0.7, 0.16), (0.99, 0.365), (1.28, 0.48)]);
+    for (start, n) in [(truth.less_last(), 3), (more, 3), (front, 3), (odd, 3)] {
         let mut cloud = Cloud::new();
         let told = Told {
             edges: &[],
@@ -208,8 +210,34 @@ fn proposals_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
         };
         proposals.around(&base);
         let counts = cloud.counts();
-        assert!(counts[3] > 0.5, "{start:?}: {counts:?}");
+        assert!(counts[n] > 0.5, "{start:?}: {counts:?}");
     }
+}
+
+#[test]
+fn a_rise_that_is_odd_is_proposed() {
+    let geometry = geometry();
+    let truth = flight(&[(0.7, 0.16), (0.99, 0.35), (1.28, 0.51)]);
+    let echoes = echoes(&truth, &mut Dice::new(13), 0.2);
+    let model = model(&echoes, &geometry);
+    let mut cloud = Cloud::new();
+    let told = Told {
+        edges: &[],
+        view: VIEW,
+    };
+    let base = Base::new(&model, regular(3, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
+    Proposals {
+        model: &model,
+        told: &told,
+        cloud: &mut cloud,
+    }
+    .around(&base);
+    let near: f32 = cloud
+        .particles()
+        .filter(|(s, _)| s.len() == 3 && (s.level(2) - 0.35).abs() < 0.005)
+        .map(|(_, p)| p)
+        .sum();
+    assert!(near > 0.3, "{near}");
 }
 
 #[test]
