@@ -382,8 +382,9 @@ pub fn write(table: &Carried, [places, levels]: &[Correlation; 2]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::recording::TrueStep;
 
-    /// A scan that is `sure` of each of its cells, the last of which is wrong or not.
+    /// A scan that is `sure` of each of its cells and right, or misses a step within the first metre.
     fn lesson(sure: f32, wrong: bool, reach_m: f32) -> Lesson {
         let mut features = [0.0; PAST_FEATURES];
         features[0] = 1.0;
@@ -392,12 +393,23 @@ mod tests {
             end_m: 0.5 + 0.1 * k as f32,
             features,
         };
+        let missed = TrueStep {
+            distance_m: 0.95,
+            height_m: 0.17,
+            snr_db: None,
+        };
+        let truth = Truth {
+            steps: wrong.then_some(missed).into_iter().collect(),
+            ..Truth::default()
+        };
         Lesson {
             name: "scan".into(),
             cells: (0..10).map(cell).collect(),
             stairs: true,
-            wrong: wrong.then_some(9),
+            wrong: wrong.then_some(5),
             reach_m,
+            steps: Vec::new(),
+            judged: (answer_of("scan", &Outcome::undecided()).unwrap(), truth),
         }
     }
 
