@@ -25,6 +25,8 @@ use heapless::Vec;
 const OVERHANGS_M: [f32; 11] = [
     0.0, 0.008, 0.014, 0.020, 0.026, 0.032, 0.038, 0.044, 0.050, 0.056, 0.062,
 ];
+/// Cost of an overhanging riser, nats: it shows nosing and riser, or either alone, each as often.
+const LN_SHOWN: f32 = 1.098_612_3;
 /// Overhangs less likely than this add nothing.
 const NEGLIGIBLE: f32 = 1e-3;
 /// Most echoes looked at near one riser, the strongest: a nosing, a face, a corner and twice as many.
@@ -132,7 +134,7 @@ impl RiserEchoes {
         }
         let both = front.0 > 0.0 && back.0 > 0.0;
         Explained {
-            nats,
+            nats: nats - LN_SHOWN,
             gap_m: both.then(|| back.1 / back.0 - front.1 / front.0),
             amplitude: math::min(front.0, back.0),
         }
