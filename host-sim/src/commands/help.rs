@@ -135,6 +135,8 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("soak", &["soak --scans 1000 --seed 1"]),
     ("table1", &["table1", "table1 --estimator paper"]),
     ("convergence", &["convergence"]),
+    ("ablate", &["ablate", "ablate clear_of_steps --scenes 20"]),
+    ("compare", &["compare before.jsonl after.jsonl"]),
     ("params", &["params", "params --sensitivity"]),
     ("fit", &["fit"]),
     (
