@@ -1,7 +1,7 @@
 //! Everything that a command may read or set, by key.
 //!
 //! Each setting is one row, where its structure is declared with `settings!` ([`crate::setting`]): here, in
-//! [`crate::config`], [`crate::radar::module`] and [`motor`]. `docs/hardware.md` has all rows as one table. How they
+//! [`crate::config`], [`crate::radar::module`] and `motor`. `docs/hardware.md` has all rows as one table. How they
 //! become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
 
 mod found;
