@@ -22,7 +22,7 @@ use crate::recording::Recording;
 pub const VARIABLE: &str = "STAIRSCAN_CACHE";
 /// Bound of the directory's size, bytes: the scans of all draws at once.
 const MOST_BYTES: u64 = 3 << 30;
-/// What is left of the bound when entries are removed, percent.
+/// Size down to which entries are removed, percent of the bound.
 const KEPT_PERCENT: u64 = 80;
 /// Entries written between two looks at the directory's size.
 const WRITES_PER_LOOK: u64 = 256;

@@ -11,8 +11,7 @@ use super::harness::{self, Drawn};
 use crate::emulate::image::workspace;
 use crate::faults::ALL;
 use crate::recording::Recording;
-use crate::replay::{self, Options};
-use crate::score::{self, Change, Comparison, SceneScore};
+use crate::score::{Change, Comparison, SceneScore};
 use crate::seeds::Draw;
 
 /// Scenes of each kind: some two thousand in all.
@@ -43,80 +42,75 @@ pub struct Args {
     together: bool,
 }
 
-/// Something to turn off.
+/// Rules that are turned off at once.
 struct Ablation {
     group: &'static str,
-    name: String,
-    meaning: String,
+    names: Vec<&'static str>,
+    meaning: &'static str,
     params: &'static Params,
-    /// Whether it tells of faults of the instrument.
-    faults: bool,
 }
 
 impl Ablation {
-    fn new(group: &'static str, name: &str, meaning: &str, off: &dyn Fn(&mut Params)) -> Self {
+    /// Of one rule of `listed`, or of several.
+    fn new(listed: &[(&'static str, &'static str, &'static str)]) -> Self {
         let mut params = Params::DEFAULT;
-        off(&mut params);
+        let names: Vec<&'static str> = listed.iter().map(|(_, name, _)| *name).collect();
+        for rule in params::rules().filter(|rule| names.contains(&rule.name)) {
+            rule.turn_off(&mut params);
+        }
+        for doubt in DOUBTS
+            .iter()
+            .filter(|doubt| names.contains(&doubt.as_str()))
+        {
+            params.rules.muted.add(*doubt);
+        }
+        let (group, meaning) = match listed {
+            [(group, _, meaning)] => (*group, meaning.trim()),
+            _ => ("together", "All of them at once."),
+        };
         Self {
             group,
-            name: name.to_owned(),
-            meaning: meaning.trim().to_owned(),
+            names,
+            meaning,
             // For as long as the program runs: estimators keep them.
             params: Box::leak(Box::new(params)),
-            faults: matches!(group, "mount" | "health"),
         }
+    }
+
+    /// Whether the rules tell of faults of the instrument, which are then measured, too.
+    fn tells_of_faults(&self) -> bool {
+        matches!(self.group, "mount" | "health" | "together")
     }
 }
 
-/// Every rule between echoes and status, and every doubt about the instrument.
-fn all() -> Vec<Ablation> {
-    let rules = params::rules()
-        .map(|rule| Ablation::new(rule.group, rule.name, rule.meaning, &|p| rule.turn_off(p)));
-    let doubts = DOUBTS.iter().map(|&doubt| {
-        let off = move |p: &mut Params| p.rules.muted.add(doubt);
-        Ablation::new("health", doubt.as_str(), doubt.meaning(), &off)
-    });
+/// Group, name and meaning of every rule between echoes and status, and of every doubt about the instrument.
+fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
+    let rules = params::rules().map(|rule| (rule.group, rule.name, rule.meaning));
+    let doubts = DOUBTS
+        .iter()
+        .map(|doubt| ("health", doubt.as_str(), doubt.meaning()));
     rules.chain(doubts).collect()
 }
 
 /// The rules to measure.
 fn chosen(args: &Args) -> Result<Vec<Ablation>> {
-    let all = all();
-    if args.rules.is_empty() {
-        return Ok(all);
-    }
+    let mut listed = listed();
+    let names: Vec<&str> = listed.iter().map(|(_, name, _)| *name).collect();
     if let Some(unknown) = args
         .rules
         .iter()
-        .find(|name| all.iter().all(|a| a.name != **name))
+        .find(|name| !names.contains(&name.as_str()))
     {
-        let names: Vec<&str> = all.iter().map(|a| a.name.as_str()).collect();
         bail!("\"{unknown}\": expected one of {}", names.join(", "));
     }
-    let named = all.into_iter().filter(|a| args.rules.contains(&a.name));
-    if !args.together {
-        return Ok(named.collect());
-    }
-    let off = |p: &mut Params| {
-        for rule in params::rules().filter(|rule| args.rules.iter().any(|name| name == rule.name)) {
-            rule.turn_off(p);
-        }
-        for doubt in DOUBTS
-            .iter()
-            .filter(|d| args.rules.iter().any(|name| name == d.as_str()))
-        {
-            p.rules.muted.add(*doubt);
-        }
-    };
-    Ok(vec![Ablation::new(
-        "mount",
-        "together",
-        &args.rules.join(", "),
-        &off,
-    )])
+    listed.retain(|(_, name, _)| args.rules.is_empty() || args.rules.iter().any(|n| n == name));
+    Ok(match args.together {
+        true => vec![Ablation::new(&listed)],
+        false => listed.chunks(1).map(Ablation::new).collect(),
+    })
 }
 
-/// What is scanned: scenes as they are, and scenes with a fault of the instrument.
+/// Recordings of scenes, without and with a fault of the instrument.
 struct Scans {
     clean: Vec<Recording>,
     faulty: Vec<Recording>,
@@ -142,37 +136,13 @@ impl Scans {
     }
 }
 
-/// The answers to all scans with these numbers, scored.
-///
-/// # Errors
-/// Names a scan that cannot be worked off.
-pub fn answers(scans: &[Recording], params: &'static Params) -> Result<Vec<SceneScore>> {
-    params::replace(params);
-    let scored = harness::each(scans, |recording| {
-        let truth = recording.meta.truth.clone().unwrap_or_default();
-        Ok(score::scene(
-            &replay::answer(recording, &Options::default())?,
-            &truth,
-        ))
-    });
-    params::replace(&Params::DEFAULT);
-    scored
-}
-
-/// Lines of the firmware's sources that mention what turns a rule off.
-fn lines(off: &Params) -> Result<usize> {
-    let mut words: Vec<String> = Params::TABLE
-        .iter()
-        .filter(|entry| (entry.get)(off) != (entry.get)(&Params::DEFAULT))
-        .map(|entry| format!("p.{}", entry.name))
-        .collect();
-    for rule in params::rules() {
-        let mut alone = Params::DEFAULT;
-        rule.turn_off(&mut alone);
-        if alone.rules != Params::DEFAULT.rules && alone.rules == off.rules {
-            words.push(format!("rules.{}", rule.name));
-        }
-    }
+/// Number of lines of the firmware's sources that read a switch or a number by which the rules are turned off.
+fn lines(ablation: &Ablation) -> Result<usize> {
+    let number = |get: fn(&Params) -> f32| get(ablation.params) != get(&Params::DEFAULT);
+    let numbers = Params::TABLE.iter().filter(|entry| number(entry.get));
+    let numbers = numbers.map(|entry| format!(".{}", entry.name));
+    let switches = ablation.names.iter().map(|name| format!("rules.{name}"));
+    let words: Vec<String> = numbers.chain(switches).collect();
     let mut count = 0;
     let mut folders = vec![workspace().join("src")];
     while let Some(folder) = folders.pop() {
@@ -214,8 +184,8 @@ fn told(change: Change) -> String {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let ablations = chosen(args)?;
     let scans = Scans::new(args)?;
-    let base = answers(&scans.clean, &Params::DEFAULT)?;
-    let base_faulty = answers(&scans.faulty, &Params::DEFAULT)?;
+    let base = harness::answers(&scans.clean, &Params::DEFAULT)?;
+    let base_faulty = harness::answers(&scans.faulty, &Params::DEFAULT)?;
     let mut out = heading(args, &base, &base_faulty);
     let mut group = "";
     for ablation in &ablations {
@@ -226,29 +196,28 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 "\n## {group}\n\n| rule off | what it does | exact | `ok` and right | `ok` and wrong | distance, height 95 % | with faults: `ok` and wrong | lines |\n|---|---|---|---|---|---|---|---|\n"
             );
         }
-        let after = answers(&scans.clean, ablation.params)?;
+        let after = harness::answers(&scans.clean, ablation.params)?;
         let c = Comparison::new(&base, &after);
         let [distance, height] = [0, 1].map(|k| 100.0 * (c.errors_m[1][k] - c.errors_m[0][k]));
-        let faulty = match ablation.faults {
+        let faulty = match ablation.tells_of_faults() {
             true => {
-                let after = answers(&scans.faulty, ablation.params)?;
+                let after = harness::answers(&scans.faulty, ablation.params)?;
                 told(Comparison::new(&base_faulty, &after).ok_wrong)
             }
             false => String::new(),
         };
+        let name = ablation.names.join("`, `");
         let _ = writeln!(
             out,
-            "| `{}` | {} | {} | {} | {} | {distance:+.2}, {height:+.2} cm | {faulty} | {} |",
-            ablation.name,
+            "| `{name}` | {} | {} | {} | {} | {distance:+.2}, {height:+.2} cm | {faulty} | {} |",
             ablation.meaning,
             told(c.exact),
             told(c.ok_right),
             told(c.ok_wrong),
-            lines(ablation.params)?
+            lines(ablation)?
         );
         eprintln!(
-            "{}: exact {} ok {} wrong {}",
-            ablation.name,
+            "{name}: exact {} ok {} wrong {}",
             told(c.exact),
             told(c.ok_right),
             told(c.ok_wrong)
@@ -258,7 +227,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What was measured, and on what.
+/// Head of the table: the scenes, and what the cells hold.
 fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
     let exact = base.iter().filter(|s| s.exact).count();
     let ok = base

@@ -14,9 +14,9 @@ use crate::score::{Change, SceneScore};
 /// Arguments of `compare`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// What `accuracy --each` wrote of the estimator before
+    /// File of `accuracy --each` by the first estimator
     before: PathBuf,
-    /// What it wrote of the one after
+    /// File of `accuracy --each` by the second one
     after: PathBuf,
 }
 

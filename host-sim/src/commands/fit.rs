@@ -82,7 +82,7 @@ enum Source {
     Recorded(Vec<PathBuf>),
 }
 
-/// What hazards are counted from, what they are calibrated on, and what thresholds are tested on.
+/// Scans for counting the hazards, for calibrating them, and for testing thresholds.
 struct Lessons {
     training: Vec<Lesson>,
     calibration: Vec<Lesson>,
@@ -281,12 +281,9 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
 
 /// The weights of one plane, and what there is to say of them.
 fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
-    let of = |all: &'_ [Lesson]| -> Vec<Lesson> {
-        all.iter().filter(|l| l.plane == plane).cloned().collect()
-    };
-    let parts = [&lessons.training, &lessons.calibration, &lessons.testing].map(|part| of(part));
+    let parts = [&lessons.training, &lessons.calibration, &lessons.testing];
     let [training, calibration, testing] =
-        parts.each_ref().map(|part| part.iter().collect::<Vec<_>>());
+        parts.map(|part| part.iter().filter(|l| l.plane == plane).collect::<Vec<_>>());
     let Counted {
         mut weights,
         hazards,

@@ -5,12 +5,15 @@ use std::ops::Range;
 use anyhow::Result;
 use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
+use stairscan::params::{self, Params};
 
 use super::instrument::Instrument;
 use super::progress;
 use crate::recording::Recording;
+use crate::replay::{self, Options};
 use crate::scene::command::{random_scan, scan_of};
 use crate::scene::random::{Kind, random_with};
+use crate::score::{self, SceneScore};
 use crate::seeds::Draw;
 
 /// A scene of a draw.
@@ -77,4 +80,19 @@ pub fn each<J: Sync, R: Send>(
         .collect();
     bar.finish_and_clear();
     made
+}
+
+/// The answers to all scans with these numbers, scored.
+///
+/// # Errors
+/// Names a scan that cannot be worked off.
+pub fn answers(scans: &[Recording], params: &'static Params) -> Result<Vec<SceneScore>> {
+    params::replace(params);
+    let scored = each(scans, |recording| {
+        let truth = recording.meta.truth.clone().unwrap_or_default();
+        let answer = replay::answer(recording, &Options::default())?;
+        Ok(score::scene(&answer, &truth))
+    });
+    params::replace(&Params::DEFAULT);
+    scored
 }

@@ -7,7 +7,6 @@ use anyhow::Result;
 use stairscan::answer::Status;
 use stairscan::params::Params;
 
-use super::ablate;
 use super::emit;
 use super::harness::{self, Drawn};
 use crate::score::SceneScore;
@@ -55,22 +54,22 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         true => harness::each(&harness::scenes(Draw::Tuning, |_| args.scenes), Drawn::scan)?,
         false => Vec::new(),
     };
-    let base = Tally::new(&ablate::answers(&scans, &Params::DEFAULT)?);
+    let base = Tally::new(&harness::answers(&scans, &Params::DEFAULT)?);
     let mut moved = Vec::new();
-    for entry in Params::TABLE {
+    for entry in Params::TABLE.iter().filter(|_| args.sensitivity) {
         let tally = |factor| -> Result<Tally> {
             let mut params = Params::DEFAULT;
             (entry.set)(&mut params, factor * (entry.get)(&Params::DEFAULT));
             // For as long as the program runs: estimators keep them.
             let params = Box::leak(Box::new(params));
-            Ok(Tally::new(&ablate::answers(&scans, params)?))
+            Ok(Tally::new(&harness::answers(&scans, params)?))
         };
         let [less, plus] = FACTORS;
         moved.push([tally(less)?, tally(plus)?]);
     }
     let mut out = heading(args, scans.len(), base);
     let mut group = "";
-    for (entry, moved) in Params::TABLE.iter().zip(&moved) {
+    for (k, entry) in Params::TABLE.iter().enumerate() {
         if entry.group != group {
             group = entry.group;
             let effect = if args.sensitivity {
@@ -97,20 +96,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             entry.meaning.trim(),
             entry.origin.as_str(),
         );
-        if args.sensitivity {
-            for now in moved {
-                let change = |now: i64, base: i64| match now - base {
-                    0 => "0".to_owned(),
-                    n => format!("{n:+}"),
-                };
-                let _ = write!(
-                    out,
-                    " {}, {}, {} |",
-                    change(now.exact, base.exact),
-                    change(now.ok, base.ok),
-                    change(now.wrong, base.wrong)
-                );
-            }
+        for now in moved.get(k).into_iter().flatten() {
+            let change = |now: i64, base: i64| match now - base {
+                0 => "0".to_owned(),
+                n => format!("{n:+}"),
+            };
+            let _ = write!(
+                out,
+                " {}, {}, {} |",
+                change(now.exact, base.exact),
+                change(now.ok, base.ok),
+                change(now.wrong, base.wrong)
+            );
         }
         out.push('\n');
     }

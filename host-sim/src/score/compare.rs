@@ -4,14 +4,15 @@ use stairscan::answer::Status;
 
 use super::judge::{Match, SceneScore};
 use super::set::quantile;
+use super::share::at_most;
 
 /// How many scenes an answer has one property in with the first set and not with the second, and the other way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Change {
     /// Scenes that have it only in the second set.
-    pub gained: u64,
+    pub gained: usize,
     /// Scenes that have it only in the first set.
-    pub lost: u64,
+    pub lost: usize,
 }
 
 impl Change {
@@ -19,8 +20,8 @@ impl Change {
     pub fn of(pairs: impl Iterator<Item = (bool, bool)>) -> Self {
         let mut change = Self::default();
         for (before, after) in pairs {
-            change.gained += u64::from(after && !before);
-            change.lost += u64::from(before && !after);
+            change.gained += usize::from(after && !before);
+            change.lost += usize::from(before && !after);
         }
         change
     }
@@ -28,18 +29,8 @@ impl Change {
     /// Two-sided p of the hypothesis that gains and losses are equally likely: McNemar's test in its exact
     /// form (binomial, both tails).
     pub fn p(self) -> f64 {
-        let n = self.gained + self.lost;
         let fewer = self.gained.min(self.lost);
-        let ln_half = -(n as f64) * core::f64::consts::LN_2;
-        let mut ln_choose = 0.0;
-        let mut tail = 0.0;
-        for k in 0..=fewer {
-            if k > 0 {
-                ln_choose += libm::log((n - k + 1) as f64 / k as f64);
-            }
-            tail += libm::exp(ln_choose + ln_half);
-        }
-        (2.0 * tail).min(1.0)
+        (2.0 * at_most(fewer, self.gained + self.lost, 0.5)).min(1.0)
     }
 }
 
