@@ -117,8 +117,7 @@ impl Posterior {
         }
     }
 
-    /// Fills the cloud with what may stand there: the hypotheses, what is near the likeliest of them,
-    /// and ramps.
+    /// Fills the cloud with what may stand there: the hypotheses, and what is near the likeliest of them.
     #[inline(never)]
     fn spread(&mut self, told: &Told<'_>) {
         let Self {

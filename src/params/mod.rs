@@ -34,21 +34,24 @@ pub use replaced::{current, replace};
 /// Other numbers than those that are flashed, for the whole program: to measure what each is worth.
 #[cfg(feature = "ablation")]
 mod replaced {
-    use super::Params;
-    use core::sync::atomic::{AtomicPtr, Ordering};
+    extern crate std;
 
-    static CURRENT: AtomicPtr<Params> = AtomicPtr::new(core::ptr::null_mut());
+    use super::Params;
+    use std::sync::RwLock;
+
+    static CURRENT: RwLock<&'static Params> = RwLock::new(&Params::DEFAULT);
 
     /// The numbers that everything is worked off with.
     pub fn current() -> &'static Params {
-        let set = CURRENT.load(Ordering::Acquire);
-        // SAFETY: null, or made of a `&'static Params` by `replace`, which is never written through.
-        unsafe { set.as_ref() }.unwrap_or(&Params::DEFAULT)
+        // Nothing panics while it is locked.
+        CURRENT.read().map_or(&Params::DEFAULT, |params| *params)
     }
 
     /// Puts other numbers in their place, for all threads; estimators that are made later use them.
     pub fn replace(params: &'static Params) {
-        CURRENT.store(core::ptr::from_ref(params).cast_mut(), Ordering::Release);
+        if let Ok(mut current) = CURRENT.write() {
+            *current = params;
+        }
     }
 }
 

@@ -390,7 +390,7 @@ impl Proposals<'_> {
         }
     }
 
-    /// One step, box or threshold, a flight of three, or a drop, where nothing is told.
+    /// One step, box or threshold, or a drop, on bare ground.
     #[inline(never)]
     fn floor(&mut self, base: &Base) {
         let s = &base.staircase;

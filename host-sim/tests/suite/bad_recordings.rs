@@ -23,24 +23,7 @@ impl Bad for Scratch {
                 })
             })
             .collect();
-        let mut meta = json!({
-            "global": {
-                "core:datatype": "ci16_le",
-                "core:version": "1.2.0",
-                "stairscan:bandwidth_hz": 10e9,
-                "stairscan:samples_per_chirp": 16,
-                "stairscan:mirror_offset_m": 0.0,
-                "stairscan:beamwidth_deg": 5.0,
-                "stairscan:mount_height_m": 0.4,
-                "stairscan:scan_plane": "depth",
-            },
-            "captures": captures,
-            "annotations": [],
-        });
-        change(&mut meta);
-        fs::write(self.path().join("bad.sigmf-meta"), meta.to_string()).unwrap();
-        fs::write(self.path().join("bad.sigmf-data"), vec![0u8; 5 * 16 * 4]).unwrap();
-        self.path().join("bad")
+        self.spoilt(&captures, json!({}), change)
     }
 }
 

@@ -23,7 +23,7 @@ use stairscan::report::{LiveLine, ScanLine, Sentence, Tenths};
 use stairscan::scan::Settings;
 use stairscan::scan::schedule::{Schedule, shaft_angle};
 
-use crate::common::{elf, tools};
+use crate::common::{elf, replayed, tools};
 
 fn recordings() -> PathBuf {
     image::workspace().join("recordings")
@@ -52,16 +52,6 @@ fn start<'a>(elf: &Path, playback: &'a Playback<'a>, waits: Waits) -> Session<'a
     session.skip_lines();
     session.connect().unwrap();
     session
-}
-
-/// What `replay` prints for the first `scans` scans.
-fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
-    let options = replay::Options {
-        scans: Some(scans),
-        ..replay::Options::default()
-    };
-    let answers = replay::answers(recording, &options, |_| ()).unwrap();
-    answers.into_iter().map(|answer| answer.sentences).collect()
 }
 
 /// Whether a scan came out as it would without any fault; how far it vouches for itself, and so whether

@@ -278,28 +278,13 @@ fn spoilt(scratch: &Scratch, change: impl FnOnce(&mut Value)) -> PathBuf {
         })
         .collect();
     let none = json!({"direction": "none", "steps": []});
-    let mut meta = json!({
-        "global": {
-            "core:datatype": "ci16_le",
-            "core:version": "1.2.0",
-            "stairscan:bandwidth_hz": 10e9,
-            "stairscan:samples_per_chirp": 16,
-            "stairscan:mirror_offset_m": 0.0,
-            "stairscan:beamwidth_deg": 5.0,
-            "stairscan:mount_height_m": 0.4,
-            "stairscan:scan_plane": "depth",
-            "stairscan:scans": 2,
-            "stairscan:truth_travel_m": [0.02, 0.05],
-            "stairscan:truth_scans": [none, none],
-            "stairscan:disturbance": {"kind": "jolt", "harmful": true, "row": 3},
-        },
-        "captures": captures,
-        "annotations": [],
+    let further = json!({
+        "stairscan:scans": 2,
+        "stairscan:truth_travel_m": [0.02, 0.05],
+        "stairscan:truth_scans": [none, none],
+        "stairscan:disturbance": {"kind": "jolt", "harmful": true, "row": 3},
     });
-    change(&mut meta);
-    fs::write(scratch.path().join("bad.sigmf-meta"), meta.to_string()).unwrap();
-    fs::write(scratch.path().join("bad.sigmf-data"), vec![0u8; 6 * 16 * 4]).unwrap();
-    scratch.path().join("bad")
+    scratch.spoilt(&captures, further, change)
 }
 
 /// A way to spoil a recording, and what the refusal says.

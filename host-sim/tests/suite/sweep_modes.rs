@@ -13,7 +13,6 @@ use host_sim::emulate::Session;
 use host_sim::emulate::session::Waits;
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
-use host_sim::replay;
 use host_sim::scene::Scene;
 use stairscan::config::Config;
 use stairscan::radar::wire::Wire;
@@ -21,7 +20,7 @@ use stairscan::scan::pace::Cruise;
 use stairscan::scan::settings::SweepMode;
 use stairscan::scan::{Schedule, Settings};
 
-use crate::common::elf;
+use crate::common::{elf, replayed};
 
 /// Clocks of the core in a second, without a crystal.
 const CORE_HZ: u32 = 16_000_000;
@@ -57,16 +56,6 @@ fn start<'a>(
     session.move_switch(HOME).unwrap();
     session.skip_lines();
     session
-}
-
-/// What `replay` prints for `scans` scans; the image differs in `home-angle`, and so in the settings' hash.
-fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
-    let options = replay::Options {
-        scans: Some(scans),
-        ..replay::Options::default()
-    };
-    let answers = replay::answers(recording, &options, |_| ()).unwrap();
-    answers.into_iter().map(|answer| answer.sentences).collect()
 }
 
 /// A scan's sentences without checksums and the hash of the settings.

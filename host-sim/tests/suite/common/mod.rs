@@ -8,6 +8,9 @@ use std::sync::OnceLock;
 
 use host_sim::emulate::image;
 use host_sim::emulate::tools::Tool;
+use host_sim::recording::Recording;
+use host_sim::replay;
+use serde_json::{Value, json};
 
 /// Runs the program.
 pub fn sim(args: &[&str]) -> Output {
@@ -42,6 +45,16 @@ pub fn elf() -> Option<&'static Path> {
     ready.then(|| ELF.get_or_init(|| image::build(&[]).unwrap()).as_path())
 }
 
+/// The sentences of the first `scans` scans by `replay`.
+pub fn replayed(recording: &Recording, scans: u32) -> Vec<Vec<String>> {
+    let options = replay::Options {
+        scans: Some(scans),
+        ..replay::Options::default()
+    };
+    let answers = replay::answers(recording, &options, |_| ()).unwrap();
+    answers.into_iter().map(|answer| answer.sentences).collect()
+}
+
 /// A directory of one test, removed when it ends.
 pub struct Scratch(PathBuf);
 
@@ -52,6 +65,35 @@ impl Scratch {
         let _ = fs::remove_dir_all(&dir);
         fs::create_dir_all(&dir).unwrap();
         Self(dir)
+    }
+
+    /// Writes the recording `bad`, chirps of 16 samples with these captures and further keys of `global`, after
+    /// `change` has spoilt its metadata.
+    pub fn spoilt(
+        &self,
+        captures: &[Value],
+        further: Value,
+        change: impl FnOnce(&mut Value),
+    ) -> PathBuf {
+        let mut global = json!({
+            "core:datatype": "ci16_le",
+            "core:version": "1.2.0",
+            "stairscan:bandwidth_hz": 10e9,
+            "stairscan:samples_per_chirp": 16,
+            "stairscan:mirror_offset_m": 0.0,
+            "stairscan:beamwidth_deg": 5.0,
+            "stairscan:mount_height_m": 0.4,
+            "stairscan:scan_plane": "depth",
+        });
+        for (key, value) in further.as_object().into_iter().flatten() {
+            global[key] = value.clone();
+        }
+        let mut meta = json!({"global": global, "captures": captures, "annotations": []});
+        change(&mut meta);
+        let samples = vec![0u8; captures.len() * 16 * 4];
+        fs::write(self.path().join("bad.sigmf-meta"), meta.to_string()).unwrap();
+        fs::write(self.path().join("bad.sigmf-data"), samples).unwrap();
+        self.path().join("bad")
     }
 
     /// Where it is.
