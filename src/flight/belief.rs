@@ -2,14 +2,16 @@
 
 use super::ascending::{self, Ascending};
 use super::search::Search;
-use super::stairs::{Flight, MAX_FLIGHT, Stairs};
+use super::stairs::{Flight, MAX_FLIGHT, Stairs, regular};
 use crate::echoes::Echo;
 use crate::fusion::History;
 use crate::grid::PolarMap;
 use crate::math;
 use crate::params::current;
 use crate::params::generative::Generative;
-use crate::posterior::{Base, Cloud, GroundKind, Model, RIGHT_M, Staircase, View, refine, weight};
+use crate::posterior::{
+    Base, Cloud, GroundKind, LONGEST_GOING_M, Model, RIGHT_M, Staircase, View, refine, weight,
+};
 use heapless::Vec;
 
 /// Hypotheses that begin the posterior: the best flight of each length with its refined dimensions,
@@ -51,6 +53,10 @@ const MOST_LOOKED: usize = 6;
 const WALLS_APART_M: f32 = 0.05;
 /// Nothing that the chair has come up to stands nearer to the mirror, metres: its footrests are there.
 pub(super) const NEAREST_M: f32 = 0.3;
+/// Ramps that a chair drives are no steeper: three times what is allowed indoors.
+const STEEPEST_RAMP: f32 = 0.2;
+/// Where such a ramp may begin, goings before the flight's first riser.
+const RAMP_SHARES: [f32; 3] = [0.0, 0.5, 1.0];
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
 pub(super) const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
@@ -66,6 +72,18 @@ fn staircase(flight: &Flight<ascending::AscentShape>) -> Staircase {
     }
     s.open = flight.shape.open;
     s
+}
+
+/// The ramps that a flight as flat as one may be: their surface runs through its nosings, through the feet
+/// of its risers, or between. None for a steeper flight.
+fn flat_ramps(flight: &Flight<ascending::AscentShape>) -> impl Iterator<Item = Staircase> {
+    let (going_m, _) = regular(&flight.chain, LONGEST_GOING_M);
+    let slope = flight.shape.rise_m / going_m;
+    let first_m = flight.chain.first().map(|link| link.along_m);
+    let begin_m = first_m.filter(|_| slope < STEEPEST_RAMP);
+    begin_m.into_iter().flat_map(move |begin_m| {
+        RAMP_SHARES.map(|share| Staircase::ramp(begin_m - share * going_m, slope))
+    })
 }
 
 /// The same flight with so many risers before it that show nothing or little, closed: what was taken
@@ -190,7 +208,7 @@ impl Posterior {
         }
         let mut chosen = looking.best.take().map(|(_, chosen)| chosen);
         if let Some(chosen) = &mut chosen {
-            chosen.odds = SHARE * (chosen.odds - self.rival());
+            chosen.odds = SHARE * (chosen.odds - self.rival(Some(&chosen.flight)));
         }
         if let Some(past) = past {
             self.remember(&looking, chosen.as_mut(), past);
@@ -277,7 +295,7 @@ impl Posterior {
     #[inline(never)]
     fn remember(&mut self, looking: &Looking, chosen: Option<&mut Chosen>, past: &mut History) {
         let nothing = Staircase::nothing();
-        let worth = SHARE * self.rival();
+        let worth = SHARE * self.rival(chosen.as_ref().map(|c| &c.flight));
         let word = past.hypotheses.word(&nothing);
         let (mut alone, mut expected) = (looking.alone, looking.expected);
         alone = math::max(alone, worth);
@@ -296,16 +314,20 @@ impl Posterior {
         }
     }
 
-    /// Weight of level ground, with or without a wall.
+    /// Weight of the likeliest ground without stairs: level, with or without a wall, or a ramp where a
+    /// flight of this rise and these places is as flat as one.
     #[inline(never)]
-    fn rival(&self) -> f32 {
-        let grounds = walls(&self.model, NEAREST_M)
+    fn rival(&self, flight: Option<&Flight<ascending::AscentShape>>) -> f32 {
+        let level = walls(&self.model, NEAREST_M)
             .into_iter()
             .map(|wall_m| Staircase {
                 wall_m,
                 ..Staircase::nothing()
             });
-        grounds
+        let ramps = flight.filter(|_| current().rules.ramp_rival);
+        let ramps = ramps.into_iter().flat_map(flat_ramps);
+        level
+            .chain(ramps)
             .map(|ground| weight(&self.model, &ground))
             .fold(f32::NEG_INFINITY, math::max)
     }

@@ -41,8 +41,8 @@ const LEAST_ABOVE: usize = 20;
 const MOST_ABOVE: usize = 64;
 /// The floor ahead is predicted from what the last 20 cm before show, or from the 20 cm before these: slots.
 const BEFORE: [(usize, usize); 2] = [(5, 1), (9, 5)];
-/// What a cell shows behind its end: in 10 cm, in 10 cm a slot farther, in the 20 cm behind the first: slots.
-const WINDOWS: [(usize, usize); 3] = [(0, 2), (1, 3), (2, 6)];
+/// Where the floor behind a cell's end shows that it goes on: slots.
+const BEYOND: (usize, usize) = (2, 6);
 /// The noise of a bin is no less than this share of the map's.
 const LEAST_NOISE: f32 = 0.8;
 /// Sums over windows may go this far beyond what their mean is cut off at, nats.
@@ -72,11 +72,8 @@ pub struct FloorLine {
 pub struct Shown {
     /// How much likelier a gap is that begins in this cell, or 5 cm behind it, than a floor that goes on, nats.
     pub gap: [f32; 2],
-    /// The largest up to there.
-    pub most: f32,
-    /// Power along the line over what shows above it, in the 10 cm behind the cell's end, 5 cm farther, and in
-    /// the 20 cm behind the first, dB.
-    pub over_db: [f32; 3],
+    /// Power along the line over what shows above it, between 10 and 30 cm behind the cell's end, dB.
+    pub beyond_db: f32,
 }
 
 impl FloorLine {
@@ -169,11 +166,9 @@ impl FloorLine {
         let Some(end) = end_of(k) else {
             return Shown::default();
         };
-        let up_to = self.gaps.get(..=k).unwrap_or(&[]);
         Shown {
             gap: self.gaps.get(k).copied().unwrap_or_default(),
-            most: up_to.iter().flatten().copied().fold(0.0, math::max),
-            over_db: WINDOWS.map(|(from, to)| decibels(self.over(end + from, end + to))),
+            beyond_db: decibels(self.over(end + BEYOND.0, end + BEYOND.1)),
         }
     }
 }
@@ -387,13 +382,22 @@ mod tests {
         }
     }
 
+    /// The likeliest gap up to cell `k`, nats.
+    fn most(line: &FloorLine, k: usize) -> f32 {
+        let gaps = (0..=k).flat_map(|k| line.cell(k).gap);
+        gaps.fold(0.0, f32::max)
+    }
+
     #[test]
     fn a_floor_that_goes_on_has_no_gap() {
         let line = line(&floor(2.5, 0.0..0.0, 30.0));
         for k in at(0.5)..=at(1.2) {
             let shown = line.cell(k);
-            assert!(shown.over_db[0] > 3.0, "{k}: {shown:?}");
-            assert!(shown.gap[0] < -2.0 && shown.most < 1.0, "{k}: {shown:?}");
+            assert!(shown.beyond_db > 3.0, "{k}: {shown:?}");
+            assert!(
+                shown.gap[0] < -2.0 && most(&line, k) < 1.0,
+                "{k}: {shown:?}"
+            );
         }
     }
 
@@ -401,21 +405,21 @@ mod tests {
     fn where_the_floor_ends_is_a_gap_and_nothing_behind_it() {
         let line = line(&floor(0.97, 0.0..0.0, 25.0));
         for k in at(0.5)..=at(0.8) {
-            assert!(line.cell(k).most < 1.0, "{k}: {:?}", line.cell(k));
+            assert!(most(&line, k) < 1.0, "{k}: {:?}", line.cell(k));
         }
         let edge = line.cell(at(1.0));
-        assert!(edge.gap[0] > 4.0 && edge.most > 4.0, "{edge:?}");
-        assert!(edge.over_db[0] < 2.0, "{edge:?}");
+        assert!(edge.gap[0] > 4.0 && most(&line, at(1.0)) > 4.0, "{edge:?}");
+        assert!(edge.beyond_db < 2.0, "{edge:?}");
         let behind = line.cell(at(1.4));
-        assert!(behind.over_db.iter().all(|db| db.abs() < 2.0), "{behind:?}");
-        assert!(behind.most > 4.0, "{behind:?}");
+        assert!(behind.beyond_db.abs() < 2.0, "{behind:?}");
+        assert!(most(&line, at(1.4)) > 4.0, "{behind:?}");
     }
 
     #[test]
     fn a_hole_is_a_gap_though_the_floor_goes_on() {
         let line = line(&floor(2.5, 0.75..1.05, 30.0));
-        assert!(line.cell(at(0.8)).most > 4.0, "{:?}", line.cell(at(0.8)));
-        assert!(line.cell(at(0.6)).most < 1.0, "{:?}", line.cell(at(0.6)));
+        assert!(most(&line, at(0.8)) > 4.0, "{:?}", line.cell(at(0.8)));
+        assert!(most(&line, at(0.6)) < 1.0, "{:?}", line.cell(at(0.6)));
     }
 
     #[test]
@@ -427,10 +431,10 @@ mod tests {
                 shown.gap.iter().all(|gap| gap.abs() < 1.5),
                 "{k}: {shown:?}"
             );
-            assert!(shown.over_db.iter().all(|db| db.abs() < 2.0), "{shown:?}");
+            assert!(shown.beyond_db.abs() < 2.0, "{shown:?}");
         }
         let far = line.cell(CELLS + 9);
-        assert!(far.gap == [0.0; 2] && far.over_db.iter().all(|db| db.is_finite()));
+        assert!(far.gap == [0.0; 2] && far.beyond_db.is_finite());
     }
 
     #[test]
@@ -443,8 +447,8 @@ mod tests {
             let line = line(map);
             let told = (0..CELLS).map(|k| line.cell(k));
             for shown in told {
-                let all = shown.gap.into_iter().chain(shown.over_db);
-                assert!(all.chain([shown.most]).all(f32::is_finite));
+                let mut all = shown.gap.into_iter().chain([shown.beyond_db]);
+                assert!(all.all(f32::is_finite));
             }
         }
         for (bias_rad, height_m) in [(f32::NAN, 0.0), (9.0, 0.0), (0.0, f32::NAN), (-9.0, 5.0)] {
@@ -455,7 +459,7 @@ mod tests {
                 ..chart(&full)
             };
             line.look(&chart, &Params::DEFAULT);
-            assert!((0..CELLS).all(|k| line.cell(k).most.is_finite()));
+            assert!((0..CELLS).all(|k| most(&line, k).is_finite()));
         }
     }
 
@@ -488,7 +492,7 @@ mod tests {
             },
             &Params::DEFAULT,
         );
-        assert!(line.cell(at(0.8)).most < 1.0, "{:?}", line.cell(at(0.8)));
-        assert!(line.cell(at(1.0)).most > 4.0, "{:?}", line.cell(at(1.0)));
+        assert!(most(&line, at(0.8)) < 1.0, "{:?}", line.cell(at(0.8)));
+        assert!(most(&line, at(1.0)) > 4.0, "{:?}", line.cell(at(1.0)));
     }
 }

@@ -36,15 +36,15 @@ const ROUNDING_M: f32 = 1e-3;
 pub const LEAST_HORIZON_M: f32 = 1.0;
 
 /// Features of a cell behind the last step, and of one that holds a step.
-const BEHIND_FEATURES: usize = 13;
+const BEHIND_FEATURES: usize = 7;
 /// See [`BEHIND_FEATURES`].
-const STEP_FEATURES: usize = 23;
+const STEP_FEATURES: usize = 11;
 /// See [`BEHIND_FEATURES`].
-const BEFORE_FEATURES: usize = 20;
+const BEFORE_FEATURES: usize = 9;
 /// See [`BEHIND_FEATURES`].
-const CLEAR_FEATURES: usize = 27;
+const CLEAR_FEATURES: usize = 18;
 /// See [`BEHIND_FEATURES`].
-const SCENE_FEATURES: usize = 7;
+const SCENE_FEATURES: usize = 5;
 /// Of the scene, of a cell without steps anywhere, of one before or between steps, and the others.
 const _: () = assert!(
     FEATURES == SCENE_FEATURES + CLEAR_FEATURES + BEFORE_FEATURES + BEHIND_FEATURES + STEP_FEATURES
@@ -58,17 +58,12 @@ const MOST_DB: f32 = 50.0;
 const MOST_NATS: f32 = 10.0;
 /// Errors count up to so many standard deviations within what is right.
 const MOST_SIGMAS: f32 = 4.0;
-/// The paper's instrument, which other instruments are compared to: bins of the transform, beam,
-/// mount height.
-const PAPER_BIN_M: f32 = 0.0117;
-/// See [`PAPER_BIN_M`].
-const PAPER_BEAM_RAD: f32 = 0.0873;
-/// See [`PAPER_BIN_M`].
+/// Mount height of the paper's instrument, metres.
 const PAPER_MOUNT_M: f32 = 0.4;
 /// Going of stairs of which only one step is known: Blondel's with a rise of 17 cm.
 const TYPICAL_GOING_M: f32 = 0.29;
-/// Beyond this many goings behind the last step no next one belongs to the flight.
-const FAR_GOINGS: f32 = 1.5;
+/// The lead of an answer without steps counts from here on, nats.
+const LEAST_LEAD: f32 = -2.0;
 /// Next faces count between 10 dB below and 30 dB above the noise.
 const MOST_NEXT: f32 = 3.0;
 
@@ -211,8 +206,6 @@ impl Ground<'_> {
         out.put([
             1.0,
             end_m,
-            self.geometry.bin_m / PAPER_BIN_M - 1.0,
-            self.geometry.beamwidth_rad / PAPER_BEAM_RAD - 1.0,
             self.scene.mount_height_m - PAPER_MOUNT_M,
             self.strongest(f32::NEG_INFINITY, f32::INFINITY, &|_| true),
             so_far,
@@ -222,50 +215,37 @@ impl Ground<'_> {
             let shown = self.floor_line.map(|line| line.cell(number));
             let shown = shown.unwrap_or_default();
             let [gap, later] = shown.gap;
-            let [own_db, later_db, beyond_db] = shown.over_db;
-            let column = self
-                .scene
-                .columns
-                .iter()
-                .find(|c| c.begins && c.along_m > from && c.along_m <= to);
+            let mut columns = self.scene.columns.iter();
+            let begins = columns.any(|c| c.begins && c.along_m > from && c.along_m <= to);
             [
-                1.0,
                 level,
                 f32::from(level <= 0.0),
                 stray,
                 stray_so_far,
                 stray_beyond,
-                lead,
-                math::max(lead, -2.0),
+                math::max(lead, LEAST_LEAD),
                 self.strongest(to, f32::INFINITY, &shows_level),
                 floor.since_last_m,
                 floor.largest_gap_m,
                 floor.marks,
-                f32::from(column.is_some()),
-                column.map_or(0.0, |c| math::min(c.weight, 2.0)),
+                f32::from(begins),
                 level - self.strongest(from - TYPICAL_GOING_M, from, &shows_level),
                 doubt,
                 gap,
                 math::max(gap, 0.0),
                 later,
-                math::max(later, 0.0),
-                math::min(gap, later),
-                shown.most,
-                unseen(own_db),
-                unseen(math::max(own_db, later_db)),
-                unseen(beyond_db),
-                math::min(math::max(own_db / TEN_DB - 1.0, 0.0), 2.0),
+                unseen(shown.beyond_db),
                 f32::from(end_m < NEAREST_END_M),
             ]
         });
         out.put_if(kind == CellKind::Between, || {
-            self.before(from, to, level, stray, stray_so_far, doubt)
+            self.before(from, to, level, stray, doubt)
         });
         out.put_if(kind == CellKind::Behind, || {
             self.behind(from, to, level, stray, doubt)
         });
         out.put_if(kind == CellKind::Step, || match step {
-            Some((k, step, support)) => self.of_step(k, step, support, stray, stray_so_far, doubt),
+            Some((k, step, support)) => self.of_step(k, step, support, stray_so_far, doubt),
             None => [0.0; STEP_FEATURES],
         });
         out.features
@@ -306,7 +286,6 @@ impl Ground<'_> {
         to: f32,
         level: f32,
         stray: f32,
-        so_far: f32,
         doubt: f32,
     ) -> [f32; BEFORE_FEATURES] {
         let next = self
@@ -322,31 +301,16 @@ impl Ground<'_> {
         let first = f32::from(k == 0);
         // A step that stands nearer than told goes wrong in the cell before its own.
         let near = f32::from(next.distance_m - to < CELL_M);
-        let (seen, known) = self
-            .supports
-            .get(k)
-            .map_or((false, false), |s| (s.overhang_seen, s.overhang_known));
-        let rise = next.riser_m.unwrap_or(0.0) / math::max(self.rise(), RIGHT_M);
+        let known = self.supports.get(k).is_some_and(|s| s.overhang_known);
         [
             1.0,
-            first,
             level,
             stray,
-            so_far,
-            self.lead.clamp(0.0, MOST_NATS),
             first * place,
-            first * place * level,
-            first * self.shown(next, Role::Corner),
             first * place * self.shown(next, Role::Corner),
-            first * math::min(rise, 2.0),
             f32::from(from < self.scene.params.nearest_riser_m),
             first * f32::from(self.steps.len() == 1),
-            near,
-            near * math::min(RIGHT_M / next.distance_sigma_m, MOST_SIGMAS),
-            near * f32::from(seen),
             near * f32::from(known),
-            near * f32::from(self.open),
-            near * self.shown(next, Role::Nosing),
             doubt,
         ]
     }
@@ -383,22 +347,14 @@ impl Ground<'_> {
         let goings = (0.5 * (math::max(from, last.distance_m) + to) - last.distance_m)
             / math::max(self.going(), CELL_M);
         let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
-        let hidden = f32::from(last.height_m > self.scene.mount_height_m);
         let next_db = (support.next_db / TEN_DB).clamp(-1.0, MOST_NEXT);
-        let beyond = self.strongest(to, f32::INFINITY, &shows_level);
         let lead = self.lead.clamp(0.0, MOST_NATS);
         [
-            1.0,
             next,
-            f32::from(goings > FAR_GOINGS),
-            next_db,
             next_db * next,
             level,
-            beyond,
             stray,
-            hidden,
             lead,
-            level * next,
             self.steps.len() as f32,
             doubt,
         ]
@@ -410,37 +366,22 @@ impl Ground<'_> {
         k: usize,
         step: &Step,
         support: &Support,
-        stray: f32,
         stray_so_far: f32,
         doubt: f32,
     ) -> [f32; STEP_FEATURES] {
-        let height_z = RIGHT_M / step.height_sigma_m;
         let distance_z = RIGHT_M / step.distance_sigma_m;
-        let hidden = step.height_m > self.scene.mount_height_m;
         [
             1.0,
-            math::min(height_z, 2.0),
-            math::min(height_z, MOST_SIGMAS),
             math::min(distance_z, MOST_SIGMAS),
-            f32::from(support.snr_db.is_none()),
             support.snr_db.unwrap_or(0.0).clamp(0.0, MOST_DB) / TEN_DB,
-            math::min((support.off.value / RIGHT_M).abs(), 2.0),
-            math::min((support.off_along_m / RIGHT_M).abs(), 2.0),
             self.lead.clamp(0.0, MOST_NATS),
-            f32::from(self.steps.len() == 1),
             f32::from(self.open),
-            f32::from(hidden) + f32::from(support.flashes),
             k as f32,
-            stray,
             stray_so_far,
-            self.shown(step, Role::Corner),
-            self.shown(step, Role::Nosing),
-            self.shown(step, Role::Flash),
             math::min(
                 (step.riser_m.unwrap_or(0.0) - self.rise()).abs() / RIGHT_M,
                 2.0,
             ),
-            f32::from(support.off.sigma() > RIGHT_M),
             f32::from(support.overhang_seen),
             f32::from(support.overhang_known),
             doubt,

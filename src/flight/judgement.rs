@@ -5,9 +5,10 @@ use super::dimensions::Measured;
 use crate::answer::{MAX_MAYBES, Maybe, Step};
 use crate::math;
 use crate::observer::{Event, Observer};
+use crate::params::current;
 use crate::posterior::{
     Base, CELLS, Cloud, Edge, GroundKind, MAX_STEPS, Proposals, SAME_M, Sigmas, Staircase, Told,
-    ToldStep,
+    ToldStep, weight,
 };
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -20,9 +21,14 @@ const LEAST_MAYBE: f32 = 0.05;
 const LOOKED: usize = 2;
 /// … if they are within so many nats of the likeliest.
 const NEAR_NATS: f32 = 4.0;
-/// An answer goes on from this probability of one more step on: so sure, the particles were right about it
-/// in 27 of 31 scenes of the simulator.
+/// The particles' word against the search's counts from this probability on: so sure of one more step, they were
+/// right in 27 of 31 scenes of the simulator.
 const SURE: f32 = 0.9;
+/// Where ramps begin, metres, and their slopes.
+const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
+/// See [`RAMPS_FROM_M`].
+const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
+
 /// What the particles say of an answer.
 #[derive(Clone, Debug, Default)]
 pub struct Belief {
@@ -30,6 +36,8 @@ pub struct Belief {
     pub doubts: [f32; CELLS],
     /// What may stand there though the answer does not hold it.
     pub maybes: Vec<Maybe, MAX_MAYBES>,
+    /// Whether the answer has steps where the particles are sure of ground without any obstacle.
+    pub unfounded: bool,
 }
 
 impl Posterior {
@@ -74,6 +82,7 @@ impl Posterior {
         self.bases.truncate(flights);
         belief.doubts = self.cloud.doubts();
         belief.maybes = maybes(&self.cloud, &told);
+        belief.unfounded = is_unfounded(&self.cloud, &told);
     }
 
     /// Where one more step stands behind the last one of the answer that was judged, metres, if the
@@ -126,6 +135,12 @@ impl Posterior {
             cloud,
         } = self;
         cloud.clear();
+        let ramps = RAMPS_FROM_M
+            .into_iter()
+            .flat_map(|from_m| SLOPES.map(|slope| Staircase::ramp(from_m, slope)));
+        for ramp in ramps.filter(|_| current().rules.ramp_particles) {
+            cloud.add(&ramp, weight(model, &ramp), &[0.0; MAX_STEPS], told);
+        }
         let weights = bases.iter().map(|b| b.log_weight);
         let top = weights.fold(f32::NEG_INFINITY, math::max);
         for base in bases.iter() {
@@ -150,6 +165,21 @@ impl Posterior {
             let _ = looked.push(base);
         }
     }
+}
+
+/// Whether the particles agree on ground without an obstacle where the answer has steps. A wall there is none of that:
+/// echoes behind it may yet be those of a flight.
+fn is_unfounded(cloud: &Cloud, told: &Told<'_>) -> bool {
+    let Some(last) = told.edges.last() else {
+        return false;
+    };
+    let ground = |s: &Staircase| match s.kind {
+        GroundKind::Nothing | GroundKind::Threshold => s.wall() > last.x_m + SAME_M,
+        GroundKind::Ramp => true,
+        _ => false,
+    };
+    let agreed = cloud.particles().filter(|(s, _)| ground(s)).map(|(_, p)| p);
+    agreed.sum::<f32>() > SURE
 }
 
 /// The edges of particles that the answer does not hold, those near each other as one.

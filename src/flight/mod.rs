@@ -305,6 +305,10 @@ fn ascend(
     let mut belief = Belief::default();
     if let Some(posterior) = posterior {
         posterior.judge(measured.as_ref(), &mut belief);
+        if belief.unfounded && p.rules.unfounded {
+            measured = None;
+            posterior.judge(None, &mut belief);
+        }
         let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior)
             .filter(|_| p.rules.next_step);
         if let Some((flight, rise)) = &longer {

@@ -3,7 +3,7 @@
 use crate::math;
 
 /// Number of features of a cell; `src/flight/horizon.rs` says what each is.
-pub const FEATURES: usize = 90;
+pub const FEATURES: usize = 50;
 
 /// What the estimator knows of a cell.
 pub type Features = [f32; FEATURES];

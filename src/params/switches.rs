@@ -40,6 +40,10 @@ switches! {
     walls_behind in "choice";
     /// A further step that the particles are sure of is added to the answer.
     next_step in "choice";
+    /// An answer is given up where the particles agree on ground without an obstacle.
+    unfounded in "choice";
+    /// Particles: ramps.
+    ramp_particles in "particles";
     /// Particles: a flight less its last steps.
     less in "particles";
     /// Particles: one more riser behind the last.
@@ -52,6 +56,8 @@ switches! {
     fronted in "choice";
     /// The best flight is also tried floating in place of closed, or closed in place of floating.
     other_build in "choice";
+    /// A flat flight is held against a ramp.
+    ramp_rival in "choice";
     /// Overhangs are tried beside what the echoes show.
     overhang_starts in "choice";
     /// Particles: one more riser before the first.

@@ -30,5 +30,6 @@ pub use model::{
 pub use proposals::{Base, Proposals, weight};
 pub use refine::refine;
 pub use staircase::{
-    Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep, View,
+    Edge, GroundKind, LONGEST_GOING_M, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep,
+    View,
 };

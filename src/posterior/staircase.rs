@@ -163,6 +163,16 @@ impl Staircase {
         }
     }
 
+    /// Ground that rises steadily from a distance on, metres.
+    pub fn ramp(from_m: f32, slope: f32) -> Self {
+        Self {
+            kind: GroundKind::Ramp,
+            wall_m: from_m,
+            slope,
+            ..Self::default()
+        }
+    }
+
     /// Whether another one has its risers in the same places, and the same wall behind.
     pub fn is_like(&self, other: &Self) -> bool {
         let places = self.x_m.iter().zip(&other.x_m).take(self.len());
