@@ -96,9 +96,6 @@ pub struct Ascending<'e> {
     floors: [Before; MAX_COLUMNS],
     /// What lies behind risers, at the level looked at last.
     landing: RefCell<Landing>,
-    /// Per column: by how much one tall thing farther than a landing behind it explains more than a
-    /// ramp, nats.
-    walls: [f32; MAX_COLUMNS],
     null: f32,
 }
 
@@ -172,7 +169,6 @@ impl<'e> Ascending<'e> {
             spans: [Span::default(); MAX_COLUMNS],
             floors: [Before::default(); MAX_COLUMNS],
             landing: RefCell::new(Landing::default()),
-            walls: [0.0; MAX_COLUMNS],
             null: ramp,
         };
         let nearest = scene.first_beyond(scene.params.nearest_riser_m);
@@ -188,38 +184,29 @@ impl<'e> Ascending<'e> {
                 (*place.0, *place.1) = (floor, span);
             }
         }
-        let tall = ascending.tall_things();
-        let gains = scene.columns.iter().zip(&tall);
-        for (wall, column) in ascending.walls.iter_mut().zip(&scene.columns) {
-            let beyond = column.along_m + scene.params.landing_m;
-            let behind = gains.clone().filter(|(c, _)| c.along_m > beyond);
-            if scene.params.rules.wall_behind {
-                *wall = behind.map(|(_, &gain)| gain).fold(0.0, math::max);
-            }
-        }
         if scene.params.rules.tall_thing {
-            ascending.null = ramp + tall.iter().copied().fold(0.0, math::max);
+            ascending.null = ramp + ascending.tall_thing();
         }
         ascending
     }
 
-    /// Per column: by how much one thing too tall to climb explains more than a ramp, nats. A post
-    /// shows no corner, a box or a wall does.
-    fn tall_things(&self) -> [f32; MAX_COLUMNS] {
-        let mut tall = [0f32; MAX_COLUMNS];
+    /// By how much one thing too tall to climb explains more than a ramp, nats. A post shows no corner, a box or
+    /// a wall does.
+    fn tall_thing(&self) -> f32 {
+        let mut most = 0.0;
         for rise_m in TALL_RISES_M {
             for open in [false, true] {
-                let columns = tall.iter_mut().zip(&self.scene.columns).enumerate();
-                for (k, (gain, column)) in columns.filter(|(_, (_, c))| c.begins) {
+                let columns = self.scene.columns.iter().enumerate();
+                for (k, column) in columns.filter(|(_, column)| column.begins) {
                     let link = ChainLink {
                         along_m: column.along_m,
                         column: Some(k as u8),
                     };
-                    *gain = math::max(*gain, self.whole(&[link], AscentShape { rise_m, open }));
+                    most = math::max(most, self.whole(&[link], AscentShape { rise_m, open }));
                 }
             }
         }
-        tall
+        most
     }
 
     /// The marks near a riser.
@@ -252,10 +239,7 @@ impl<'e> Ascending<'e> {
     fn riser(&self, riser: &Riser, marks: &[Mark], before: Before) -> f32 {
         let (scene, p) = (self.scene, self.scene.params);
         let mut total = before.score - p.step_nats;
-        if marks.is_empty() {
-            return total - p.unseen_riser_nats;
-        }
-        // The best echo in each role counts in full, further ones a little.
+        // The best echo in each role counts.
         let (mut corner, mut top, mut edge) = (0.0f32, 0.0f32, 0.0f32);
         let mut corner_db = f32::NEG_INFINITY;
         for m in marks {
@@ -264,15 +248,11 @@ impl<'e> Ascending<'e> {
             if let Some((_, gain)) = fit.other {
                 total += gain;
             } else if fit.corner > fit.top && fit.corner > corner {
-                total += p.again * corner;
                 corner = fit.corner;
                 corner_db = m.snr_db;
             } else if fit.top > top {
-                total += p.again * top;
                 top = fit.top;
-            } else if fit.corner > 0.0 || fit.top > 0.0 {
-                total += p.again * math::max(fit.corner, fit.top);
-            } else {
+            } else if fit.corner <= 0.0 && fit.top <= 0.0 {
                 total -= p.stray_nats * m.weight;
             }
         }
@@ -377,11 +357,7 @@ impl Stairs for Ascending<'_> {
         });
         let near = usize::from(span.first)..usize::from(span.end);
         let near = self.scene.marks.get(near).unwrap_or(&[]);
-        let gain = self.riser(&riser, near, before) - self.landing_cost(chain, next);
-        match chain {
-            [] if shape.open => gain - self.scene.params.floating_nats,
-            _ => gain,
-        }
+        self.riser(&riser, near, before) - self.landing_cost(chain, next)
     }
 
     fn behind(&self, chain: &[ChainLink], shape: AscentShape) -> f32 {
@@ -394,10 +370,7 @@ impl Stairs for Ascending<'_> {
             .and_then(|mut cache| cache.look_up(self.scene, first, level_m, shape.open));
         let landing = Riser::landing(Some(last.along_m), level_m, shape.open);
         let marks = first..self.scene.marks.len();
-        let landing = cached.unwrap_or_else(|| self.tread(&landing, marks).score);
-        // Flights end at columns.
-        let wall = last.column.and_then(|c| self.walls.get(usize::from(c)));
-        landing + wall.copied().unwrap_or(0.0)
+        cached.unwrap_or_else(|| self.tread(&landing, marks).score)
     }
 
     fn null(&self) -> f32 {

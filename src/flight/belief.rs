@@ -2,16 +2,14 @@
 
 use super::ascending::{self, Ascending};
 use super::search::Search;
-use super::stairs::{Flight, MAX_FLIGHT, Stairs, regular};
+use super::stairs::{Flight, MAX_FLIGHT, Stairs};
 use crate::echoes::Echo;
 use crate::fusion::History;
 use crate::grid::PolarMap;
 use crate::math;
 use crate::params::current;
 use crate::params::generative::Generative;
-use crate::posterior::{
-    Base, Cloud, GroundKind, LONGEST_GOING_M, Model, RIGHT_M, Staircase, View, refine, weight,
-};
+use crate::posterior::{Base, Cloud, Model, Staircase, View, refine, weight};
 use heapless::Vec;
 
 /// Hypotheses that begin the posterior: the best flight of each length with its refined dimensions,
@@ -38,8 +36,6 @@ const SHARE: f32 = 0.5;
 const STRETCHES: [f32; 2] = [0.95, 1.05];
 /// Overhangs that are tried beside what the echoes say, metres.
 const OVERHANGS_M: [f32; 2] = [0.0, 0.03];
-/// So many risers before those of the search are tried.
-const UNSEEN: u8 = 3;
 /// Flights that the search puts so far behind its best are not looked at again, nats.
 const RIVAL_NATS: f32 = 5.0;
 /// So many flights of the search are looked at, its best.
@@ -53,10 +49,6 @@ const MOST_LOOKED: usize = 6;
 const WALLS_APART_M: f32 = 0.05;
 /// Nothing that the chair has come up to stands nearer to the mirror, metres: its footrests are there.
 pub(super) const NEAREST_M: f32 = 0.3;
-/// Ramps that a chair drives are no steeper: three times what is allowed indoors.
-const STEEPEST_RAMP: f32 = 0.2;
-/// Where such a ramp may begin, goings before the flight's first riser.
-const RAMP_SHARES: [f32; 3] = [0.0, 0.5, 1.0];
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
 pub(super) const LANDING_M: f32 = 0.28;
 /// Walls that are tried, and echoes that may be one.
@@ -72,54 +64,6 @@ fn staircase(flight: &Flight<ascending::AscentShape>) -> Staircase {
     }
     s.open = flight.shape.open;
     s
-}
-
-/// The ramps that a flight as flat as one may be: their surface runs through its nosings, through the feet
-/// of its risers, or between. None for a steeper flight.
-fn flat_ramps(flight: &Flight<ascending::AscentShape>) -> impl Iterator<Item = Staircase> {
-    let (going_m, _) = regular(&flight.chain, LONGEST_GOING_M);
-    let slope = flight.shape.rise_m / going_m;
-    let first_m = flight.chain.first().map(|link| link.along_m);
-    let begin_m = first_m.filter(|_| slope < STEEPEST_RAMP);
-    begin_m.into_iter().flat_map(move |begin_m| {
-        RAMP_SHARES.map(|share| Staircase::ramp(begin_m - share * going_m, slope))
-    })
-}
-
-/// The same flight with so many risers before it that show nothing or little, closed: what was taken
-/// for its first edge is the corner on top of them.
-#[inline(never)]
-fn fronted(
-    search: &Search<'_, Ascending<'_>>,
-    leader: &Flight<ascending::AscentShape>,
-    unseen: u8,
-) -> Option<Flight<ascending::AscentShape>> {
-    let [first, second, ..] = leader.chain.as_slice() else {
-        return None;
-    };
-    let (going_m, risers) = (second.along_m - first.along_m, f32::from(unseen));
-    let rise_m = leader.shape.rise_m / risers;
-    let begin_m = first.along_m - risers * going_m;
-    let spacing = search.stairs.spacing();
-    let lowest_m = search.stairs.scene().params.lowest_step_m;
-    if rise_m < lowest_m || begin_m < NEAREST_M || going_m > spacing.most_m {
-        return None;
-    }
-    let shape = ascending::AscentShape {
-        rise_m,
-        open: false,
-    };
-    let mut flight = Flight {
-        shape,
-        ..Flight::default()
-    };
-    for k in 0..unseen {
-        let along_m = begin_m + f32::from(k) * going_m;
-        flight.chain.push(search.at(along_m)).ok()?;
-    }
-    flight.chain.extend_from_slice(&leader.chain).ok()?;
-    flight.score = search.stairs.whole(&flight.chain, flight.shape);
-    Some(flight)
 }
 
 /// The flight that explains the echoes best.
@@ -183,7 +127,6 @@ impl Posterior {
         };
         let l = &mut looking;
         let rules = &search.stairs.scene().params.rules;
-        // Shorter ones come first: longer ones begin from them.
         for leader in &search.leaders {
             let better = search.leaders.iter().filter(|l| l.score > leader.score);
             if better.count() < LEADERS {
@@ -193,22 +136,17 @@ impl Posterior {
         if let Some(past) = past.as_deref_mut() {
             self.look_back(l, search, past);
         }
-        if let Some(leader) = search.leaders.iter().find(|l| l.score >= top) {
-            for unseen in (1..=UNSEEN).filter(|_| rules.fronted) {
-                if let Some(flight) = fronted(search, leader, unseen) {
-                    self.look(l, flight, (RIVAL_NATS, None), past.as_deref_mut());
-                }
-            }
-            if rules.other_build {
-                let mut other = leader.clone();
-                other.shape.open = !leader.shape.open;
-                other.score = search.stairs.whole(&other.chain, other.shape);
-                self.look(l, other, (SURE_NATS, None), past.as_deref_mut());
-            }
+        if let Some(leader) = search.leaders.iter().find(|l| l.score >= top)
+            && rules.other_build
+        {
+            let mut other = leader.clone();
+            other.shape.open = !leader.shape.open;
+            other.score = search.stairs.whole(&other.chain, other.shape);
+            self.look(l, other, (SURE_NATS, None), past.as_deref_mut());
         }
         let mut chosen = looking.best.take().map(|(_, chosen)| chosen);
         if let Some(chosen) = &mut chosen {
-            chosen.odds = SHARE * (chosen.odds - self.rival(Some(&chosen.flight)));
+            chosen.odds = SHARE * (chosen.odds - self.rival());
         }
         if let Some(past) = past {
             self.remember(&looking, chosen.as_mut(), past);
@@ -230,10 +168,6 @@ impl Posterior {
             return;
         }
         looking.looked += 1;
-        let from = from.or_else(|| {
-            self.longer(&flight)
-                .filter(|_| current().rules.from_shorter)
-        });
         let base = self.refined(&staircase(&flight), from);
         let mut worth = flight.score + SHARE * base.log_weight;
         if let Some(past) = past {
@@ -295,7 +229,7 @@ impl Posterior {
     #[inline(never)]
     fn remember(&mut self, looking: &Looking, chosen: Option<&mut Chosen>, past: &mut History) {
         let nothing = Staircase::nothing();
-        let worth = SHARE * self.rival(chosen.as_ref().map(|c| &c.flight));
+        let worth = SHARE * self.rival();
         let word = past.hypotheses.word(&nothing);
         let (mut alone, mut expected) = (looking.alone, looking.expected);
         alone = math::max(alone, worth);
@@ -314,48 +248,24 @@ impl Posterior {
         }
     }
 
-    /// Weight of the likeliest ground without stairs: level, with or without a wall, or a ramp where a
-    /// flight of this rise and these places is as flat as one.
+    /// Weight of level ground, with or without a wall.
     #[inline(never)]
-    fn rival(&self, flight: Option<&Flight<ascending::AscentShape>>) -> f32 {
-        let level = walls(&self.model, NEAREST_M)
+    fn rival(&self) -> f32 {
+        let grounds = walls(&self.model, NEAREST_M)
             .into_iter()
             .map(|wall_m| Staircase {
                 wall_m,
                 ..Staircase::nothing()
             });
-        let ramps = flight.filter(|_| current().rules.ramp_rival);
-        let ramps = ramps.into_iter().flat_map(flat_ramps);
-        level
-            .chain(ramps)
+        grounds
             .map(|ground| weight(&self.model, &ground))
             .fold(f32::NEG_INFINITY, math::max)
     }
 
-    /// A flight as one more step on top of what it is without its last one, if that was looked at.
-    fn longer(&self, flight: &Flight<ascending::AscentShape>) -> Option<Staircase> {
-        let (last, rest) = flight.chain.split_last()?;
-        let begins = |b: &&Base| {
-            let s = &b.staircase;
-            let links = rest.iter().enumerate();
-            let mut off = links.map(|(k, link)| (s.x(k) - link.along_m).abs());
-            s.kind == GroundKind::Stairs
-                && s.len() == rest.len()
-                && s.open == flight.shape.open
-                && off.all(|off| off < RIGHT_M)
-        };
-        let base = self.bases.iter().filter(|b| !b.staircase.is_empty());
-        let s = base.clone().find(begins)?.staircase;
-        let n = s.len();
-        let mut s = s.with(n, last.along_m, s.level(n) + s.rise());
-        s.wall_m = f32::INFINITY;
-        Some(s)
-    }
-
-    /// The likeliest of a flight's refinements from several heights, overhangs and walls; `longer` is
-    /// another one to begin from.
+    /// The likeliest of a flight's refinements from several heights, overhangs and walls, and from `carried`, what an
+    /// earlier scan made of it.
     #[inline(never)]
-    fn refined(&self, start: &Staircase, longer: Option<Staircase>) -> Base {
+    fn refined(&self, start: &Staircase, carried: Option<Staircase>) -> Base {
         let base = |s, sigmas| Base::new(&self.model, s, sigmas);
         let begin = |s: &Staircase| {
             let (s, sigmas) = refine(&self.model, s);
@@ -367,9 +277,9 @@ impl Posterior {
             s
         };
         let [low, high] = STRETCHES.map(stretched);
-        let top = match longer {
+        let top = match carried {
             None => likelier(begin(&low), begin(&high)),
-            // The flight less its last step knows the riser's height: one other beginning is enough.
+            // It knows the riser's height: one other beginning is enough.
             Some(s) => {
                 let top = likelier(begin(&high), begin(&s));
                 likelier(top, base(s, top.sigmas))

@@ -133,7 +133,7 @@ impl<'e> Descending<'e> {
             start_m: f32::NEG_INFINITY,
             end_m: f32::INFINITY,
         };
-        descending.null = descending.tread(&ground).0 + descending.below(ground.depth_m);
+        descending.null = descending.tread(&ground) + descending.below(ground.depth_m);
         for slope in FALLING_SLOPES {
             for from in FALLING_FROM_M {
                 descending.null = math::max(descending.null, scene.falling_ramp(from, slope));
@@ -142,20 +142,18 @@ impl<'e> Descending<'e> {
         descending
     }
 
-    /// Score of the marks near a tread's level, and the best single one.
-    fn tread(&self, tread: &Tread) -> (f32, f32) {
+    /// Score of the marks near a tread's level.
+    fn tread(&self, tread: &Tread) -> f32 {
         let p = self.scene.params;
-        let (mut total, mut best) = (0.0, 0f32);
-        for m in self.zone(tread) {
+        let scores = self.zone(tread).iter().map(|m| {
             let gain = match tread.gain(m, p) {
                 Some((_, gain)) if gain > 0.0 => gain,
                 _ if tread.hides(m, p) => -p.lower_inside_nats,
                 _ => -p.lower_stray_nats,
             };
-            total += gain * m.weight;
-            best = math::max(best, gain * m.weight);
-        }
-        (total, best)
+            gain * m.weight
+        });
+        scores.sum()
     }
 
     /// The marks that may belong to a tread by their height.
@@ -219,16 +217,6 @@ impl<'e> Descending<'e> {
             tread.end_m = shape.edge_m + k as f32 * shape.going_m;
         }
         tread
-    }
-
-    /// Cost of a tread on which nothing was seen; the ground need not be.
-    fn unseen(&self, chain: &[ChainLink], best: f32) -> f32 {
-        let p = self.scene.params;
-        if !chain.is_empty() && best < p.lower_seen_nats {
-            p.unseen_tread_nats
-        } else {
-            0.0
-        }
     }
 
     /// Mean and covariance of edge and going over their likelihood, the treads given.
@@ -365,7 +353,7 @@ impl Stairs for Descending<'_> {
             end_m: edge,
             ..self.last(chain, shape)
         };
-        let (mut total, best) = self.tread(&tread);
+        let mut total = self.tread(&tread);
         let (upper, lower) = (
             tread.depth_m + p.tread_zone_m,
             next.along_m - p.tread_zone_m,
@@ -379,26 +367,18 @@ impl Stairs for Descending<'_> {
                     p.lower_stray_nats
                 };
         }
-        total -= p.lower_step_nats + self.unseen(chain, best);
-        let rise = next.along_m - tread.depth_m;
-        let regular = match chain.first() {
-            None => {
-                let z = (2.0 * rise + shape.going_m - p.stride_m) / p.stride_sigma_m;
-                0.5 * z * z
-            }
-            Some(first) => {
-                let first = first.along_m - self.scene.mount_height_m;
-                let z = (rise - first) / p.drop_sigma_m;
-                math::min(0.5 * z * z, p.odd_drop_nats)
-            }
-        };
-        total - regular
+        total -= p.lower_step_nats;
+        if chain.is_empty() {
+            let rise = next.along_m - tread.depth_m;
+            let z = (2.0 * rise + shape.going_m - p.stride_m) / p.stride_sigma_m;
+            total -= 0.5 * z * z;
+        }
+        total
     }
 
     fn behind(&self, chain: &[ChainLink], shape: DescentShape) -> f32 {
         let tread = self.last(chain, shape);
-        let (total, best) = self.tread(&tread);
-        total - self.unseen(chain, best) + self.below(tread.depth_m)
+        self.tread(&tread) + self.below(tread.depth_m)
     }
 
     fn null(&self) -> f32 {

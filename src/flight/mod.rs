@@ -331,7 +331,6 @@ fn ascend(
         search: &search,
         best,
         measured,
-        accept: 0.0,
         geometry,
         belief: &belief,
         strained: !found.fits(p),
@@ -386,13 +385,12 @@ fn descend(
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
     observer.event(Event::Done(Stage::Search));
-    let accepted = best.as_ref().filter(|f| f.score >= p.accept_down_nats);
+    let accepted = best.as_ref().filter(|f| f.score >= 0.0);
     let measured = accepted.map(|flight| dimensions::descending(&stairs, flight));
     let ended = Ended {
         search: &search,
         best: best.as_ref(),
         measured,
-        accept: p.accept_down_nats,
         geometry,
         belief: &Belief::default(),
         strained: false,
@@ -409,8 +407,6 @@ struct Ended<'s, S: Stairs> {
     best: Option<&'s Flight<S::Shape>>,
     /// The best flight's steps, if it was accepted.
     measured: Option<Measured>,
-    /// Score from which a flight counts, nats.
-    accept: f32,
     geometry: &'s Geometry,
     belief: &'s Belief,
     /// Whether calibration had more to take out than a mounting that is as it is said to be leaves.
@@ -438,14 +434,14 @@ impl<S: Stairs> Ended<'_, S> {
             Some(best) => {
                 let pairs = scene.marks.iter().zip(&roles);
                 let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
-                let lead = best.score - self.search.rival(best.chain.len()).max(self.accept);
+                let lead = best.score - self.search.rival(best.chain.len());
                 verdict::judge(&mut outcome, lead, &supports, against, p);
                 lead
             }
             None => {
                 // A flight that was accepted and then found to be a box or a threshold is no rival.
                 let rival = self.best.filter(|_| !accepted);
-                let rival = rival.map_or(f32::NEG_INFINITY, |b| b.score - self.accept);
+                let rival = rival.map_or(f32::NEG_INFINITY, |b| b.score);
                 let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
                 verdict::judge_none(&mut outcome, rival, strongest_db, p);
                 rival

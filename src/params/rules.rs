@@ -75,8 +75,6 @@ numbers! {
     landings in "search": |p| p.longest_landing_m = 0.0;
     /// A single riser behind a landing costs more.
     lone_riser in "search": |p| p.lone_nats = 0.0;
-    /// Floating flights cost.
-    floating in "search": |p| p.floating_nats = 0.0;
     /// What stands on a tread costs.
     clutter in "roles": |p| p.clutter_nats = 0.0;
     /// Echoes inside the solid cost.
@@ -91,12 +89,8 @@ numbers! {
     no_corner in "roles": |p| p.no_corner_nats = 0.0;
     /// An edge that is missing costs.
     no_edge in "roles": |p| p.no_edge_nats = 0.0;
-    /// A riser without any echo costs more.
-    unseen_riser in "roles": |p| p.unseen_riser_nats = 0.0;
     /// A flash hides the corner below it.
     flash_hides_corner in "roles": |p| p.flash_flank = 0.0;
-    /// Further echoes in the same role count a little.
-    again in "roles": |p| p.again = 0.0;
     /// A single riser that is too low is a threshold.
     lowest_step in "choice": |p| p.lowest_step_m = 0.0;
     /// A single riser that is too high is an obstacle.
@@ -123,8 +117,6 @@ numbers! {
     mount_height in "calibration": |p| p.mount_height_sigma_m = 1e-6;
     /// Calibration: echoes off the floor count less.
     cauchy in "calibration": |p| p.floor_cauchy_sigmas = 1e6;
-    /// Calibration: corners weigh more than speckle.
-    floor_corner in "calibration": |p| p.floor_corner_db = NEVER;
     /// Where side lobes are seen, echoes need more power.
     side_lobe_margin in "echoes": |p| p.side_lobe_margin_db = p.echo_margin_db;
     /// Ghosts: the antenna's side lobes.
@@ -147,10 +139,6 @@ numbers! {
     lobes_broad in "mount": |p| p.beam_broad = NEVER;
     /// A few lobes that are far too broad do.
     lobes_few in "mount": |p| p.beam_broad_few = NEVER;
-    /// Going down: a tread that shows nothing costs.
-    unseen_tread in "down": |p| p.unseen_tread_nats = 0.0;
-    /// Going down: drops are like the first.
-    like_drops in "down": |p| p.odd_drop_nats = 0.0;
     /// Going down: the flash below the mirror gains more.
     lower_flash in "down": |p| p.lower_flash_nats = p.lower_tread_nats;
     /// Going down: an echo where a tread ends gains more.
@@ -161,8 +149,6 @@ numbers! {
     lower_stray in "down": |p| p.lower_stray_nats = 0.0;
     /// Going down: strides are people's.
     stride in "down": |p| p.stride_sigma_m = 1.0;
-    /// Going down: a flight needs a score to count.
-    accept_down in "down": |p| p.accept_down_nats = 0.0;
 }
 
 /// Reasons of doubt about the instrument: each is a rule of `health`.

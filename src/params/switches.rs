@@ -28,14 +28,10 @@ macro_rules! switches {
 switches! {
     /// One face may go unseen between two.
     skipped_face in "search";
-    /// A tall thing behind the landing may explain what lies beyond it.
-    wall_behind in "search";
     /// One thing too tall to climb is a rival of stairs.
     tall_thing in "search";
     /// Ramps are rivals of stairs.
     ramps in "search";
-    /// A flight's refinement also begins from that of the flight without its last step.
-    from_shorter in "choice";
     /// Walls behind a flight are tried.
     walls_behind in "choice";
     /// A further step that the particles are sure of is added to the answer.
@@ -46,26 +42,22 @@ switches! {
     ramp_particles in "particles";
     /// Particles: a flight less its last steps.
     less in "particles";
-    /// Particles: one more riser behind the last.
-    behind in "particles";
-    /// Particles: steps, boxes and thresholds on bare ground.
-    single in "particles";
-    /// Particles: ground that ends.
-    drops in "particles";
-    /// One to three unseen risers before the search's best flight are tried.
-    fronted in "choice";
-    /// The best flight is also tried floating in place of closed, or closed in place of floating.
-    other_build in "choice";
-    /// A flat flight is held against a ramp.
-    ramp_rival in "choice";
-    /// Overhangs are tried beside what the echoes show.
-    overhang_starts in "choice";
     /// Particles: one more riser before the first.
     front in "particles";
     /// Particles: one odd rise.
     odd in "particles";
     /// Particles: other overhangs.
     overhangs in "particles";
+    /// Particles: one more riser behind the last.
+    behind in "particles";
+    /// Particles: steps, boxes and thresholds on bare ground.
+    single in "particles";
+    /// Particles: ground that ends.
+    drops in "particles";
+    /// The best flight is also tried floating in place of closed, or closed in place of floating.
+    other_build in "choice";
+    /// Overhangs are tried beside what the echoes show.
+    overhang_starts in "choice";
     /// The visible part of a riser whose foot is hidden tells of the riser's height.
     hidden_slope in "heights";
     /// Places of nosings by the two upright lines of nosing and riser.

@@ -50,14 +50,6 @@ params! {
         floor_reach_m = 0.03, "m", Derived, "a bias of 1 degree at 1.7 m";
         /// Weaker echoes say nothing of the floor.
         floor_least_db = 8.0, "dB", Hand;
-        /// A corner at the foot of a riser is at least this strong …
-        floor_corner_db = 20.0, "dB", Hand;
-        /// … no wider than this in units of a point scatterer's lobe …
-        floor_corner_width = 1.15, "", Hand;
-        /// … and exact in angle …
-        floor_corner_rad = 0.06 * RAD_PER_DEG, "rad", Hand;
-        /// … and height.
-        floor_corner_m = 0.001, "m", Hand;
         /// Speckle of the floor is known no better than this in angle …
         floor_speckle_rad = 0.15 * RAD_PER_DEG, "rad", Hand;
         /// … and height.
@@ -190,16 +182,10 @@ params! {
         no_corner_nats = 1.8, "nats", Hand;
         /// A riser whose upper end is not seen.
         no_edge_nats = 1.5, "nats", Hand;
-        /// A riser without any echo.
-        unseen_riser_nats = 2.5, "nats", Hand;
         /// A corner is seen if it gains this.
         corner_seen_nats = 1.0, "nats", Hand;
         /// An edge is seen if it gains this.
         edge_seen_nats = 0.8, "nats", Hand;
-        /// Second and further echoes in the same role count this much.
-        again = 0.3, "", Hand;
-        /// Floating stairs: legs and boxes pass for a single floating step.
-        floating_nats = 3.0, "nats", Hand;
         /// Further cost of a single riser behind a landing.
         lone_nats = 4.0, "nats", Hand;
     }
@@ -236,8 +222,6 @@ params! {
         longest_landing_m = 1.60, "m", Custom, "more than a door's leaf and a wheelchair's length";
         /// A riser may stand this far from where its predecessors lead.
         riser_tolerance_m = 0.045, "m", Custom, "half an overhang and what builders are off";
-        /// What stands farther behind the last riser is no part of the flight.
-        landing_m = 0.70, "m", Custom, "farther than any going";
         /// A single riser lower than this is a threshold.
         lowest_step_m = 0.055, "m", Custom, "steps count from 6 cm on, less the error of a low riser's height";
         /// A single riser higher than this is an obstacle.
@@ -364,12 +348,6 @@ params! {
         lower_inside_nats = 2.0, "nats", Hand;
         /// Each further tread must pay for itself.
         lower_step_nats = 1.2, "nats", Hand;
-        /// A tread that shows no echo.
-        unseen_tread_nats = 0.7, "nats", Hand;
-        /// An echo worth less than this shows no tread.
-        lower_seen_nats = 0.3, "nats", Hand;
-        /// A flight going down counts from this score on.
-        accept_down_nats = 2.0, "nats", Hand;
         /// Echoes this far from a tread in height still belong to it.
         tread_zone_m = 0.035, "m", Hand;
         /// Echoes reach this many standard deviations beyond a tread's ends.
@@ -398,10 +376,6 @@ params! {
         stride_sigma_m = 0.03, "m", Custom, "codes allow 0.60 to 0.66 m";
         /// Strides so many standard deviations off are left out.
         stride_sigmas = 2.5, "", Hand;
-        /// Standard deviation of one drop against the first.
-        drop_sigma_m = 0.01, "m", Hand;
-        /// Most that an odd drop costs.
-        odd_drop_nats = 2.0, "nats", Hand;
         /// Least drop from tread to tread.
         least_drop_m = 0.09, "m", Custom, "shallowest stairs in use";
         /// Largest drop.
