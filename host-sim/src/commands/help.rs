@@ -13,7 +13,7 @@ use clap_mangen::Man;
 use stairscan::answer::Reason;
 
 use super::emit;
-use crate::recording::write_whole;
+use crate::output::Overwrite;
 
 /// The program as it is installed; `cargo sim` is an alias for it within the repository.
 const PROGRAM: &str = "host-sim";
@@ -138,7 +138,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("ablate", &["ablate", "ablate clear_of_steps --scenes 20"]),
     ("compare", &["compare before.jsonl after.jsonl"]),
     ("params", &["params", "params --sensitivity"]),
-    ("fit", &["fit"]),
+    ("fit", &["fit --force", "fit -o hazards.rs"]),
     (
         "budget",
         &["budget recordings/stair_a recordings/descending"],
@@ -175,6 +175,8 @@ pub struct CompletionsArgs {
 pub struct ManArgs {
     /// Directory for the pages, which is made if there is none
     dir: PathBuf,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 /// The program's command with its list in groups, and each command with its examples.
@@ -263,10 +265,11 @@ pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     }
     ensure!(pages.len() > 1, "the program has no commands");
     let count = pages.len();
+    let outputs = args.overwrite.reading::<&PathBuf>([]);
     for (name, part) in pages {
         let mut text = Vec::new();
         Man::new(part).render(&mut text)?;
-        write_whole(&dir.join(format!("{name}.1")), &text)?;
+        outputs.write(&dir.join(format!("{name}.1")), &text)?;
     }
     let first = dir.join(format!("{PROGRAM}.1"));
     emit(&format!(

@@ -3,16 +3,13 @@
 //! Everything is drawn at twice the final size and averaged down, for `plotters` smooths neither
 //! thick lines nor filled shapes. Places are final pixels, from the top left corner.
 
-use std::path::Path;
 use std::sync::Once;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, FontTransform, register_font};
-
-use crate::recording::write_whole;
 
 /// A place on the sheet, final pixels.
 pub type Spot = (f64, f64);
@@ -195,15 +192,6 @@ pub fn draw(size: (u32, u32), draw: impl FnOnce(&Sheet<'_>) -> Result<()>) -> Re
         sheet.area.present().map_err(failed)?;
     }
     encode(size, &averaged(size, &pixels))
-}
-
-/// Writes a picture whole or not at all, making its directory where there is none.
-pub fn save(path: &Path, picture: &[u8]) -> Result<()> {
-    if let Some(dir) = path.parent().filter(|d| !d.as_os_str().is_empty()) {
-        std::fs::create_dir_all(dir)
-            .with_context(|| format!("{}: no directory for pictures", dir.display()))?;
-    }
-    write_whole(path, picture)
 }
 
 fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
@@ -411,17 +399,5 @@ mod tests {
             &[(10.0, 2.0), (10.0, 6.0)],
         ];
         assert_eq!(cut, expected);
-    }
-
-    #[test]
-    fn no_directory_can_be_made_below_a_file() {
-        let dir = std::env::temp_dir().join(format!("stairscan-sheet-{}", std::process::id()));
-        std::fs::create_dir_all(&dir).unwrap();
-        std::fs::write(dir.join("file"), b"").unwrap();
-        let error = save(&dir.join("file/inner/picture.png"), b"x").unwrap_err();
-        assert!(format!("{error:#}").contains("file/inner"), "{error:#}");
-        save(&dir.join("made/picture.png"), b"x").unwrap();
-        assert_eq!(std::fs::read(dir.join("made/picture.png")).unwrap(), b"x");
-        std::fs::remove_dir_all(&dir).unwrap();
     }
 }

@@ -16,10 +16,12 @@ mod forms;
 mod live;
 mod modules;
 mod motion;
+mod outputs;
 mod particles;
 mod processor;
 mod real;
 mod report;
+
 mod sequences;
 mod sirad;
 mod soak;
