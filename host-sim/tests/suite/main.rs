@@ -21,6 +21,7 @@ mod particles;
 mod processor;
 mod real;
 mod report;
+mod revision;
 
 mod sequences;
 mod sirad;
