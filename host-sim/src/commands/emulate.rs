@@ -170,7 +170,8 @@ fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
     let playback = Playback::new(&recording, &args.settings.config()?)?.by_trigger();
     let pty = Pty::new()?;
     let port = pty.path.clone();
-    let state = State::new(&port, 0).about(format!("the image on {}", recording.name));
+    let about = format!("the image on {}", recording.name);
+    let state = State::new(&port, 0).about(about).emulated();
     let keep = live::begin(args.record.as_deref(), &state.port)?;
     let (started, ended) = (Instant::now(), AtomicBool::new(false));
     std::thread::scope(|scope| {
