@@ -43,7 +43,7 @@ pub use plane::Ground;
 pub use posterior::{HypothesisView, PosteriorView};
 pub use profile::ProfileView;
 pub use staircase::{StepView, steps};
-pub use surface::surface;
+pub use surface::{surface, true_edges};
 
 use crate::answer::Answer;
 use crate::output::Outputs;

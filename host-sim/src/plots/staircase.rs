@@ -11,7 +11,7 @@ use super::plane::{Ground, SagittalPlane, Words};
 use super::posterior::{self, PosteriorView};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
-use super::surface::{surface, surface_to_draw};
+use super::surface::{surface, surface_to_draw, true_edges};
 use crate::answer::{Answer, metres};
 use crate::recording::Truth;
 
@@ -92,13 +92,7 @@ pub fn draw(
 /// The true surface, solid below.
 pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()> {
     let edge = Stroke::solid(TRUE, 2.2);
-    let steps = |list: &[crate::recording::TrueStep]| -> Vec<Point> {
-        list.iter().map(|s| (s.distance_m, s.height_m)).collect()
-    };
-    let mut all = steps(&truth.steps);
-    all.extend(steps(&truth.uncounted));
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &all);
+    let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &true_edges(truth));
     let mut solid: Vec<_> = line.iter().map(|p| frame.spot(p.0, p.1)).collect();
     let hidden = truth.uncounted.iter().map(|s| (s.distance_m, s.height_m));
     sheet.line(&solid, edge)?;
