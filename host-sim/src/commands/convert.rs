@@ -122,6 +122,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// The inputs: files as they are, recordings as everywhere.
 fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    if let Some(archive) = paths.iter().find(|path| suffix(path) == "npz") {
+        bail!(
+            "{}: an archive of arrays: expected one array, which numpy.save writes as .npy",
+            archive.display()
+        );
+    }
     let file = |path: &PathBuf| matches!(suffix(path), "npy" | "bin");
     if paths.iter().any(file) {
         return Ok(paths.to_vec());

@@ -58,7 +58,10 @@ pub struct Args {
 /// Scans every recording; a bad one or a fault makes the exit status 1 and the rest goes on.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let elf = match &args.elf {
-        Some(elf) => elf.clone(),
+        Some(elf) => {
+            image::check(elf)?;
+            elf.clone()
+        }
         None => image::build(&[])?,
     };
     if args.live {

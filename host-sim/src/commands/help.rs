@@ -65,6 +65,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         "simulate",
         &[
             "simulate scenes/stair_a.toml -o my_stairs",
+            "simulate scenes/wall.toml -o wall",
             "simulate random:ascending --seed 7 --approach 5 -o approach",
             "simulate random:none --count 100 -o many",
         ],
@@ -94,9 +95,10 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "record /dev/ttyUSB0 -o hall --scans 5",
             "record /dev/ttyUSB0 /dev/ttyUSB1 -o hall --report /dev/ttyUSB2 --ask",
             "record /dev/ttyUSB0 --module -o bench",
+            "record --demo recordings/stair_a -o hall",
         ],
     ),
-    ("calibrate", &["calibrate recordings/stair_a --wall 1.25"]),
+    ("calibrate", &["calibrate wall --wall 1.5"]),
     (
         "report",
         &[
@@ -269,7 +271,9 @@ pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     for (name, part) in pages {
         let mut text = Vec::new();
         Man::new(part).render(&mut text)?;
-        outputs.write(&dir.join(format!("{name}.1")), &text)?;
+        // The examples name the program as it is called within the repository.
+        let text = String::from_utf8(text)?.replace("cargo sim", PROGRAM);
+        outputs.write(&dir.join(format!("{name}.1")), text.as_bytes())?;
     }
     let first = dir.join(format!("{PROGRAM}.1"));
     emit(&format!(
