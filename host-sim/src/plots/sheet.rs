@@ -250,21 +250,13 @@ impl Sheet<'_> {
             .map_err(failed)
     }
 
-    /// Writes `text` on a veil of white, so that it reads on anything.
+    /// Writes `text` with a white rim around its letters: it reads on anything, and hides nothing beside them.
     pub fn note(&self, text: &str, at: Spot, face: Face) -> Result<()> {
-        let width = face.width(text);
-        let left = match face.anchor {
-            HPos::Left => at.0,
-            HPos::Center => at.0 - width / 2.0,
-            HPos::Right => at.0 - width,
-        };
-        let (dx, dy) = (5.0, 0.42 * face.size + 2.0);
-        self.fill_box(
-            (left - dx, at.1 - dy),
-            (left + width + dx, at.1 + dy),
-            WHITE,
-            0.82,
-        )?;
+        const RIM: f64 = 1.7;
+        for turn in 0..8 {
+            let (dy, dx) = (f64::from(turn) * std::f64::consts::FRAC_PI_4).sin_cos();
+            self.text(text, (at.0 + RIM * dx, at.1 + RIM * dy), face.ink(WHITE))?;
+        }
         self.text(text, at, face)
     }
 
@@ -377,6 +369,26 @@ mod tests {
         // Letters are really there, and only near their place.
         assert!(pixels.iter().any(|&p| p < 120));
         assert!(pixels[..61 * 3 * 5].iter().all(|&p| p == 255));
+    }
+
+    /// What lies between the lines of a label, or beside it, is still seen.
+    #[test]
+    fn a_label_hides_no_more_than_its_letters() {
+        let (width, height) = (80, 40);
+        let picture = draw((width, height), |sheet| {
+            sheet.fill_box((0.0, 0.0), (80.0, 40.0), INK, 1.0)?;
+            sheet.note("l   l", (40.0, 20.0), Face::plain(20.0).ink(FAINT))
+        });
+        let picture = picture.unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&picture))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        let row = &pixels[20 * 80 * 3..21 * 80 * 3];
+        let (letters, gap) = (row.iter().copied().max(), row[40 * 3]);
+        assert!(letters > Some(200), "a white rim");
+        assert_eq!(gap, INK.0, "between the two letters");
     }
 
     #[test]
