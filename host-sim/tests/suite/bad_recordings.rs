@@ -198,7 +198,7 @@ fn absurd_sweeps_have_pictures_or_words() {
             });
             let (recording, plots) = (recording.to_str().unwrap(), plots.to_str().unwrap());
             for command in ["replay", "inspect"] {
-                let out = sim(&[command, recording, "--plots", plots]);
+                let out = sim(&[command, recording, "--plots", plots, "--force"]);
                 let message = String::from_utf8(out.stderr).unwrap();
                 let ended = matches!(out.status.code(), Some(0 | 1));
                 assert!(
