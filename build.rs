@@ -23,25 +23,32 @@ fn main() {
 }
 
 /// The revision goes into the first sentence after boot. Without git it is `unknown`, and a build
-/// from a changed tree says so.
+/// from changed sources says so.
 fn revision() {
-    for path in [".git/HEAD", ".git/index"] {
-        if PathBuf::from(path).exists() {
+    // HEAD and its log change with every commit and checkout, the index with every `git add` and many a `git status`:
+    // that would rebuild everything for the same revision.
+    let git_files = ["HEAD", "logs/HEAD"].map(|name| git(&["rev-parse", "--git-path", name]));
+    let sources = ["src", "Cargo.toml", "Cargo.lock"].map(|name| Some(name.to_owned()));
+    for path in git_files.into_iter().chain(sources).flatten() {
+        // A path that is not there would rerun this every time.
+        if PathBuf::from(&path).exists() {
             println!("cargo::rerun-if-changed={path}");
         }
     }
-    let described = Command::new("git")
-        .args([
-            "describe",
-            "--always",
-            "--dirty",
-            "--abbrev=12",
-            "--exclude=*",
-        ])
-        .output()
-        .ok()
-        .filter(|output| output.status.success())
-        .and_then(|output| String::from_utf8(output.stdout).ok());
-    let revision = described.as_deref().map_or("unknown", str::trim);
+    let described = git(&[
+        "describe",
+        "--always",
+        "--dirty",
+        "--abbrev=12",
+        "--exclude=*",
+    ]);
+    let revision = described.as_deref().unwrap_or("unknown");
     println!("cargo::rustc-env=STAIRSCAN_REVISION={revision}");
+}
+
+/// What git prints, trimmed.
+fn git(args: &[&str]) -> Option<String> {
+    let output = Command::new("git").args(args).output().ok()?;
+    let text = String::from_utf8(output.stdout).ok()?;
+    output.status.success().then(|| text.trim().to_owned())
 }

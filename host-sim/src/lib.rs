@@ -16,6 +16,7 @@ pub mod inspect;
 pub mod live;
 pub mod modules;
 pub mod motion;
+pub mod output;
 pub mod playback;
 pub mod plots;
 pub mod posterior;

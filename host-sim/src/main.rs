@@ -1,6 +1,7 @@
 //! `cargo sim …`: recordings in, steps, figures and pictures out.
 
 use std::process::ExitCode;
+use std::sync::LazyLock;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use host_sim::commands;
@@ -87,7 +88,9 @@ enum Command {
 
 /// The program's command with all that `--help` tells.
 fn program() -> clap::Command {
-    commands::help::complete(Cli::command())
+    static VERSION: LazyLock<String> =
+        LazyLock::new(|| format!("{} ({})", env!("CARGO_PKG_VERSION"), stairscan::REVISION));
+    commands::help::complete(Cli::command().version(VERSION.as_str()))
 }
 
 fn main() -> ExitCode {
@@ -217,6 +220,12 @@ mod tests {
                 assert!(text.contains(meaning), "{place}: {word}: {meaning}");
             }
         }
+    }
+
+    #[test]
+    fn the_version_has_its_revision() {
+        let version = program().render_version();
+        assert!(version.contains(stairscan::REVISION), "{version}");
     }
 
     #[test]

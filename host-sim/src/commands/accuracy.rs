@@ -14,6 +14,7 @@ use super::compare;
 use super::harness::{self, Drawn};
 use super::instrument::Instrument;
 use super::{Format, emit};
+use crate::output::Overwrite;
 use crate::replay::{self, Options};
 use crate::scene::random::Kind;
 use crate::score::{self, SceneScore, SetScore, Share};
@@ -38,6 +39,8 @@ pub struct Args {
     /// Write one line of JSON for each scene to this file, for `compare`; not of those for reporting
     #[arg(long, value_name = "FILE")]
     each: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     #[command(flatten)]
     instrument: Instrument,
     /// How to print
@@ -274,12 +277,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Draw::Reporting,
         Draw::Tuning
     );
+    let outputs = args.overwrite.reading::<&PathBuf>([]);
+    args.each.iter().try_for_each(|file| outputs.check(file))?;
     let rows = measure(args.draw, args.scenes, &args.instrument)?;
     if let Some(path) = &args.each {
         let default = rows
             .iter()
             .filter(|row| row.estimator == EstimatorKind::default());
-        compare::write(path, default.flat_map(|row| &row.scenes))?;
+        let lines = compare::lines(default.flat_map(|row| &row.scenes))?;
+        outputs.write(path, lines.as_bytes())?;
     }
     let out = match args.format {
         Format::Text => text(args, &rows),

@@ -21,6 +21,10 @@ use crate::replay::{self, Options, Scanned};
 
 /// Arguments of `calibrate`.
 #[derive(clap::Args, Debug)]
+#[command(
+    after_help = "The scan shows a flat floor and one wall, nothing else. One to try it on: `cargo sim simulate \
+scenes/wall.toml -o wall`."
+)]
 pub struct Args {
     /// Recording of one scan, with or without suffix
     recording: PathBuf,

@@ -36,11 +36,11 @@ impl Line {
     }
 }
 
-/// Writes one line of JSON a scene.
+/// One line of JSON a scene.
 ///
 /// # Errors
-/// Names the file that cannot be written.
-pub fn write<'a>(path: &Path, scenes: impl Iterator<Item = &'a SceneScore>) -> Result<()> {
+/// None that a score's words can bring about.
+pub fn lines<'a>(scenes: impl Iterator<Item = &'a SceneScore>) -> Result<String> {
     let mut text = String::new();
     for s in scenes {
         let line = Line {
@@ -52,7 +52,7 @@ pub fn write<'a>(path: &Path, scenes: impl Iterator<Item = &'a SceneScore>) -> R
         };
         let _ = writeln!(text, "{}", serde_json::to_string(&line)?);
     }
-    std::fs::write(path, text).with_context(|| path.display().to_string())
+    Ok(text)
 }
 
 fn read(path: &Path) -> Result<Vec<Line>> {

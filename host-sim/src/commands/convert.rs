@@ -1,6 +1,5 @@
 //! `convert IN… -o OUT`: other programs' files to recordings, recordings to other programs' files.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -11,7 +10,8 @@ use crate::convert::keys::Given;
 use crate::convert::scans::{self, Scan};
 use crate::convert::tables::{self, Table};
 use crate::convert::{self, Source, mcap, npy, suffix};
-use crate::recording::{DATA_SUFFIX, META_SUFFIX, Recording, meta_path, write_whole};
+use crate::output::{Outputs, Overwrite};
+use crate::recording::{DATA_SUFFIX, META_SUFFIX, Recording};
 use crate::replay::Options;
 
 /// Arguments of `convert`.
@@ -49,6 +49,8 @@ pub struct Args {
     single: bool,
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 /// What an output's suffix asks for.
@@ -84,8 +86,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         args.output.display(),
         paths.len()
     );
+    let beside = [&args.setup, &args.angles, &args.keys_of];
+    let read_too = beside.into_iter().flatten();
+    let outputs = args.overwrite.reading(paths.iter().chain(read_too));
+    match output {
+        Output::Recording => outputs.check_recording(&args.output)?,
+        _ => outputs.check(&args.output)?,
+    }
     let told = match output {
-        Output::Recording => write_recording(args, only(&paths)?)?,
+        Output::Recording => write_recording(args, only(&paths)?, &outputs)?,
         Output::Array => {
             let recording = read(args, only(&paths)?)?;
             ensure!(
@@ -93,17 +102,17 @@ pub fn run(args: &Args) -> Result<ExitCode> {
                 "{}: real samples: a .npy holds I and Q, expected another kind of output",
                 recording.name
             );
-            write_whole(&args.output, &npy::write(&recording, args.complex))?;
+            outputs.write(&args.output, &npy::write(&recording, args.complex))?;
             chirps(&recording)
         }
         Output::Table => {
             let scans = scan_all(args, &paths)?;
-            write_whole(&args.output, &tables::write(&scans, args.table)?)?;
+            outputs.write(&args.output, &tables::write(&scans, args.table)?)?;
             told(&scans, "rows of")
         }
         Output::Messages => {
             let scans = scan_all(args, &paths)?;
-            write_whole(&args.output, &mcap::write(&scans)?)?;
+            outputs.write(&args.output, &mcap::write(&scans)?)?;
             told(&scans, "messages of")
         }
     };
@@ -113,6 +122,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// The inputs: files as they are, recordings as everywhere.
 fn inputs(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    if let Some(archive) = paths.iter().find(|path| suffix(path) == "npz") {
+        bail!(
+            "{}: an archive of arrays: expected one array, which numpy.save writes as .npy",
+            archive.display()
+        );
+    }
     let file = |path: &PathBuf| matches!(suffix(path), "npy" | "bin");
     if paths.iter().any(file) {
         return Ok(paths.to_vec());
@@ -156,16 +171,9 @@ fn scan_all(args: &Args, paths: &[PathBuf]) -> Result<Vec<Scan>> {
     Ok(all)
 }
 
-fn write_recording(args: &Args, path: &Path) -> Result<String> {
-    let place = |path: &Path| fs::canonicalize(meta_path(path)).ok();
-    let (from, to) = (place(path), place(&args.output));
-    ensure!(
-        from.is_none() || from != to,
-        "{}: is what is read: expected another name",
-        args.output.display()
-    );
+fn write_recording(args: &Args, path: &Path, outputs: &Outputs) -> Result<String> {
     let recording = source(args, path).read(&convert::name(&args.output))?;
-    recording.write(&args.output)?;
+    outputs.write_recording(&args.output, &recording)?;
     let next = match recording.scan_setup() {
         Ok(_) => "cargo sim replay",
         Err(_) => "no mirror: a range profile can be looked at with cargo sim profile",

@@ -58,7 +58,10 @@ pub struct Args {
 /// Scans every recording; a bad one or a fault makes the exit status 1 and the rest goes on.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let elf = match &args.elf {
-        Some(elf) => elf.clone(),
+        Some(elf) => {
+            image::check(elf)?;
+            elf.clone()
+        }
         None => image::build(&[])?,
     };
     if args.live {
@@ -170,7 +173,8 @@ fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
     let playback = Playback::new(&recording, &args.settings.config()?)?.by_trigger();
     let pty = Pty::new()?;
     let port = pty.path.clone();
-    let state = State::new(&port, 0).about(format!("the image on {}", recording.name));
+    let about = format!("the image on {}", recording.name);
+    let state = State::new(&port, 0).about(about).emulated();
     let keep = live::begin(args.record.as_deref(), &state.port)?;
     let (started, ended) = (Instant::now(), AtomicBool::new(false));
     std::thread::scope(|scope| {

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use crc::{CRC_32_ISO_HDLC, Crc};
 use serde_json::json;
 use stairscan::config::Plane;
@@ -19,6 +19,7 @@ use crate::emulate::image::workspace;
 use crate::fit::logistic::LogisticFit;
 use crate::fit::measurement::{self, Build};
 use crate::fit::{self, Lesson};
+use crate::output::{Outputs, Overwrite};
 use crate::recording::{self, Recording};
 use crate::scene::random::{Kind, random_with};
 use crate::seeds::Draw;
@@ -57,7 +58,7 @@ pub struct Args {
     /// Write what was counted from, one JSON object a scan, to this file
     #[arg(long, value_name = "FILE")]
     dump: Option<PathBuf>,
-    /// Where to write the hazards; the firmware's source if not given
+    /// Where to write the hazards; the firmware's source if not given, which takes --force
     #[arg(short, long, value_name = "FILE")]
     output: Option<PathBuf>,
     /// Where to write the measurement model; `measured.rs` beside the hazards if not given
@@ -69,6 +70,8 @@ pub struct Args {
     /// Count the measurement model only
     #[arg(long, conflicts_with = "keep")]
     only_model: bool,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 /// A simulated scan, and how its stairs are built.
@@ -111,20 +114,26 @@ pub fn checksum() -> Result<u32> {
 
 /// Counts, prints, writes.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let source = match args.on.is_empty() {
-        true => Source::simulated(args.scenes)?,
-        false => Source::recorded(&args.on)?,
-    };
     let output = match &args.output {
         Some(path) => path.clone(),
         None => workspace().join("src/params/fitted.rs"),
+    };
+    let beside = || output.with_file_name("measured.rs");
+    let model_path = args.measured.clone().unwrap_or_else(beside);
+    let outputs = args.overwrite.reading::<&PathBuf>([]);
+    let hazards = (!args.only_model).then_some(&output);
+    let model_file = (!args.keep).then_some(&model_path);
+    let mut files = hazards.into_iter().chain(model_file).chain(&args.dump);
+    files.try_for_each(|file| outputs.check(file))?;
+    let source = match args.on.is_empty() {
+        true => Source::simulated(args.scenes)?,
+        false => Source::recorded(&args.on)?,
     };
     let mut counted = &measured::UP;
     if !args.keep {
         let (model, text, told) = model(&source)?;
         emit(&told);
-        let beside = || output.with_file_name("measured.rs");
-        write(&args.measured.clone().unwrap_or_else(beside), &text)?;
+        write(&outputs, &model_path, &text)?;
         counted = model;
     }
     if args.only_model {
@@ -132,14 +141,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     }
     let lessons = Lessons::new(&source, counted)?;
     if let Some(path) = &args.dump {
-        dump(path, &lessons)?;
+        outputs.write(path, dump(&lessons).as_bytes())?;
     }
     let (up, told_up) = plane(&lessons, Plane::Depth);
     let (down, told_down) = plane(&lessons, Plane::Height);
     emit(&format!(
         "depth plane\n{told_up}\nheight plane\n{told_down}"
     ));
-    write(&output, &fit::write(&up, &down, checksum()?))?;
+    write(&outputs, &output, &fit::write(&up, &down, checksum()?))?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -179,8 +188,8 @@ fn model(source: &Source) -> Result<(&'static Generative, String, String)> {
     Ok((Box::leak(Box::new(measured.table)), text, told))
 }
 
-fn write(path: &Path, text: &str) -> Result<()> {
-    std::fs::write(path, text).with_context(|| path.display().to_string())?;
+fn write(outputs: &Outputs, path: &Path, text: &str) -> Result<()> {
+    outputs.write(path, text.as_bytes())?;
     emit(&format!("written\n  {}\n", path.display()));
     Ok(())
 }
@@ -324,7 +333,7 @@ fn table(out: &mut String, name: &str, scans: usize, fit: &LogisticFit) {
 }
 
 /// What was counted from.
-fn dump(path: &Path, lessons: &Lessons) -> Result<()> {
+fn dump(lessons: &Lessons) -> String {
     let mut text = String::new();
     for (part, lessons) in [
         ("training", &lessons.training),
@@ -347,5 +356,5 @@ fn dump(path: &Path, lessons: &Lessons) -> Result<()> {
             let _ = writeln!(text, "{line}");
         }
     }
-    std::fs::write(path, text).with_context(|| path.display().to_string())
+    text
 }

@@ -13,7 +13,7 @@ use clap_mangen::Man;
 use stairscan::answer::Reason;
 
 use super::emit;
-use crate::recording::write_whole;
+use crate::output::Overwrite;
 
 /// The program as it is installed; `cargo sim` is an alias for it within the repository.
 const PROGRAM: &str = "host-sim";
@@ -65,6 +65,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         "simulate",
         &[
             "simulate scenes/stair_a.toml -o my_stairs",
+            "simulate scenes/wall.toml -o wall",
             "simulate random:ascending --seed 7 --approach 5 -o approach",
             "simulate random:none --count 100 -o many",
         ],
@@ -94,9 +95,10 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "record /dev/ttyUSB0 -o hall --scans 5",
             "record /dev/ttyUSB0 /dev/ttyUSB1 -o hall --report /dev/ttyUSB2 --ask",
             "record /dev/ttyUSB0 --module -o bench",
+            "record --demo recordings/stair_a -o hall",
         ],
     ),
-    ("calibrate", &["calibrate recordings/stair_a --wall 1.25"]),
+    ("calibrate", &["calibrate wall --wall 1.5"]),
     (
         "report",
         &[
@@ -138,7 +140,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("ablate", &["ablate", "ablate clear_of_steps --scenes 20"]),
     ("compare", &["compare before.jsonl after.jsonl"]),
     ("params", &["params", "params --sensitivity"]),
-    ("fit", &["fit"]),
+    ("fit", &["fit --force", "fit -o hazards.rs"]),
     (
         "budget",
         &["budget recordings/stair_a recordings/descending"],
@@ -175,6 +177,8 @@ pub struct CompletionsArgs {
 pub struct ManArgs {
     /// Directory for the pages, which is made if there is none
     dir: PathBuf,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 /// The program's command with its list in groups, and each command with its examples.
@@ -263,10 +267,13 @@ pub fn man(args: &ManArgs, command: Command) -> Result<ExitCode> {
     }
     ensure!(pages.len() > 1, "the program has no commands");
     let count = pages.len();
+    let outputs = args.overwrite.reading::<&PathBuf>([]);
     for (name, part) in pages {
         let mut text = Vec::new();
         Man::new(part).render(&mut text)?;
-        write_whole(&dir.join(format!("{name}.1")), &text)?;
+        // The examples name the program as it is called within the repository.
+        let text = String::from_utf8(text)?.replace("cargo sim", PROGRAM);
+        outputs.write(&dir.join(format!("{name}.1")), text.as_bytes())?;
     }
     let first = dir.join(format!("{PROGRAM}.1"));
     emit(&format!(

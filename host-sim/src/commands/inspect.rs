@@ -8,6 +8,7 @@ use stairscan::config::EstimatorKind;
 
 use super::{Format, Settings, emit, progress_aside, recordings};
 use crate::inspect::Inspection;
+use crate::output::{Outputs, Overwrite};
 use crate::plots::{self, PaperView, ScanView};
 use crate::recording::Recording;
 use crate::replay::{self, Scanned};
@@ -26,6 +27,8 @@ pub struct Args {
     /// Draw scatterers, winner and rivals into this directory, one picture a scan
     #[arg(long, value_name = "DIR")]
     plots: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -35,10 +38,11 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let mut code = ExitCode::SUCCESS;
     let paths = recordings(&args.recordings)?;
+    let outputs = args.overwrite.reading(&paths);
     let bar = progress_aside(paths.len() as u64);
     for path in &paths {
         bar.inc(1);
-        if let Err(error) = inspect(path, args) {
+        if let Err(error) = inspect(path, args, &outputs) {
             eprintln!("error: {error:#}");
             code = ExitCode::FAILURE;
         }
@@ -47,7 +51,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(code)
 }
 
-fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
+fn inspect(path: &std::path::Path, args: &Args, outputs: &Outputs) -> Result<()> {
     let options = replay::Options {
         single: args.single,
         ..args.settings.options(args.settings.config()?)
@@ -85,7 +89,7 @@ fn inspect(path: &std::path::Path, args: &Args) -> Result<()> {
                 posterior: &inspection.view().posterior,
             };
             let file = dir.join(format!("{}-inspect.png", recording.name));
-            drawn = plots::write_inspect(&file, &scan, inspection.view());
+            drawn = plots::write_inspect((outputs, &file), &scan, inspection.view());
             if let (Ok(()), Format::Text) = (&drawn, args.format) {
                 emit(&format!("picture\n  {}\n\n", file.display()));
             }

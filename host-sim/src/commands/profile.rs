@@ -10,6 +10,7 @@ use stairscan::config::{CfarConfig, MountConfig, to_fixed};
 use stairscan::range::{Profile, RangeProcessor};
 
 use super::{Format, emit};
+use crate::output::Overwrite;
 use crate::plots;
 use crate::recording::Recording;
 use crate::setup;
@@ -29,6 +30,8 @@ pub struct Args {
     /// Draw the profile into this PNG file
     #[arg(long, value_name = "FILE")]
     plot: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -184,6 +187,8 @@ fn decimal(value: f32) -> f64 {
 
 /// Prints the profile.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    let outputs = args.overwrite.reading([&args.recording]);
+    args.plot.iter().try_for_each(|file| outputs.check(file))?;
     let recording = Recording::read(&args.recording)?;
     let chirp = match args.chirp {
         Some(chirp) => chirp,
@@ -206,7 +211,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     });
     if let Some(file) = &args.plot {
         let view = plots::profile_view(&recording, chirp, &mut processor(&recording)?)?;
-        plots::write_profile(file, &view)?;
+        plots::write_profile((&outputs, file), &view)?;
         if args.format == Format::Text {
             emit(&format!("\npicture\n  {}\n", file.display()));
         }

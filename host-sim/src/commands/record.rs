@@ -22,12 +22,15 @@ use crate::live::lines::Splitter;
 use crate::live::port::{self, passes};
 use crate::live::ports;
 use crate::live::trouble::REPORT_BAUD;
+use crate::output::{Outputs, Overwrite};
 use crate::recording::{self, Recording};
 use crate::replay;
 use crate::tap::ask;
 use crate::tap::beside::{self, Beside, Said};
-use crate::tap::gather::{Gather, Part};
+use crate::tap::demo::Demo;
+use crate::tap::gather::{Gather, Mounting, Part};
 use crate::tap::scans::{Scan, Tap, Wire};
+use crate::tap::unfinished::Unfinished;
 
 /// After so long without a frame the scan that is being heard is over, ms: a module may take 0.6 s of retries.
 const QUIET: Ms = 3_000;
@@ -37,13 +40,17 @@ const LINGER: Duration = Duration::from_millis(300);
 /// Arguments of `record`.
 #[derive(clap::Args, Debug)]
 #[command(
-    after_help = "Ctrl-C ends it; what is whole by then is written. Begin before the scanner's first scan (or `reset` it), and
+    after_help = "Ctrl-C ends it; what is whole by then is written. Until then each scan that has ended stands in
+hall.unfinished, which is left where the program is killed. Begin before the scanner's first scan (or `reset` it), and
 `replay hall --motion auto` gives the same sentences as the scanner. Wiring: docs/live.md."
 )]
 pub struct Args {
     /// Ports that hear the radar link: one a direction, or one for both
-    #[arg(required = true, num_args = 1..=2, value_name = "PORT")]
+    #[arg(required_unless_present = "demo", num_args = 1..=2, value_name = "PORT")]
     ports: Vec<String>,
+    /// Record without hardware: a module on this machine that plays this recording
+    #[arg(long, value_name = "REC", conflicts_with_all = ["ports", "report", "module", "angles"])]
+    demo: Option<PathBuf>,
     /// The recording to write, with or without suffix
     #[arg(short, long, value_name = "REC")]
     output: PathBuf,
@@ -69,6 +76,8 @@ pub struct Args {
     said: Said,
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 fn angles(text: &str) -> Result<SweepConfig, String> {
@@ -125,9 +134,15 @@ impl Heard {
         true
     }
 
-    /// Hands over the scans that are whole, and says so.
-    fn scans_into(&mut self, scans: &mut Vec<Scan>) {
+    /// Hands over the scans that are whole, keeps them in case the session is cut off, and says so.
+    fn scans_into(&mut self, session: &mut Session<'_>, scans: &mut Vec<Scan>) {
         while let Some(scan) = self.tap.scan() {
+            let (mounting, _) = beside::mounting(&session.args.said, &self.beside);
+            let sweep = session.sweep.or(mounting.sweep);
+            let mounting = Mounting { sweep, ..mounting };
+            if let Err(error) = session.unfinished.keep(&scan, mounting) {
+                eprintln!("note: {error:#}: this scan is lost if the session is cut off");
+            }
             let (rows, lost) = (scan.rows.len(), scan.lost());
             eprintln!("scan: {rows} rows, {lost} of them lost");
             scans.push(scan);
@@ -135,8 +150,19 @@ impl Heard {
     }
 }
 
+/// A session under way.
+struct Session<'a> {
+    args: &'a Args,
+    /// The angles that this program asks for, if it does.
+    sweep: Option<SweepConfig>,
+    unfinished: Unfinished,
+}
+
 /// Listens, or asks, and writes what came of it.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    let outputs = args.overwrite.reading(&args.demo);
+    outputs.check_recording(&args.output)?;
+    outputs.check(&sentences(&args.output))?;
     ensure!(
         !args.module || args.ports.len() == 1,
         "--module: expected one port"
@@ -146,19 +172,29 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for signal in [SIGINT, SIGTERM, SIGHUP] {
         signal_hook::flag::register(signal, stop.clone())?;
     }
-    let (heard, scans) = match args.module {
-        true => ask_module(args, &stop)?,
-        false => listen(args, &stop)?,
+    let mut session = Session {
+        args,
+        sweep: args.module.then_some(args.angles),
+        unfinished: Unfinished::begin(&args.output)?,
+    };
+    let (heard, scans) = match (&args.demo, args.module) {
+        (Some(path), _) => {
+            let demo = Demo::start(path, &args.settings.config()?)?;
+            session.sweep = Some(demo.sweep);
+            ask_module(&mut session, &demo.port, demo.sweep, &stop)?
+        }
+        (None, true) => ask_module(&mut session, &args.ports[0], args.angles, &stop)?,
+        (None, false) => listen(&mut session, &stop)?,
     };
     if let Some(why) = &heard.gone {
         eprintln!("{why}: what is whole is written");
     }
-    write(args, heard, scans)
+    write(session, &outputs, heard, scans)
 }
 
 /// The tap until it is ended: what was heard, and the scans.
-fn listen(args: &Args, stop: &Arc<AtomicBool>) -> Result<(Heard, Vec<Scan>)> {
-    let started = Instant::now();
+fn listen(session: &mut Session<'_>, stop: &Arc<AtomicBool>) -> Result<(Heard, Vec<Scan>)> {
+    let (started, args) = (Instant::now(), session.args);
     let (sender, came) = mpsc::channel();
     let wires: &[Wire] = match args.ports.len() {
         1 => &[Wire::Both],
@@ -179,7 +215,7 @@ fn listen(args: &Args, stop: &Arc<AtomicBool>) -> Result<(Heard, Vec<Scan>)> {
     }
     drop(sender);
     eprintln!("listening; Ctrl-C ends");
-    let found = collect(args, &came, started, stop);
+    let found = collect(session, &came, started, stop);
     stop.store(true, Ordering::Relaxed);
     for thread in threads {
         let _ = thread.join();
@@ -225,13 +261,16 @@ fn follow(
 
 /// Takes what comes until there are scans enough, a port is gone, or the user ends it.
 fn collect(
-    args: &Args,
+    session: &mut Session<'_>,
     came: &Receiver<(Ms, Came)>,
     started: Instant,
     stop: &AtomicBool,
 ) -> (Heard, Vec<Scan>) {
     let (mut heard, mut scans) = (Heard::default(), Vec::new());
-    let wanted = args.scans.map_or(usize::MAX, |scans| scans as usize);
+    let wanted = session
+        .args
+        .scans
+        .map_or(usize::MAX, |scans| scans as usize);
     let whole = |scans: &[Scan]| scans.iter().filter(|scan| scan.begun).count();
     while !stop.load(Ordering::Relaxed) && whole(&scans) < wanted {
         match came.recv_timeout(Duration::from_millis(100)) {
@@ -248,7 +287,7 @@ fn collect(
         if heard.tap.heard().is_some_and(quiet) {
             heard.tap.end();
         }
-        heard.scans_into(&mut scans);
+        heard.scans_into(session, &mut scans);
     }
     // The last answer is still on its way: the report port is the slower one.
     let until = Instant::now() + LINGER;
@@ -258,19 +297,24 @@ fn collect(
         }
     }
     heard.tap.end();
-    heard.scans_into(&mut scans);
+    heard.scans_into(session, &mut scans);
     (heard, scans)
 }
 
 /// Asks the module itself, scan after scan, to and fro.
-fn ask_module(args: &Args, stop: &AtomicBool) -> Result<(Heard, Vec<Scan>)> {
-    let started = Instant::now();
+fn ask_module(
+    session: &mut Session<'_>,
+    port: &str,
+    sweep: SweepConfig,
+    stop: &AtomicBool,
+) -> Result<(Heard, Vec<Scan>)> {
+    let (started, args) = (Instant::now(), session.args);
     let overheard = Rc::new(RefCell::new(Vec::new()));
-    let mut serial = open(&args.ports[0], args.baud)?;
+    let mut serial = open(port, args.baud)?;
     serial.set_timeout(Duration::from_millis(1))?;
     let mut link = ask::link(ask::Serial::new(serial), &overheard);
     let mut config = Config {
-        sweep: args.angles,
+        sweep,
         ..Config::default()
     };
     config.mount.plane = args.said.plane.unwrap_or(Plane::Depth);
@@ -290,10 +334,10 @@ fn ask_module(args: &Args, stop: &AtomicBool) -> Result<(Heard, Vec<Scan>)> {
         let asked = ask::scan(&mut link, &angles, stop, &mut now);
         now();
         heard.tap.end();
-        heard.scans_into(&mut scans);
+        heard.scans_into(session, &mut scans);
         match asked {
-            Err(error) if scans.is_empty() => return Err(error.context(args.ports[0].clone())),
-            Err(error) => heard.gone = Some(format!("{}: {error}", args.ports[0])),
+            Err(error) if scans.is_empty() => return Err(error.context(port.to_owned())),
+            Err(error) => heard.gone = Some(format!("{port}: {error}")),
             Ok(()) => {}
         }
         angles.reverse();
@@ -305,12 +349,20 @@ fn ask_module(args: &Args, stop: &AtomicBool) -> Result<(Heard, Vec<Scan>)> {
 }
 
 /// Writes recordings and sentences and says what they hold.
-fn write(args: &Args, heard: Heard, scans: Vec<Scan>) -> Result<ExitCode> {
+fn write(
+    session: Session<'_>,
+    outputs: &Outputs,
+    heard: Heard,
+    scans: Vec<Scan>,
+) -> Result<ExitCode> {
+    let Session {
+        args,
+        sweep,
+        unfinished,
+    } = session;
     let Heard { tap, beside, .. } = heard;
     let (mut mounting, doubt) = beside::mounting(&args.said, &beside);
-    if args.module {
-        mounting.sweep = Some(args.angles);
-    }
+    mounting.sweep = sweep.or(mounting.sweep);
     let meta_file = recording::meta_path(&args.output);
     let mut gather = Gather::new(&recording::name_of(&meta_file), mounting);
     scans.iter().for_each(|scan| gather.take(scan));
@@ -329,9 +381,10 @@ fn write(args: &Args, heard: Heard, scans: Vec<Scan>) -> Result<ExitCode> {
     let parts = gather.parts();
     for part in &parts {
         let path = args.output.with_file_name(&part.recording.name);
-        part.recording.write(&path)?;
-        write_answers(args, &path, part, &beside)?;
+        outputs.write_recording(&path, &part.recording)?;
+        write_answers(args, outputs, &path, part, &beside)?;
     }
+    unfinished.done()?;
     Ok(ExitCode::SUCCESS)
 }
 
@@ -350,8 +403,20 @@ fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
     }
 }
 
+/// The file of sentences beside a recording.
+fn sentences(path: &Path) -> PathBuf {
+    let name = recording::name_of(&recording::meta_path(path));
+    path.with_file_name(format!("{name}.sentences"))
+}
+
 /// The answers beside a recording: the scanner's own, and whether replay gives the same.
-fn write_answers(args: &Args, path: &Path, part: &Part, beside: &Beside) -> Result<()> {
+fn write_answers(
+    args: &Args,
+    outputs: &Outputs,
+    path: &Path,
+    part: &Part,
+    beside: &Beside,
+) -> Result<()> {
     let (config, mode, word) = beside::as_scanner(&args.settings.config()?, beside);
     let options = replay::Options {
         motion: Some(mode),
@@ -395,8 +460,7 @@ fn write_answers(args: &Args, path: &Path, part: &Part, beside: &Beside) -> Resu
         word,
         heard.collect::<String>()
     );
-    let file = path.with_file_name(format!("{name}.sentences"));
-    recording::write_whole(&file, lines.as_bytes())?;
+    outputs.write(&sentences(path), lines.as_bytes())?;
     emit(&format!(
         "{text}\nnext: cargo sim replay {} --motion {}\n",
         path.display(),

@@ -12,8 +12,9 @@ use crate::answer::Answer;
 use crate::film::Film;
 use crate::inspect::Inspection;
 use crate::motion::Fault;
+use crate::output::{Outputs, Overwrite};
 use crate::plots::{self, PaperView, PosteriorView, ScanView};
-use crate::recording::{Recording, Truth, write_whole};
+use crate::recording::{Recording, Truth};
 use crate::replay::{self, Scanned};
 
 /// Arguments of `replay`.
@@ -49,6 +50,8 @@ pub struct Args {
     /// Draw a picture that moves from scan to scan: an SVG file for a page or a README
     #[arg(long, value_name = "FILE")]
     film: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -80,9 +83,11 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         "--film: expected one recording, not {}",
         paths.len()
     );
+    let outputs = args.overwrite.reading(&paths);
+    args.film.iter().try_for_each(|file| outputs.check(file))?;
     let bar = progress_aside(paths.len() as u64);
     for path in &paths {
-        let shown = scan(path, args, &options);
+        let shown = scan(path, args, &options, &outputs);
         bar.inc(1);
         if !shown.unwrap_or_else(|error| show(Err(error), None, args.format)) {
             code = ExitCode::FAILURE;
@@ -93,7 +98,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// Scans one recording and prints what comes of it; whether that is answers without a fault, and pictures.
-fn scan(path: &Path, args: &Args, options: &replay::Options) -> Result<bool> {
+fn scan(path: &Path, args: &Args, options: &replay::Options, outputs: &Outputs) -> Result<bool> {
     let recording = Recording::read(path)?;
     let mut pictures = Vec::new();
     let mut film = Film::new(&recording);
@@ -105,7 +110,7 @@ fn scan(path: &Path, args: &Args, options: &replay::Options) -> Result<bool> {
         if let Some(dir) = &args.plots
             && pictures.len() < recording.scans()
         {
-            pictures.push(draw(dir, scanned));
+            pictures.push(draw(outputs, dir, scanned));
         }
     });
     let mut good = true;
@@ -117,7 +122,9 @@ fn scan(path: &Path, args: &Args, options: &replay::Options) -> Result<bool> {
         Err(error) => good = show(Err(error), None, args.format),
     }
     if let Some(file) = &args.film {
-        let written = write_whole(file, film.svg().as_bytes()).map(|()| vec![file.clone()]);
+        let written = outputs
+            .write(file, film.svg().as_bytes())
+            .map(|()| vec![file.clone()]);
         pictures.push(written);
     }
     if !pictures.is_empty() {
@@ -127,7 +134,7 @@ fn scan(path: &Path, args: &Args, options: &replay::Options) -> Result<bool> {
 }
 
 /// Draws a scan's pictures.
-fn draw(dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<PathBuf>> {
+fn draw(outputs: &Outputs, dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<PathBuf>> {
     let Scanned {
         config,
         pipeline,
@@ -146,7 +153,7 @@ fn draw(dir: &Path, scanned: &Scanned<'_>) -> Result<Vec<PathBuf>> {
         paper: &PaperView::of(map, config, answer.scan.scan),
         posterior: &posterior,
     };
-    plots::write_scan(dir, &scan)
+    plots::write_scan((outputs, dir), &scan)
 }
 
 /// Lists the pictures for people, or prints why there are none; whether there are.

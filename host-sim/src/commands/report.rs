@@ -8,7 +8,8 @@ use rayon::prelude::*;
 
 use super::{Settings, emit, progress, recordings};
 use crate::html::{self, Entry, Rank};
-use crate::recording::{Recording, name_of, write_whole};
+use crate::output::Overwrite;
+use crate::recording::{Recording, name_of};
 use crate::replay::Options;
 
 /// Arguments of `report`.
@@ -25,6 +26,8 @@ pub struct Args {
     single: bool,
     #[command(flatten)]
     settings: Settings,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 /// Writes the page. A recording that cannot be read stands in it with its reason, and makes the exit status 1.
@@ -34,6 +37,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ..args.settings.options(args.settings.config()?)
     };
     let paths = recordings(&args.recordings)?;
+    let outputs = args.overwrite.reading(&paths);
+    outputs.check(&args.output)?;
     let bar = progress(paths.len() as u64);
     let entries: Vec<Entry> = paths
         .par_iter()
@@ -50,7 +55,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         eprintln!("error: {}", entry.data["error"].as_str().unwrap_or(""));
     }
     let page = html::page(entries)?;
-    write_whole(&args.output, page.as_bytes())?;
+    outputs.write(&args.output, page.as_bytes())?;
     emit(&format!(
         "{} ({} KB): open it in a browser\n",
         args.output.display(),

@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
-use anyhow::{Context, Result};
+use anyhow::Result;
 use clap::ValueEnum;
 
 use super::{emit, harness};
@@ -14,6 +14,7 @@ use crate::answer::Answer;
 use crate::emulate::image::workspace;
 use crate::fit::sequences::{self, Taught};
 use crate::motion::Fault;
+use crate::output::Overwrite;
 use crate::recording::{self, Recording};
 use crate::replay::{self, Options};
 use crate::scene::command::{random_approach, random_drive};
@@ -44,9 +45,11 @@ pub struct Args {
     /// With --fit and --on: the recordings for calibration
     #[arg(long, value_name = "DIR", num_args = 1.., requires = "on", requires = "fit")]
     calibrate_on: Vec<PathBuf>,
-    /// Where --fit writes; the firmware's source if not given
+    /// Where --fit writes; the firmware's source if not given, which takes --force
     #[arg(short, long, value_name = "FILE", requires = "fit")]
     output: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 /// What the chair does.
@@ -281,6 +284,12 @@ fn faults(jobs: Vec<Job>, count: u64) -> Result<ExitCode> {
 
 /// Counts, prints, writes.
 fn fit(args: &Args) -> Result<ExitCode> {
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None => workspace().join("src/params/counted.rs"),
+    };
+    let outputs = args.overwrite.reading::<&PathBuf>([]);
+    outputs.check(&path)?;
     let parts = match args.on.is_empty() {
         true => [
             jobs(Draw::Tuning, args.count),
@@ -308,12 +317,8 @@ fn fit(args: &Args) -> Result<ExitCode> {
         training.pairs.len(),
         counted.told
     ));
-    let path = match &args.output {
-        Some(path) => path.clone(),
-        None => workspace().join("src/params/counted.rs"),
-    };
     let text = sequences::write(&counted.table, &correlations);
-    std::fs::write(&path, text).with_context(|| path.display().to_string())?;
+    outputs.write(&path, text.as_bytes())?;
     emit(&format!("written\n  {}\n", path.display()));
     Ok(ExitCode::SUCCESS)
 }

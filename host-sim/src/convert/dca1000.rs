@@ -168,7 +168,11 @@ impl Setup {
         let chirp = 4 * self.stored_receivers() * self.samples_per_chirp;
         let frame = chirp * self.chirps_per_frame;
         ensure!(
-            !file.is_empty() && file.len().is_multiple_of(frame),
+            !file.is_empty(),
+            "empty: expected frames of {frame} bytes; did the capture card record?"
+        );
+        ensure!(
+            file.len().is_multiple_of(frame),
             "{} bytes, expected whole frames of {frame} bytes ({} chirps of {} samples of {} receivers of 4 \
              bytes): a wrong key, or a capture cut off ({} bytes too many)",
             file.len(),

@@ -174,6 +174,7 @@ impl<'a> Header<'a> {
 /// # Errors
 /// Names the header's key, or the length, and what was expected.
 pub fn read(file: &[u8]) -> Result<Array> {
+    ensure!(!file.is_empty(), "empty: expected an array of numpy");
     let (header, data) = split(file)?;
     let header = Header::parse(header)?;
     let (format, complex) = header.format()?;
@@ -181,8 +182,13 @@ pub fn read(file: &[u8]) -> Result<Array> {
     let item = format.bytes * if complex { 2 } else { 1 };
     let length = (header.shape.iter()).try_fold(item, |length, n| length.checked_mul(*n));
     ensure!(
-        length.is_some_and(|length| length == data.len() && length > 0),
-        "{} bytes of data, expected {} ({:?} items of {item} bytes), and some",
+        length != Some(0),
+        "shape {:?}: the array is empty, expected at least one chirp",
+        header.shape
+    );
+    ensure!(
+        length == Some(data.len()),
+        "{} bytes of data, expected {} ({:?} items of {item} bytes)",
         data.len(),
         length.map_or("more than there can be".to_owned(), |n| n.to_string()),
         header.shape
@@ -312,7 +318,7 @@ mod tests {
         );
         refused(&header("<c8", "(4,)"), &[0; 32], "shape [4]");
         refused(&header("<i2", "(2, 3)"), &[0; 12], "shape [2, 3]");
-        refused(&header("<c8", "(0, 2)"), &[], "and some");
+        refused(&header("<c8", "(0, 2)"), &[], "the array is empty");
         refused(&header("<i8", "(1, 2)"), &[0; 16], "descr '<i8'");
         refused(&header("|O", "(1, 2)"), &[0; 16], "descr '|O'");
         refused(&header("<c8", "(1, -2)"), &[], "shape (1, -2)");

@@ -88,18 +88,36 @@ pub struct Image {
 /// Where the chip's SRAM begins; the stack's region is not allocated by any section.
 const SRAM: std::ops::Range<u64> = 0x2000_0000..0x2002_0000;
 
+fn bytes(elf: &Path) -> Result<Vec<u8>> {
+    regular(elf)?;
+    std::fs::read(elf).with_context(|| format!("{}", elf.display()))
+}
+
+/// The ELF file `elf` that these bytes are.
+fn parse<'data>(elf: &Path, bytes: &'data [u8]) -> Result<object::File<'data>> {
+    let file =
+        object::File::parse(bytes).with_context(|| format!("{}: no ELF file", elf.display()))?;
+    ensure!(
+        file.architecture() == object::Architecture::Arm,
+        "{}: no ELF file for ARM: expected the image that `cargo firmware` builds",
+        elf.display()
+    );
+    Ok(file)
+}
+
+/// Refuses what the emulator cannot boot, before it is started.
+///
+/// # Errors
+/// Names the file: none there, no ELF file, one for another processor.
+pub fn check(elf: &Path) -> Result<()> {
+    parse(elf, &bytes(elf)?).map(|_| ())
+}
+
 impl Image {
     /// Reads an ELF file.
     pub fn read(elf: &Path) -> Result<Self> {
-        regular(elf)?;
-        let bytes = std::fs::read(elf).with_context(|| format!("{}", elf.display()))?;
-        let file = object::File::parse(&*bytes)
-            .with_context(|| format!("{}: no ELF file", elf.display()))?;
-        ensure!(
-            file.architecture() == object::Architecture::Arm,
-            "{}: no ELF file for ARM",
-            elf.display()
-        );
+        let bytes = bytes(elf)?;
+        let file = parse(elf, &bytes)?;
         let mut image = Self::default();
         let functions = functions(&file);
         let mut relocations = 0;

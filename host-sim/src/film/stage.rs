@@ -9,8 +9,7 @@ use svg::{Document, Node};
 use super::shots::{Echo, Film, Shot};
 use crate::answer::metres;
 use crate::plots::colour::{self, MEASURED};
-use crate::plots::{Point, steps, surface};
-use crate::recording::{TrueStep, Truth};
+use crate::plots::{Point, steps, surface, true_edges};
 
 /// Pixels a metre.
 const SCALE: f64 = 300.0;
@@ -67,15 +66,9 @@ fn number(v: f64) -> String {
     format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
 }
 
-fn true_edges(truth: Option<&Truth>) -> Vec<Point> {
-    let steps = truth.map_or(&[][..], |truth| &truth.steps);
-    let edge = |s: &TrueStep| (s.distance_m, s.height_m);
-    steps.iter().map(edge).collect()
-}
-
 impl Stage {
     pub(super) fn of(film: &Film) -> Self {
-        let edges = true_edges(film.truth.as_ref()).into_iter();
+        let edges = film.truth.iter().flat_map(true_edges);
         let answers = film.shots.iter().flat_map(|shot| {
             let place = |s: &stairscan::report::StepLine| {
                 (shot.travel_m + metres(s.distance), metres(s.height))
@@ -197,7 +190,8 @@ impl Stage {
     /// What is really there, or else the ground that the chair stands on.
     fn ground(&self, film: &Film) -> Polygon {
         let (left, right) = self.x_m;
-        let mut line = surface(left, right, &true_edges(film.truth.as_ref()));
+        let edges = film.truth.as_ref().map(true_edges).unwrap_or_default();
+        let mut line = surface(left, right, &edges);
         line.extend([(right, self.y_m.0), (left, self.y_m.0)]);
         let points: Vec<String> = line.into_iter().map(|p| self.at(p)).collect();
         Polygon::new()

@@ -14,6 +14,7 @@ const LAYERS = [
 ];
 // Noise stays white up to so far above its mean; from there it takes so many dB to the darkest.
 const [NOISE_DB, SPAN_DB] = [6, 45];
+const UNCERTAIN = [5, 4];
 const state = { recording: 0, scan: 0, place: null, shown: Object.fromEntries(LAYERS.map(([key, , on]) => [key, on])) };
 
 const fixed = (v, digits) => v.toFixed(digits).replace("-", "−");
@@ -80,7 +81,9 @@ function sheet(id, height) {
 
 /** What must be in sight: metres. */
 function extent(s) {
-  const places = [...s.steps, ...(s.truth?.steps ?? []), ...s.maybe];
+  // Of a deep hole the brink is enough.
+  const real = (s.truth?.edges ?? []).filter((p) => p.distance_m < 2.6).map((p) => ({ ...p, height_m: Math.max(p.height_m, -0.5) }));
+  const places = [...s.steps, ...real, ...s.maybe];
   const x = [1.2, s.map?.depth === false ? 0.9 : 1.5, ...places.map((p) => p.distance_m + 0.35)];
   const y = [s.map?.mount_height_m ?? 0.4, ...places.map((p) => p.height_m)];
   return {
@@ -176,11 +179,19 @@ function drawLayers(g, s) {
   }
   if (state.shown.truth && s.truth) {
     stroke(g, HUE.truth, 4, [9, 6]);
-    surface(g, s.truth.steps, frame);
+    surface(g, s.truth.edges, frame);
   }
   if (s.status !== "fault") {
+    // What lies beyond the horizon is no promise: dashed.
+    stroke(g, HUE.answer, 1.8, UNCERTAIN);
+    surface(g, s.steps, frame);
+    g.save();
+    g.beginPath();
+    g.rect(0, 0, X(s.horizon_m ?? box.right), Y(box.bottom) + 1);
+    g.clip();
     stroke(g, HUE.answer, 2.5);
     surface(g, s.steps, frame);
+    g.restore();
   }
   if (state.shown.sigma) {
     stroke(g, HUE.answer, 1.2);
@@ -310,9 +321,7 @@ function profileTitle(map, row) {
 }
 
 function rivalsOf(s) {
-  const told = (s.inspection?.posterior?.hypotheses ?? []).map((h) => ({ name: h.name, probability: h.probability, edges: h.edges, winner: false }));
-  const scored = (s.inspection?.explanations ?? []).map((e) => ({ name: e.name, score: e.score, edges: e.edges, winner: e.winner }));
-  return [...scored, ...told];
+  return s.rivals ?? [];
 }
 
 function point(event) {
@@ -354,7 +363,7 @@ function showVerdict(s) {
   at("status").textContent = word;
   at("status").className = s.status;
   at("summary").textContent = s.summary.replace(/^[^:]*: /, "");
-  at("advice").textContent = advice + (s.wrong ? " By the recording's own truth something within the horizon is wrong." : "");
+  at("advice").textContent = advice + (s.wrong ? ` By the recording's own truth the answer is wrong: ${s.flaws.join("; ")}.` : "");
   at("why").replaceChildren(...s.why.map(([reason, meaning]) => {
     const item = document.createElement("li");
     item.append(element("code", reason), ` – ${meaning}`);
@@ -365,7 +374,7 @@ function showVerdict(s) {
 function showSteps(s) {
   const real = s.truth?.steps ?? [];
   const nearest = (step) => real.filter((t) => Math.abs(t.distance_m - step.distance_m) <= 0.1).sort((a, b) => Math.abs(a.distance_m - step.distance_m) - Math.abs(b.distance_m - step.distance_m))[0];
-  const head = ["step", "distance ± 2σ", "height ± 2σ", "tread", "riser", "seen"];
+  const head = ["step", "distance ± 2σ", "height ± 2σ", "tread", "riser", "quality"];
   if (s.truth) head.push("distance is off by", "height is off by");
   const rows = s.steps.map((p, k) => {
     const cells = [`${k + 1}`, `${fixed(100 * p.distance_m, 1)} ± ${cm(2 * p.distance_sigma_m)}`, `${fixed(100 * p.height_m, 1)} ± ${cm(2 * p.height_sigma_m)}`,
@@ -375,11 +384,11 @@ function showSteps(s) {
     return cells;
   });
   const told = (t) => s.steps.some((p) => nearest(p) === t);
-  for (const t of real.filter((t) => !told(t))) rows.push(["missed", cm(t.distance_m), cm(t.height_m), "–", "–", t.snr_db === null ? "–" : `${t.snr_db.toFixed(0)} dB`, "–", "–"]);
+  for (const t of real.filter((t) => !told(t))) rows.push([t.snr_db === null ? "missed" : `missed (${t.snr_db.toFixed(0)} dB)`, cm(t.distance_m), cm(t.height_m), "–", "–", "–", "–", "–"]);
   table("steps", head, rows);
 }
 function showDetails(s) {
-  table("rivals", ["reading", "score, nats", "probability"], rivalsOf(s).map((r) => [r.winner ? `${r.name} (the answer's)` : r.name, r.score === undefined ? undefined : fixed(r.score, 1), r.probability === undefined ? undefined : percent(r.probability)]));
+  table("rivals", ["reading", "first edge", "score, nats", "probability"], rivalsOf(s).map((r) => [r.winner ? `${r.name} (the answer's)` : r.name, r.edges.length ? cm(r.edges[0].distance_m) : undefined, r.score === undefined ? undefined : fixed(r.score, 1), r.probability === undefined ? undefined : percent(r.probability)]));
   table("echoes", ["role", "dB", "distance", "height", "range from the radar"], (s.inspection?.scatterers ?? []).map((e) => [e.against ? `${e.role} (against)` : e.role, e.snr_db.toFixed(1), cm(e.x_m), cm(e.y_m), cm(e.range_m + s.map.mirror_offset_m)]));
   at("sentences").textContent = s.sentences.join("\n");
   table("settings", ["key", "value"], recording().settings ?? []);
@@ -388,6 +397,10 @@ function legend(s) {
   const line = (colour, dash, width) => `<svg viewBox="0 0 24 12"><path d="M0 6H24" stroke="${colour}" stroke-width="${width}" stroke-dasharray="${dash}"/></svg>`;
   const shape = (colour, path) => `<svg viewBox="0 0 24 12"><path d="${path}" stroke="${colour}" stroke-width="1.8" fill="none"/></svg>`;
   const items = [[line(HUE.answer, "", 2.5), "answer"]];
+  if (s.horizon_m !== null && s.steps.some((p) => p.distance_m > s.horizon_m)) items.push([line(HUE.answer, UNCERTAIN.join(" "), 1.8), "beyond its horizon: no promise"]);
+  if (state.shown.sigma && s.steps.length) items.push([shape(HUE.answer, "M4 2H20V10H4Z"), "±2σ of a step"]);
+  if (state.shown.horizon && s.horizon_m > 0) items.push([line(HUE.horizon, "1 4", 1.5), "horizon"]);
+  if (state.place && s.map) items.push([line("#00000060", "", 1), "beam through the place pointed at"]);
   if (s.truth && state.shown.truth) items.push([line(HUE.truth, "7 4", 4), "truth"]);
   if (state.shown.rivals) items.push([line(HUE.rival, "3 4", 6), "rivals"]);
   if (state.shown.echoes) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
@@ -452,7 +465,8 @@ for (const [key, word] of LAYERS) {
 }
 at("side").addEventListener("pointermove", point);
 at("side").addEventListener("pointerdown", point);
-at("side").addEventListener("pointerleave", () => { at("tip").hidden = true; });
+// A finger leaves when it is lifted; what it pointed at stays to be read.
+at("side").addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") at("tip").hidden = true; });
 at("scan").addEventListener("input", (event) => { state.scan = Number(event.target.value) - 1; show(); });
 window.addEventListener("resize", redraw);
 at("made").textContent = `Made by cargo sim report, stairscan ${data.version}, revision ${data.revision}, with the scanner's own answers.`;

@@ -3,7 +3,7 @@ use std::path::Path;
 use serde_json::Value;
 
 use super::*;
-use crate::recording::Recording;
+use crate::recording::{Recording, TrueStep, Truth};
 use crate::replay::{self, Options};
 
 /// A recording of the repository.
@@ -76,5 +76,74 @@ fn every_reason_has_a_meaning() {
     for reason in stairscan::answer::Reason::ALL {
         let meaning = reason.meaning();
         assert!(meaning.ends_with('.') && meaning.len() > 15, "{meaning}");
+    }
+}
+
+/// The ground ends where the truth has a brink or a hole, though those are no steps to be counted.
+#[test]
+fn the_truth_has_its_holes() {
+    let mut recording = recorded("empty");
+    let edge = |distance_m: f64, height_m: f64| TrueStep {
+        distance_m,
+        height_m,
+        snr_db: None,
+    };
+    recording.meta.truth = Some(Truth {
+        direction: "none".to_owned(),
+        steps: Vec::new(),
+        uncounted: vec![edge(1.5, -0.4), edge(0.8, -0.2)],
+    });
+    let entry = entry(&recording, &Options::default()).unwrap();
+    let edges = &entry.data["scans"][0]["truth"]["edges"];
+    let expected = serde_json::json!([
+        {"distance_m": 0.8, "height_m": -0.2},
+        {"distance_m": 1.5, "height_m": -0.4},
+    ]);
+    assert_eq!(*edges, expected);
+    let flaws = entry.data["scans"][0]["flaws"].to_string();
+    assert!(flaws.contains("the ground ends at 0.80 m"), "{flaws}");
+}
+
+#[test]
+fn a_rival_is_told_once_with_score_and_probability() {
+    for name in ["stair_a", "stair_b"] {
+        let scan = &shown(name).data["scans"][0];
+        let rivals = scan["rivals"].as_array().unwrap();
+        let winner = rivals.iter().find(|r| r["winner"] == true).unwrap();
+        for key in ["score", "probability"] {
+            assert!(winner[key].is_number(), "{name}: {key}: {winner}");
+        }
+        let all = &scan["inspection"];
+        let count = |list: &Value| list.as_array().unwrap().len();
+        let separate = count(&all["explanations"]) + count(&all["posterior"]["hypotheses"]);
+        assert!(rivals.len() < separate, "{name}: {}", rivals.len());
+        let sum = |list: &Value| -> f64 {
+            let each = list.as_array().unwrap().iter();
+            each.filter_map(|r| r["probability"].as_f64()).sum()
+        };
+        let lost = sum(&all["posterior"]["hypotheses"]) - sum(&scan["rivals"]);
+        assert!((0.0..0.2).contains(&lost), "{name}: {lost}");
+    }
+}
+
+/// What the script shows: looked at in its text, for nothing here runs it.
+#[test]
+fn the_script_names_what_it_draws() {
+    let page = page(vec![shown("stair_a")]).unwrap();
+    for words in [
+        "s.truth.edges",
+        "±2σ of a step",
+        "\"horizon\"]",
+        "beam through the place",
+        "beyond its horizon",
+        "s.flaws.join",
+        "missed (${t.snr_db.toFixed(0)} dB)",
+        "@media (max-width: 32rem)",
+        "event.pointerType === \"mouse\"",
+    ] {
+        assert!(page.contains(words), "{words}");
+    }
+    for words in ["something within the horizon is wrong", "\"seen\""] {
+        assert!(!page.contains(words), "{words}");
     }
 }

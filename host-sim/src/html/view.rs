@@ -14,6 +14,7 @@ use super::index::{Entry, Rank};
 use crate::answer::Answer;
 use crate::inspect::Inspection;
 use crate::playback::Playback;
+use crate::plots::true_edges;
 use crate::recording::{Recording, TrueStep, Truth};
 use crate::replay::{self, Options, Scanned};
 use crate::score;
@@ -71,6 +72,7 @@ fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
         .iter()
         .map(|r| json!([r.as_str(), r.meaning()]))
         .collect();
+    let inspection = inspected.map(|i| i.json(answer));
     let mut value = answer.json();
     let extra = json!({
         "summary": answer.summary(),
@@ -79,8 +81,10 @@ fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
         "truth": truth.map(true_steps),
         "exact": verdict.as_ref().map(|v| v.exact),
         "wrong": verdict.as_ref().map(|v| v.wrong),
+        "flaws": verdict.as_ref().map(|v| v.flaws.clone()),
         "map": polar(map, config.mount.mirror_offset_m()),
-        "inspection": inspected.map(|i| i.json(answer)),
+        "rivals": inspection.as_ref().map(rivals),
+        "inspection": inspection,
     });
     if let (Some(value), Value::Object(extra)) = (value.as_object_mut(), extra) {
         value.extend(extra);
@@ -98,13 +102,53 @@ fn rank(answer: &Answer, wrong: Option<bool>) -> Rank {
     }
 }
 
+/// Two readings whose edges lie nearer than this in distance and height are one, metres.
+const SAME_M: f64 = 0.05;
+
+/// A reading that the search has not scored is told from this probability on.
+const LEAST: f64 = 0.01;
+
+/// Every reading once, with the search's score and the posterior's probability where it has them.
+fn rivals(inspection: &Value) -> Vec<Value> {
+    let list = |value: &Value| value.as_array().cloned().unwrap_or_default();
+    let mut all = list(&inspection["explanations"]);
+    let scored = all.len();
+    for hypothesis in list(&inspection["posterior"]["hypotheses"]) {
+        let free = |r: &&mut Value| r.get("probability").is_none();
+        let mut rivals = all[..scored].iter_mut().filter(free);
+        match rivals.find(|r| same(&r["edges"], &hypothesis["edges"])) {
+            Some(rival) => rival["probability"] = hypothesis["probability"].clone(),
+            None if hypothesis["probability"].as_f64() >= Some(LEAST) => all.push(hypothesis),
+            None => {}
+        }
+    }
+    all
+}
+
+/// Whether two readings have the same edges.
+fn same(a: &Value, b: &Value) -> bool {
+    let (Some(a), Some(b)) = (a.as_array(), b.as_array()) else {
+        return false;
+    };
+    let near = |a: &Value, b: &Value| {
+        ["distance_m", "height_m"].iter().all(|key| {
+            let [a, b] = [a, b].map(|edge| edge[key].as_f64().unwrap_or(f64::NAN));
+            (a - b).abs() <= SAME_M
+        })
+    };
+    a.len() == b.len() && a.iter().zip(b).all(|(a, b)| near(a, b))
+}
+
 fn true_steps(truth: &Truth) -> Value {
     let list = |steps: &[TrueStep]| -> Vec<Value> {
         let step = |s: &TrueStep| json!({"distance_m": s.distance_m, "height_m": s.height_m, "snr_db": s.snr_db});
         steps.iter().map(step).collect()
     };
+    let edge = |&(x, y): &(f64, f64)| json!({"distance_m": x, "height_m": y});
     json!({
         "direction": truth.direction,
+        // Of the ground: level where steps out of sight were left out, it would end at no hole.
+        "edges": true_edges(truth).iter().map(edge).collect::<Vec<_>>(),
         "steps": list(&truth.steps),
         "uncounted": list(&truth.uncounted),
     })

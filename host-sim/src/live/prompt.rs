@@ -30,6 +30,24 @@ pub enum Key {
     Clear,
 }
 
+/// A line that is meant for this program, not for the scanner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Own {
+    /// Tells what can be typed.
+    Help,
+    /// Ends the session.
+    Quit,
+}
+
+/// What `help` prints, a line each.
+pub const HELP: [&str; 5] = [
+    "scan | start | stop | reset: one scan, on and on, stand, forget scans",
+    "status | version | selftest: how the scanner is",
+    "get [KEY] | set KEY VALUE | save: settings (docs/hardware.md)",
+    "calibrate WALL_MM YYYYMMDD: how the scanner is mounted",
+    "help, q: this text, the end; all commands: docs/commands.md",
+];
+
 /// The command line. Only ASCII can be typed: nothing else is in a command.
 #[derive(Clone, Debug, Default)]
 pub struct Prompt {
@@ -79,6 +97,19 @@ impl Prompt {
                 self.place = None;
             }
         }
+    }
+
+    /// The line that stands there, if it is one for this program; then it is taken away.
+    pub fn own(&mut self) -> Option<Own> {
+        let typed = self.text.trim().to_owned();
+        let own = match typed.as_str() {
+            "help" | "?" => Own::Help,
+            "q" | "quit" | "exit" => Own::Quit,
+            _ => return None,
+        };
+        self.remember(&typed);
+        self.replace(String::new());
+        Some(own)
     }
 
     /// Enter: the line to send, if there is one. What is not sent at once stands there as an offer.
@@ -197,6 +228,23 @@ mod tests {
         // Nothing stops a person who insists.
         assert_eq!(typed(&mut prompt, "scna"), None);
         assert_eq!(prompt.enter().as_deref(), Some("scna"));
+    }
+
+    #[test]
+    fn help_and_quit_are_not_for_the_scanner() {
+        let mut prompt = Prompt::default();
+        for (typed, own) in [
+            ("help", Some(Own::Help)),
+            (" ? ", Some(Own::Help)),
+            ("q", Some(Own::Quit)),
+            ("quit", Some(Own::Quit)),
+            ("status", None),
+        ] {
+            prompt.key(Key::Clear);
+            typed.chars().for_each(|c| prompt.key(Key::Char(c)));
+            assert_eq!(prompt.own(), own, "{typed}");
+            assert_eq!(prompt.text.is_empty(), own.is_some(), "{typed}");
+        }
     }
 
     #[test]

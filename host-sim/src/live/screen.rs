@@ -280,7 +280,7 @@ fn command_line(frame: &mut Frame<'_>, area: Rect, state: &State, prompt: &Promp
         Span::raw(prompt.text.clone()),
     ]);
     let note = Line::styled(format!("   {}", prompt.note), WARN);
-    let help = "   Enter sends, Up and Down: history, Esc clears, Ctrl-C ends. Try: status";
+    let help = "   Enter sends, Up and Down: history, Esc clears, q ends. Try: help, status";
     let note = match prompt.note.is_empty() {
         false => note,
         true => Line::styled(help, GREY),

@@ -109,22 +109,62 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: b
     let (x, y) = shape.bounds();
     let horizon = upright(shape.horizon, y);
     let sets = datasets(&shape, &horizon, &colours);
-    let axis = |[low, high]: [f64; 2], title: &'static str| {
-        let marks = ((high - low) / MARK).round() as usize;
-        let mark = |k: usize| Span::raw(format!("{:.0}", low + MARK * k as f64));
+    let axis = |bounds: [f64; 2], title: &'static str| {
         Axis::default()
             .title(title)
-            .bounds([low, high])
-            .labels((0..=marks).map(mark).collect::<Vec<_>>())
+            .bounds(bounds)
+            .labels(
+                marks(bounds)
+                    .map(|v| Span::raw(label(v)))
+                    .collect::<Vec<_>>(),
+            )
             .style(Style::new().fg(Color::Gray))
     };
     let chart = Chart::new(sets)
         .block(Block::bordered().title(" Side view: steps, + their ±2σ, : horizon, ? maybe "))
-        .x_axis(axis(x, "from mirror, cm"))
+        // An empty label keeps the row free.
+        .x_axis(axis(x, "from mirror, cm").labels(["", ""]))
         .y_axis(axis(y, "height, cm"))
         .legend_position(None)
         .hidden_legend_constraints((Constraint::Length(0), Constraint::Length(0)));
     frame.render_widget(chart, area);
+    let inner = Block::bordered().inner(area);
+    let widest = marks(y).map(|v| label(v).len()).max().unwrap_or(0) as u16;
+    // As the chart lays itself out: labels of the height, at most a third of the width; the axis; the graph.
+    let graph = inner.x + widest.min(inner.width / 3) + 1;
+    x_labels(frame, Rect { x: graph, ..inner }, inner.right(), x);
+}
+
+/// Values of an axis' marks.
+fn marks([low, high]: [f64; 2]) -> impl Iterator<Item = f64> {
+    let count = ((high - low) / MARK).round() as usize;
+    (0..=count).map(move |k| low + MARK * k as f64)
+}
+
+fn label(value: f64) -> String {
+    format!("{value:.0}")
+}
+
+/// Writes each label of the x axis centred below its value, where it has room beside the one before. The chart itself
+/// would spread them evenly over the width, up to 15 % away from their values.
+fn x_labels(frame: &mut Frame<'_>, graph: Rect, right: u16, x: [f64; 2]) {
+    let Some(width) = right.checked_sub(graph.x + 1) else {
+        return;
+    };
+    let style = Style::new().fg(Color::Gray);
+    let mut free = graph.x.saturating_sub(1);
+    for value in marks(x) {
+        let text = label(value);
+        let column = (value - x[0]) / (x[1] - x[0]) * f64::from(width);
+        let size = text.len() as u16;
+        let centred = (graph.x + column.round() as u16).saturating_sub(size / 2);
+        let start = centred.min(right.saturating_sub(size));
+        if start >= free {
+            let row = graph.bottom().saturating_sub(1);
+            frame.buffer_mut().set_string(start, row, &text, style);
+            free = start + size + 1;
+        }
+    }
 }
 
 /// A dotted line over the whole height.

@@ -1,16 +1,17 @@
 //! Keys, time and screen brought together.
 
 use std::io::{IsTerminal, stdout};
+use std::sync::mpsc::{self, Receiver, RecvTimeoutError};
 use std::time::{Duration, Instant};
 
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, bail, ensure};
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::Ms;
 use super::keep::Keep;
 use super::model::{Event, State};
 use super::port::Source;
-use super::prompt::{Key, Prompt};
+use super::prompt::{HELP, Key, Own, Prompt};
 use super::screen;
 
 /// From screen to screen.
@@ -26,6 +27,7 @@ pub fn run(started: Instant, source: &Source, state: State, keep: Option<Keep>) 
         "stdout: expected a terminal to draw on; `--record DIR` keeps the sentences in a file"
     );
     let mut terminal = ratatui::try_init()?;
+    let keys = keys();
     let mut session = Session {
         state,
         prompt: Prompt::default(),
@@ -40,9 +42,9 @@ pub fn run(started: Instant, source: &Source, state: State, keep: Option<Keep>) 
             screen::draw(frame, &session.state, &session.prompt, now);
         });
         if let Err(error) = drawn {
-            break Err(error.into());
+            break Err(error).context("the terminal has gone");
         }
-        match session.keys(source, now) {
+        match session.keys(&keys, source, now) {
             Ok(true) => {}
             Ok(false) => break Ok(()),
             Err(error) => break Err(error),
@@ -50,6 +52,22 @@ pub fn run(started: Instant, source: &Source, state: State, keep: Option<Keep>) 
     };
     ratatui::restore();
     done
+}
+
+/// The keys that are pressed, read in a thread of its own: on a terminal that hung up the library's look for a key
+/// never returns, and what is drawn next finds that the terminal has gone. The thread ends with the program.
+fn keys() -> Receiver<KeyEvent> {
+    let (sender, keys) = mpsc::channel();
+    std::thread::spawn(move || {
+        while let Ok(event) = event::read() {
+            if let event::Event::Key(key) = event
+                && sender.send(key).is_err()
+            {
+                break;
+            }
+        }
+    });
+    keys
 }
 
 /// What is shown and kept.
@@ -86,20 +104,17 @@ impl Session {
     }
 
     /// Waits for keys for the time of a frame; whether to go on.
-    fn keys(&mut self, source: &Source, now: Ms) -> Result<bool> {
-        if !event::poll(FRAME)? {
-            return Ok(true);
-        }
+    fn keys(&mut self, keys: &Receiver<KeyEvent>, source: &Source, now: Ms) -> Result<bool> {
+        let mut wait = FRAME;
         loop {
-            if let event::Event::Key(key) = event::read()?
-                && key.kind != KeyEventKind::Release
-                && !self.key(key, source, now)
-            {
-                return Ok(false);
+            match keys.recv_timeout(wait) {
+                Ok(key) if key.kind == KeyEventKind::Release => {}
+                Ok(key) if !self.key(key, source, now) => return Ok(false),
+                Ok(_) => {}
+                Err(RecvTimeoutError::Timeout) => return Ok(true),
+                Err(RecvTimeoutError::Disconnected) => bail!("no keys can be read any more"),
             }
-            if !event::poll(Duration::ZERO)? {
-                return Ok(true);
-            }
+            wait = Duration::ZERO;
         }
     }
 
@@ -109,10 +124,7 @@ impl Session {
         let edit = match key.code {
             KeyCode::Char('c' | 'd') if control => return false,
             KeyCode::Char(_) if control => return true,
-            KeyCode::Enter => {
-                self.enter(source, now);
-                return true;
-            }
+            KeyCode::Enter => return self.enter(source, now),
             KeyCode::Char(c) => Key::Char(c),
             KeyCode::Backspace => Key::Backspace,
             KeyCode::Delete => Key::Delete,
@@ -129,16 +141,23 @@ impl Session {
         true
     }
 
-    fn enter(&mut self, source: &Source, now: Ms) {
-        if !self.state.is_open() {
-            self.prompt.note = "the port is not open: nothing can be sent".to_owned();
-            return;
+    /// The line that was typed; whether to go on.
+    fn enter(&mut self, source: &Source, now: Ms) -> bool {
+        match self.prompt.own() {
+            Some(Own::Quit) => return false,
+            Some(Own::Help) => HELP.iter().for_each(|line| self.state.note(now, line)),
+            None if !self.state.is_open() => {
+                self.prompt.note = "the port is not open: nothing can be sent".to_owned();
+            }
+            None => {
+                if let Some(line) = self.prompt.enter() {
+                    self.keep(now, '>', &line);
+                    self.state.sent(now, &line);
+                    // A source that has ended has told so.
+                    let _ = source.lines.send(line);
+                }
+            }
         }
-        if let Some(line) = self.prompt.enter() {
-            self.keep(now, '>', &line);
-            self.state.sent(now, &line);
-            // A source that has ended has told so.
-            let _ = source.lines.send(line);
-        }
+        true
     }
 }

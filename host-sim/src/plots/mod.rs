@@ -43,9 +43,10 @@ pub use plane::Ground;
 pub use posterior::{HypothesisView, PosteriorView};
 pub use profile::ProfileView;
 pub use staircase::{StepView, steps};
-pub use surface::surface;
+pub use surface::{surface, true_edges};
 
 use crate::answer::Answer;
+use crate::output::Outputs;
 use crate::recording::Recording;
 use crate::setup;
 use plane::{SagittalPlane, Words};
@@ -86,12 +87,12 @@ pub struct ScanView<'a> {
 ///
 /// # Errors
 /// Names the directory or file that cannot be written.
-pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
+pub fn write_scan((outputs, dir): (&Outputs, &Path), scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
     let name = &scan.recording.name;
     let mut written = Vec::new();
     let mut keep = |what: &str, picture: Result<Vec<u8>>| -> Result<()> {
         let path = dir.join(format!("{name}-{what}.png"));
-        sheet::save(
+        outputs.write_picture(
             &path,
             &picture.with_context(|| format!("{}", path.display()))?,
         )?;
@@ -156,15 +157,19 @@ pub fn write_scan(dir: &Path, scan: &ScanView<'_>) -> Result<Vec<PathBuf>> {
 ///
 /// # Errors
 /// Names the file if it cannot be written.
-pub fn write_profile(file: &Path, view: &ProfileView) -> Result<()> {
-    sheet::save(file, &profile::threshold(view)?)
+pub fn write_profile((outputs, file): (&Outputs, &Path), view: &ProfileView) -> Result<()> {
+    outputs.write_picture(file, &profile::threshold(view)?)
 }
 
 /// Writes what the estimator thought of a scan to `file`.
 ///
 /// # Errors
 /// Names the file if it cannot be written.
-pub fn write_inspect(file: &Path, scan: &ScanView<'_>, view: &InspectView) -> Result<()> {
+pub fn write_inspect(
+    (outputs, file): (&Outputs, &Path),
+    scan: &ScanView<'_>,
+    view: &InspectView,
+) -> Result<()> {
     let plane = SagittalPlane::new(scan.map, &points_of_interest(scan));
     let words = Words {
         title: "Echoes with their roles, the winning reading and its rivals".into(),
@@ -176,7 +181,7 @@ pub fn write_inspect(file: &Path, scan: &ScanView<'_>, view: &InspectView) -> Re
         legend: Vec::new(),
     };
     let truth = scan.recording.meta.truth.as_ref();
-    sheet::save(
+    outputs.write_picture(
         file,
         &inspect::draw(&plane, &words, (view, scan.answer), truth)?,
     )

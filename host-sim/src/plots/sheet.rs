@@ -3,16 +3,13 @@
 //! Everything is drawn at twice the final size and averaged down, for `plotters` smooths neither
 //! thick lines nor filled shapes. Places are final pixels, from the top left corner.
 
-use std::path::Path;
 use std::sync::Once;
 
-use anyhow::{Context, Result, anyhow};
+use anyhow::{Result, anyhow};
 use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 use plotters::style::{FontStyle, FontTransform, register_font};
-
-use crate::recording::write_whole;
 
 /// A place on the sheet, final pixels.
 pub type Spot = (f64, f64);
@@ -197,15 +194,6 @@ pub fn draw(size: (u32, u32), draw: impl FnOnce(&Sheet<'_>) -> Result<()>) -> Re
     encode(size, &averaged(size, &pixels))
 }
 
-/// Writes a picture whole or not at all, making its directory where there is none.
-pub fn save(path: &Path, picture: &[u8]) -> Result<()> {
-    if let Some(dir) = path.parent().filter(|d| !d.as_os_str().is_empty()) {
-        std::fs::create_dir_all(dir)
-            .with_context(|| format!("{}: no directory for pictures", dir.display()))?;
-    }
-    write_whole(path, picture)
-}
-
 fn failed<E: std::error::Error + Send + Sync>(error: DrawingAreaErrorKind<E>) -> anyhow::Error {
     anyhow!("picture: {error}")
 }
@@ -262,21 +250,13 @@ impl Sheet<'_> {
             .map_err(failed)
     }
 
-    /// Writes `text` on a veil of white, so that it reads on anything.
+    /// Writes `text` with a white rim around its letters: it reads on anything, and hides nothing beside them.
     pub fn note(&self, text: &str, at: Spot, face: Face) -> Result<()> {
-        let width = face.width(text);
-        let left = match face.anchor {
-            HPos::Left => at.0,
-            HPos::Center => at.0 - width / 2.0,
-            HPos::Right => at.0 - width,
-        };
-        let (dx, dy) = (5.0, 0.42 * face.size + 2.0);
-        self.fill_box(
-            (left - dx, at.1 - dy),
-            (left + width + dx, at.1 + dy),
-            WHITE,
-            0.82,
-        )?;
+        const RIM: f64 = 1.7;
+        for turn in 0..8 {
+            let (dy, dx) = (f64::from(turn) * std::f64::consts::FRAC_PI_4).sin_cos();
+            self.text(text, (at.0 + RIM * dx, at.1 + RIM * dy), face.ink(WHITE))?;
+        }
         self.text(text, at, face)
     }
 
@@ -391,6 +371,26 @@ mod tests {
         assert!(pixels[..61 * 3 * 5].iter().all(|&p| p == 255));
     }
 
+    /// What lies between the lines of a label, or beside it, is still seen.
+    #[test]
+    fn a_label_hides_no_more_than_its_letters() {
+        let (width, height) = (80, 40);
+        let picture = draw((width, height), |sheet| {
+            sheet.fill_box((0.0, 0.0), (80.0, 40.0), INK, 1.0)?;
+            sheet.note("l   l", (40.0, 20.0), Face::plain(20.0).ink(FAINT))
+        });
+        let picture = picture.unwrap();
+        let mut reader = png::Decoder::new(std::io::Cursor::new(&picture))
+            .read_info()
+            .unwrap();
+        let mut pixels = vec![0; reader.output_buffer_size().unwrap()];
+        reader.next_frame(&mut pixels).unwrap();
+        let row = &pixels[20 * 80 * 3..21 * 80 * 3];
+        let (letters, gap) = (row.iter().copied().max(), row[40 * 3]);
+        assert!(letters > Some(200), "a white rim");
+        assert_eq!(gap, INK.0, "between the two letters");
+    }
+
     #[test]
     fn what_lies_far_outside_does_no_harm() {
         let far = [(-1e12, 5.0), (1e12, 7.0)];
@@ -411,17 +411,5 @@ mod tests {
             &[(10.0, 2.0), (10.0, 6.0)],
         ];
         assert_eq!(cut, expected);
-    }
-
-    #[test]
-    fn no_directory_can_be_made_below_a_file() {
-        let dir = std::env::temp_dir().join(format!("stairscan-sheet-{}", std::process::id()));
-        std::fs::create_dir_all(&dir).unwrap();
-        std::fs::write(dir.join("file"), b"").unwrap();
-        let error = save(&dir.join("file/inner/picture.png"), b"x").unwrap_err();
-        assert!(format!("{error:#}").contains("file/inner"), "{error:#}");
-        save(&dir.join("made/picture.png"), b"x").unwrap();
-        assert_eq!(std::fs::read(dir.join("made/picture.png")).unwrap(), b"x");
-        std::fs::remove_dir_all(&dir).unwrap();
     }
 }

@@ -11,7 +11,7 @@ use super::plane::{Ground, SagittalPlane, Words};
 use super::posterior::{self, PosteriorView};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
-use super::surface::{surface, surface_to_draw};
+use super::surface::{surface, surface_up_to, true_edges};
 use crate::answer::{Answer, metres};
 use crate::recording::Truth;
 
@@ -49,6 +49,8 @@ pub fn draw(
         .collect();
     let rivals = posterior::rivals(posterior, &edges);
     let found = Stroke::solid(CONCLUDED, 3.2);
+    let no_promise = found.dashed(5.0, 5.0);
+    let horizon = answer.horizon_m.unwrap_or(f64::INFINITY);
     let real = Stroke::solid(TRUE, 2.0);
     let mut words = words.clone();
     if !reported.is_empty() {
@@ -58,6 +60,10 @@ pub fn draw(
         words
             .legend
             .push((mark, "edge of a step, box of ±2σ".into()));
+    }
+    if reported.iter().any(|step| step.distance_m > horizon) {
+        let label = "beyond its horizon: no promise".to_owned();
+        words.legend.push((Swatch::Line(no_promise), label));
     }
     if truth.is_some() {
         words
@@ -81,7 +87,9 @@ pub fn draw(
         if edges.is_empty() {
             return say_none(sheet, frame, answer);
         }
-        sheet.line(&surface_to_draw(frame, &edges), found)?;
+        let [promised, beyond] = surface_up_to(frame, &edges, horizon);
+        sheet.line(&beyond, no_promise)?;
+        sheet.line(&promised, found)?;
         for (k, step) in reported.iter().enumerate() {
             draw_step(sheet, frame, k, step, truth)?;
         }
@@ -92,13 +100,7 @@ pub fn draw(
 /// The true surface, solid below.
 pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()> {
     let edge = Stroke::solid(TRUE, 2.2);
-    let steps = |list: &[crate::recording::TrueStep]| -> Vec<Point> {
-        list.iter().map(|s| (s.distance_m, s.height_m)).collect()
-    };
-    let mut all = steps(&truth.steps);
-    all.extend(steps(&truth.uncounted));
-    all.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &all);
+    let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &true_edges(truth));
     let mut solid: Vec<_> = line.iter().map(|p| frame.spot(p.0, p.1)).collect();
     let hidden = truth.uncounted.iter().map(|s| (s.distance_m, s.height_m));
     sheet.line(&solid, edge)?;

@@ -3,6 +3,15 @@
 use super::page::Frame;
 use super::particles::Point;
 use super::sheet::Spot;
+use crate::recording::Truth;
+
+/// Edges of what is really there, nearest first: steps in sight and out of it, brinks and the near edges of holes.
+pub fn true_edges(truth: &Truth) -> Vec<Point> {
+    let all = truth.steps.iter().chain(&truth.uncounted);
+    let mut edges: Vec<Point> = all.map(|s| (s.distance_m, s.height_m)).collect();
+    edges.sort_by(|a, b| a.0.total_cmp(&b.0));
+    edges
+}
 
 /// The surface from the ground over `edges` (distance and height of the tread that begins there) to
 /// `far`, beginning at `near`.
@@ -21,12 +30,48 @@ pub fn surface(near: f64, far: f64, edges: &[Point]) -> Vec<Point> {
 
 /// The surface over `edges` as a line on the sheet.
 pub fn surface_to_draw(frame: &Frame, edges: &[Point]) -> Vec<Spot> {
+    let [line, _] = surface_up_to(frame, edges, f64::INFINITY);
+    line
+}
+
+/// The same in two parts: up to `x` metres, and beyond.
+pub fn surface_up_to(frame: &Frame, edges: &[Point], x: f64) -> [Vec<Spot>; 2] {
     let line = surface(frame.x.0 - 1.0, beyond(edges), edges);
-    line.iter().map(|p| frame.spot(p.0, p.1)).collect()
+    parted(&line, x).map(|part| part.iter().map(|p| frame.spot(p.0, p.1)).collect())
+}
+
+/// A surface's part up to `x` metres, and the rest, which begins where that ends.
+pub fn parted(line: &[Point], x: f64) -> [Vec<Point>; 2] {
+    let count = line.iter().take_while(|p| p.0 <= x).count();
+    let (near, far) = line.split_at(count);
+    let [mut near, mut rest] = [near.to_vec(), Vec::new()];
+    // The line is level where it leads on: it rises and falls at edges only.
+    if let (Some(last), false) = (near.last().copied(), far.is_empty()) {
+        near.push((x, last.1));
+        rest.push((x, last.1));
+    }
+    rest.extend_from_slice(far);
+    [near, rest]
 }
 
 /// How far the last tread is drawn: as far as the one before it is deep.
 fn beyond(edges: &[Point]) -> f64 {
     let tread = edges.windows(2).last().map_or(0.3, |w| w[1].0 - w[0].0);
     edges.last().map_or(0.0, |e| e.0 + tread.clamp(0.15, 0.5))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_is_parted_at_the_horizon() {
+        let line = surface(0.0, 2.0, &[(0.5, 0.2), (1.0, 0.4)]);
+        let [near, far] = parted(&line, 0.8);
+        assert_eq!(near, [(0.0, 0.0), (0.5, 0.0), (0.5, 0.2), (0.8, 0.2)]);
+        assert_eq!(far, [(0.8, 0.2), (1.0, 0.2), (1.0, 0.4), (2.0, 0.4)]);
+        assert_eq!(parted(&line, f64::INFINITY), [line.clone(), Vec::new()]);
+        let [near, far] = parted(&line, -1.0);
+        assert!(near.is_empty() && far == line);
+    }
 }

@@ -1,4 +1,5 @@
 use super::*;
+use crate::output::Outputs;
 use crate::recording::{Metadata, MirrorSetup, TrueStep, Truth};
 use stairscan::Iq;
 use stairscan::answer::{Direction, Reason, Reasons, Status};
@@ -155,7 +156,7 @@ fn pictures(test: &str, recording: &Recording, answer: &Answer, paper: &PaperVie
         posterior: &posterior(),
     };
     let inner = dir.0.join("a/b");
-    let written = write_scan(&inner, &view).unwrap();
+    let written = write_scan((&Outputs::default(), &inner), &view).unwrap();
     for path in &written {
         let (width, height, colours) = look(path);
         assert!(
@@ -251,7 +252,12 @@ fn silence_does_no_harm() {
         paper: &nothing,
         posterior: &PosteriorView::default(),
     };
-    assert_eq!(write_scan(&dir.0, &view).unwrap().len(), 10);
+    assert_eq!(
+        write_scan((&Outputs::default(), &dir.0), &view)
+            .unwrap()
+            .len(),
+        10
+    );
 }
 
 #[test]
@@ -279,7 +285,7 @@ fn other_radars_have_profiles() {
             assert!((power - strongest).abs() < 1.6, "{samples}");
         }
         let file = dir.0.join(format!("{samples}.png"));
-        write_profile(&file, &view).unwrap();
+        write_profile((&Outputs::default(), &file), &view).unwrap();
         assert!(look(&file).2 > 50);
         assert!(
             profile_view(&recording, 2, &mut range).is_err(),
@@ -329,7 +335,7 @@ fn what_the_estimator_thought_has_its_picture() {
     let dir = Directory::new("inspect");
     for (name, view) in [("full", &view), ("empty", &InspectView::default())] {
         let file = dir.0.join(format!("{name}.png"));
-        write_inspect(&file, &scan, view).unwrap();
+        write_inspect((&Outputs::default(), &file), &scan, view).unwrap();
         assert!(look(&file).2 > 50);
     }
 }
@@ -349,7 +355,8 @@ fn a_directory_that_cannot_be_made_is_named() {
         paper: &PaperView::default(),
         posterior: &PosteriorView::default(),
     };
-    let error = write_scan(&dir.0.join("file/pictures"), &view).unwrap_err();
+    let inner = dir.0.join("file/pictures");
+    let error = write_scan((&Outputs::default(), &inner), &view).unwrap_err();
     assert!(format!("{error:#}").contains("file/pictures"), "{error:#}");
     assert_eq!(std::fs::read(dir.0.join("file")).unwrap(), b"");
 }

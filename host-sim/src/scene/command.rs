@@ -18,6 +18,7 @@ use super::sequence::{Approach, pushed};
 use super::spec::SceneSpec;
 use crate::cache;
 use crate::commands::{busy, emit, progress};
+use crate::output::{Outputs, Overwrite};
 use crate::recording::{DATA_SUFFIX, Recording, meta_path};
 
 /// Scans a scene file with the simulated radar and writes the recording.
@@ -59,6 +60,8 @@ pub struct SimulateArgs {
     /// polarisation, yaw); without it as its kind has it.
     #[arg(long, value_enum)]
     effects: Option<Spread>,
+    #[command(flatten)]
+    overwrite: Overwrite,
 }
 
 /// What the chair does, with the number of scans: metres between two stops, or metres a second.
@@ -108,7 +111,7 @@ impl Source {
     }
 
     /// Scans with `seed` and writes the recording, of so many chirps and scans.
-    fn write(&self, path: &Path, seed: u64, way: Way) -> Result<(usize, usize)> {
+    fn write(&self, outputs: &Outputs, path: &Path, seed: u64, way: Way) -> Result<(usize, usize)> {
         let name = path.file_name().unwrap_or_default().to_string_lossy();
         let recording = match (self, way) {
             (Self::File(scene), Way::Stands) => scene.simulate(&name, seed),
@@ -127,7 +130,7 @@ impl Source {
                 random_drive(*kind, *variety, seed, (scans, speed, scan_s))?
             }
         };
-        recording.write(path)?;
+        outputs.write_recording(path, &recording)?;
         Ok((recording.chirps(), recording.scans()))
     }
 }
@@ -181,6 +184,7 @@ pub fn random_drive(
 /// Runs the command.
 pub fn simulate(args: &SimulateArgs) -> Result<()> {
     let source = Source::new(args)?;
+    let outputs = args.overwrite.reading([&args.scene]);
     ensure!(
         (0.0..=1.0).contains(&args.step),
         "--step: {}: expected 0 to 1 metre",
@@ -202,21 +206,25 @@ pub fn simulate(args: &SimulateArgs) -> Result<()> {
         (Some(scans), Some(speed)) => Way::Drives(scans as usize, speed, args.scan_time),
     };
     let Some(count) = args.count else {
+        outputs.check_recording(&args.output)?;
         let bar = busy("the simulated radar scans");
-        let (chirps, scans) = source.write(&args.output, args.seed, approach)?;
+        let (chirps, scans) = source.write(&outputs, &args.output, args.seed, approach)?;
         bar.finish_and_clear();
         emit(&told(&args.output, chirps, scans));
         return Ok(());
     };
     let name = pattern(&args.scene, &args.output)?;
+    (0..count).try_for_each(|k| outputs.check_recording(Path::new(&numbered(&name, k))))?;
     let bar = progress(count.into());
     let written = (0..count)
         .into_par_iter()
         .progress_with(bar.clone())
         .map(|k| {
-            let path = name.replacen("{}", &format!("{k:03}"), 1);
+            let path = numbered(&name, k);
             let seed = args.seed.wrapping_add(k.into());
-            source.write(Path::new(&path), seed, approach).map(|_| ())
+            source
+                .write(&outputs, Path::new(&path), seed, approach)
+                .map(|_| ())
         });
     written.collect::<Result<()>>()?;
     bar.finish_and_clear();
@@ -242,13 +250,18 @@ fn told_many(pattern: &str, count: u32) -> String {
         .filter(|dir| !dir.as_os_str().is_empty());
     let dir = dir.unwrap_or(Path::new(".")).display();
     let (first, last) = (0, count.saturating_sub(1));
-    let name = |k: u32| pattern.replacen("{}", &format!("{k:03}"), 1);
+    let name = |k| numbered(pattern, k);
     format!(
         "{count} recordings, {} to {}, with what is really there\n\
          next: cargo sim score {dir} for how good the answers are, cargo sim report {dir} for a page of all\n",
         name(first),
         name(last)
     )
+}
+
+/// The path of recording `k`.
+fn numbered(pattern: &str, k: u32) -> String {
+    pattern.replacen("{}", &format!("{k:03}"), 1)
 }
 
 /// The path of the recordings, with `{}` for the number.

@@ -66,6 +66,8 @@ pub struct SceneScore {
     pub exact: bool,
     /// Whether something up to the horizon is missing, made up, or off by more than its expanded uncertainty.
     pub wrong: bool,
+    /// What that is, in words.
+    pub flaws: Vec<String>,
     /// True steps within the horizon or reported; none of a `fault`.
     pub covered: usize,
     /// Whether stairs were reported where there are none.
@@ -153,8 +155,8 @@ fn errors(told: &Reported, real: &TrueStep) -> (f64, f64) {
     (told.distance - real.distance_m, told.height - real.height_m)
 }
 
-/// Whether something up to `end` (metres) is missing, made up or off.
-fn is_wrong(reported: &[Reported], truth: &Truth, end: f64) -> bool {
+/// What is missing, made up or off up to `end` (metres), in words.
+fn flaws(reported: &[Reported], truth: &Truth, end: f64) -> Vec<String> {
     let near = |step: &&TrueStep| step.distance_m <= end;
     let told: Vec<Reported> = (reported.iter().copied())
         .filter(|r| r.distance <= end)
@@ -164,18 +166,33 @@ fn is_wrong(reported: &[Reported], truth: &Truth, end: f64) -> bool {
     let beyond = truth.steps.iter().filter(|step| !near(step));
     let uncounted: Vec<TrueStep> = truth.uncounted.iter().chain(beyond).cloned().collect();
     let sorted = Sorted::new(&told, &real, &uncounted);
-    let off = sorted.pairs.iter().any(|&(r, t)| {
-        let (distance, height) = errors(&told[r], &real[t]);
-        let within = |sigma: f64| (3.0 * sigma).clamp(LIMIT_M, MOST_M);
-        distance.abs() > within(told[r].distance_sigma)
-            || height.abs() > within(told[r].height_sigma)
+    let off = sorted.pairs.iter().flat_map(|&(r, t)| {
+        let (told, (distance, height)) = (&told[r], errors(&told[r], &real[t]));
+        let off = |what: &str, error: f64, sigma: f64| {
+            let most = (3.0 * sigma).clamp(LIMIT_M, MOST_M);
+            let [at, error_cm, most_cm] = [told.distance, 100.0 * error, 100.0 * most];
+            (error.abs() > most).then(|| {
+                format!("{what} of the step at {at:.2} m off by {error_cm:+.1} cm (more than {most_cm:.1})")
+            })
+        };
+        let errors = [
+            off("distance", distance, told.distance_sigma),
+            off("height", height, told.height_sigma),
+        ];
+        errors.into_iter().flatten()
     });
-    off || !sorted.exact() || truth.drops().any(|distance| distance <= end)
+    let missed = sorted.missed.iter().map(|&t| real[t].distance_m);
+    let missed = missed.map(|at| format!("the step at {at:.2} m is missing"));
+    let invented = sorted.invented.iter();
+    let invented = invented.map(|at| format!("there is no step at {at:.2} m"));
+    let drops = truth.drops().filter(|distance| *distance <= end);
+    let drops = drops.map(|at| format!("the ground ends at {at:.2} m"));
+    off.chain(missed).chain(invented).chain(drops).collect()
 }
 
 /// Whether something up to `horizon` (metres from the mirror) is wrong with an answer.
 pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
-    is_wrong(&reported(answer), truth, horizon + LIMIT_M)
+    !flaws(&reported(answer), truth, horizon + LIMIT_M).is_empty()
 }
 
 /// An answer's confidence, and whether it is right as far as that speaks of.
@@ -241,6 +258,10 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
     let covered = truth.steps.iter().enumerate().filter(|(t, step)| {
         !answer.is_fault() && (step.distance_m <= end || !sorted.missed.contains(t))
     });
+    let mut flaws = flaws(&reported, truth, end);
+    if false_stair && flaws.is_empty() {
+        flaws.push("there are no steps".to_owned());
+    }
     SceneScore {
         recording: answer.name(),
         set: answer
@@ -257,7 +278,8 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
         maybes: maybes(answer, truth),
         truth: truth.steps.clone(),
         exact: sorted.exact() && !false_stair,
-        wrong: false_stair || is_wrong(&reported, truth, end),
+        wrong: !flaws.is_empty(),
+        flaws,
         covered: covered.count(),
         matches: matches.collect(),
         missed: sorted

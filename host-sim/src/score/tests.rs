@@ -268,3 +268,42 @@ fn maybes_are_right_where_something_of_their_kind_stands() {
     assert_eq!(so, [true, false]);
     assert!(maybes(Status::Fault, &told, &stairs).is_empty());
 }
+
+/// Every step matched is not yet right: then it says by how much it is off.
+#[test]
+fn what_is_wrong_is_told() {
+    let told = |answer: &Answer, truth: &Truth| {
+        let score = scene(answer, truth);
+        let (exact, text) = (score.exact, confusions(&[score]));
+        assert!(text.contains("ok WRONG"), "{text}");
+        (exact, text)
+    };
+    let (exact, text) = told(
+        &answer(Status::Ok, &[(0.6, 0.1)]),
+        &truth(&[(0.6, 0.16)], &[]),
+    );
+    assert!(exact);
+    let words = ": height of the step at 0.60 m off by -6.0 cm (more than 3.0)";
+    assert!(text.contains(words), "{text}");
+    let (exact, text) = told(&answer(Status::Ok, &[]), &truth(&[], &[(0.8, -0.3)]));
+    assert!(
+        exact && text.contains(": the ground ends at 0.80 m"),
+        "{text}"
+    );
+    let (_, text) = told(
+        &answer(Status::Ok, &[(0.6, 0.1)]),
+        &truth(&[(0.9, 0.1)], &[]),
+    );
+    let words = ": the step at 0.90 m is missing, there is no step at 0.60 m";
+    assert!(text.contains(words), "{text}");
+}
+
+/// Steps beyond the horizon of an answer that reaches nowhere: there are no steps at all.
+#[test]
+fn a_false_stair_beyond_the_horizon_is_told() {
+    let mut answer = answer(Status::Degraded, &[(0.6, 0.1)]);
+    answer.horizon_m = Some(0.0);
+    let score = scene(&answer, &truth(&[], &[]));
+    assert!(score.wrong);
+    assert_eq!(score.flaws, ["there are no steps"]);
+}

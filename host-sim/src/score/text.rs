@@ -133,12 +133,16 @@ pub fn confusions(scenes: &[SceneScore]) -> String {
             "" => String::new(),
             reasons => format!(" ({reasons})"),
         };
+        // An exact answer has every step and no other, and may still be off.
+        let (wrong, why) = match scene.wrong {
+            true => (" WRONG", format!(": {}", scene.flaws.join(", "))),
+            false => ("", String::new()),
+        };
         let _ = writeln!(
             out,
-            "  {:<24} {}{}{reasons}, {} of {} steps{}{}",
+            "  {:<24} {}{wrong}{reasons}, {} of {} steps{}{}{why}",
             scene.recording,
             scene.status.as_str(),
-            if scene.wrong { " WRONG" } else { "" },
             scene.matches.len(),
             scene.truth.len(),
             list("missed", &missed),
@@ -157,6 +161,7 @@ pub fn confusions_json(scenes: &[SceneScore]) -> Value {
             "reasons": s.reasons,
             "exact": s.exact,
             "wrong": s.wrong,
+            "wrong_because": s.flaws,
             "steps": s.truth.len(),
             "matched": s.matches.len(),
             "missed_m": s.missed.iter().map(|t| t.distance_m).collect::<Vec<_>>(),

@@ -6,6 +6,7 @@ use std::io::{Read, Write};
 use std::rc::Rc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::task::Poll;
+use std::time::Duration;
 
 use anyhow::{Result, bail};
 use serialport::SerialPort;
@@ -16,6 +17,7 @@ use stairscan::radar::{LinkError, RadarModule};
 use stairscan::scan::{BytePort, Micros};
 
 use super::scans::Wire;
+use crate::live::port::passes;
 
 /// For one answer, µs: USB adapters wait up to 16 ms before they pass on what came.
 const TIMEOUT_US: u32 = 500_000;
@@ -54,6 +56,9 @@ impl<P: BytePort> BytePort for Tapped<P> {
     }
 }
 
+/// Between two reads of a port that has gone.
+const GONE: Duration = Duration::from_millis(20);
+
 /// A serial port as the link wants it.
 pub struct Serial {
     port: Box<dyn SerialPort>,
@@ -72,8 +77,13 @@ impl BytePort for Serial {
     fn read(&mut self) -> Option<u8> {
         if self.arrived.is_empty() {
             let mut buffer = [0; 1024];
-            // A port that has gone gives no bytes: then the link says that nothing came.
-            let count = self.port.read(&mut buffer).unwrap_or(0);
+            let read = self.port.read(&mut buffer);
+            // A port that has gone gives no bytes: then the link says that nothing came. It does so at once, and
+            // would be read as fast as this host can.
+            if !matches!(&read, Ok(1..)) && !matches!(&read, Err(e) if passes(e.kind())) {
+                std::thread::sleep(GONE);
+            }
+            let count = read.unwrap_or(0);
             self.arrived.extend(&buffer[..count]);
         }
         self.arrived.pop_front()

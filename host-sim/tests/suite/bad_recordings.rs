@@ -198,7 +198,7 @@ fn absurd_sweeps_have_pictures_or_words() {
             });
             let (recording, plots) = (recording.to_str().unwrap(), plots.to_str().unwrap());
             for command in ["replay", "inspect"] {
-                let out = sim(&[command, recording, "--plots", plots]);
+                let out = sim(&[command, recording, "--plots", plots, "--force"]);
                 let message = String::from_utf8(out.stderr).unwrap();
                 let ended = matches!(out.status.code(), Some(0 | 1));
                 assert!(
@@ -294,4 +294,95 @@ fn a_name_that_is_no_utf_8_is_kept() {
     recording.write(&name).unwrap();
     let back = host_sim::recording::Recording::read(&name).unwrap();
     assert_eq!(back.samples, recording.samples);
+}
+
+#[test]
+fn a_misspelt_key_is_told() {
+    let scratch = Scratch::new("misspelt");
+    for (key, value, meant) in [
+        ("stairscan:scan", json!(1), "stairscan:scans"),
+        ("stairscan:thruth", json!({}), "stairscan:truth"),
+        ("stairscan:pitch_degs", json!(1.5), "stairscan:pitch_deg"),
+    ] {
+        let recording = scratch.recording(|m| m["global"][key] = value);
+        refused(&recording, &[key, "no such key", meant]);
+    }
+    // Keys that somebody else may have are none of ours.
+    let recording = scratch.recording(|m| m["global"]["stairscan:operator"] = json!("me"));
+    let done = sim(&["profile", recording.to_str().unwrap()]);
+    let message = String::from_utf8(done.stderr).unwrap();
+    assert!(!message.contains("no such key"), "{message}");
+}
+
+#[test]
+fn files_of_another_kind_are_told_apart() {
+    let scratch = Scratch::new("other-kinds");
+    let file = |name: &str, bytes: &[u8]| {
+        let path = scratch.path().join(name);
+        fs::write(&path, bytes).unwrap();
+        path.display().to_string()
+    };
+    let header = "{'descr': '<c8', 'fortran_order': False, 'shape': (0, 200), }";
+    let mut none = b"\x93NUMPY\x01\x00".to_vec();
+    none.extend((header.len() as u16).to_le_bytes());
+    none.extend(header.bytes());
+    let setup = "adc_bits = 16\nlanes = 2\nreceivers = 1\nreceiver = 0\nsamples_per_chirp = 4\n\
+                 chirps_per_frame = 2\ncomplex = true\n";
+    file("capture.toml", setup.as_bytes());
+    let [archive, empty, none, capture] = [
+        file("chirps.npz", b"PK"),
+        file("empty.npy", b""),
+        file("none.npy", &none),
+        file("capture.bin", b""),
+    ];
+    let out = scratch.path().join("out").display().to_string();
+    for (path, words) in [
+        (&archive, "an archive of arrays: expected one array"),
+        (&empty, "empty: expected an array of numpy"),
+        (&none, "shape [0, 200]: the array is empty"),
+        (&capture, "empty: expected frames of 32 bytes"),
+    ] {
+        let done = sim(&["convert", path, "-o", &out]);
+        let message = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(1), "{message}");
+        let begins = message.starts_with(&format!("error: {path}: "));
+        assert!(begins && message.contains(words), "{message}");
+    }
+}
+
+#[test]
+fn what_is_no_image_is_told_before_the_emulator_starts() {
+    let recording = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/empty");
+    let here = concat!(env!("CARGO_MANIFEST_DIR"), "/Cargo.toml");
+    for (elf, words) in [
+        (env!("CARGO_BIN_EXE_host-sim"), "no ELF file for ARM"),
+        (here, "no ELF file"),
+        ("/no/such/file", "No such file"),
+    ] {
+        let done = sim(&["emulate", recording, "--elf", elf]);
+        let message = String::from_utf8(done.stderr).unwrap();
+        assert_eq!(done.status.code(), Some(1), "{message}");
+        let begins = message.starts_with(&format!("error: {elf}: "));
+        assert!(begins && message.contains(words), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+    }
+}
+
+#[test]
+fn the_manual_names_one_program() {
+    let scratch = Scratch::new("manual");
+    let dir = scratch.path().to_str().unwrap();
+    assert!(sim(&["man", dir]).status.success());
+    let pages = fs::read_dir(scratch.path()).unwrap();
+    let pages: Vec<String> = pages
+        .map(|p| fs::read_to_string(p.unwrap().path()).unwrap())
+        .collect();
+    assert!(pages.len() > 20);
+    for page in pages {
+        assert!(
+            page.contains("host\\-sim") || page.contains("host-sim"),
+            "{page}"
+        );
+        assert!(!page.contains("cargo sim"), "{page}");
+    }
 }

@@ -298,3 +298,26 @@ fn the_scanner_finds_what_the_program_finds() {
         }
     }
 }
+
+/// What `--help` shows of the command works, on the recording that its own words make.
+#[test]
+fn the_example_calibrates() {
+    let scratch = Scratch::new("calibrate-example");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/../scenes/wall.toml");
+    let wall = scratch.path().join("wall");
+    let wall = wall.to_str().unwrap();
+    assert!(sim(&["simulate", scene, "-o", wall]).status.success());
+    let examples = host_sim::commands::help::EXAMPLES.iter();
+    let mut examples = examples.filter(|(command, _)| *command == "calibrate");
+    let (_, [line]) = examples.next().unwrap() else {
+        panic!("one example");
+    };
+    let words = line
+        .split(' ')
+        .map(|word| if word == "wall" { wall } else { word });
+    let done = sim(&words.collect::<Vec<_>>());
+    let told = String::from_utf8(done.stdout).unwrap();
+    let message = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success(), "{message}");
+    assert!(told.contains("mount height"), "{told}");
+}

@@ -267,3 +267,60 @@ fn the_image_in_the_emulator_is_watched() {
     let gone = |state: &State, _| matches!(state.link, Link::Away(_, Trouble::Unplugged(_)));
     view.until("unplugged", gone);
 }
+
+/// A terminal that hung up is the end of the program, not a loop that reads it again and again.
+#[test]
+fn a_terminal_that_hung_up_ends_the_program() {
+    let (mut master, slave) = {
+        let (master, slave) = serialport::TTYPort::pair().unwrap();
+        // The program does not inherit copies.
+        (
+            master.try_clone_native().unwrap(),
+            slave.try_clone_native().unwrap(),
+        )
+    };
+    let path = serialport::SerialPort::name(&slave).unwrap();
+    let terminal = || {
+        let file = fs::File::options().read(true).write(true).open(&path);
+        std::process::Stdio::from(file.unwrap())
+    };
+    let size = std::process::Command::new("stty")
+        .args(["rows", "30", "cols", "100"])
+        .stdin(terminal())
+        .status();
+    assert!(size.unwrap().success());
+    let mut child = std::process::Command::new(env!("CARGO_BIN_EXE_host-sim"))
+        .args(["live", "/dev/no-such-port"])
+        .stdin(terminal())
+        .stdout(terminal())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut seen = Vec::new();
+    let mut buffer = [0; 4096];
+    let begun = Instant::now();
+    while !String::from_utf8_lossy(&seen).contains("no-such-port") {
+        assert!(begun.elapsed() < PATIENCE, "nothing is drawn");
+        if let Ok(count) = std::io::Read::read(&mut master, &mut buffer) {
+            seen.extend(&buffer[..count]);
+        }
+    }
+    // While it waits for a key.
+    std::thread::sleep(Duration::from_millis(700));
+    drop((master, slave));
+    let hung_up = Instant::now();
+    let status = loop {
+        if let Some(status) = child.try_wait().unwrap() {
+            break status;
+        }
+        if hung_up.elapsed() > Duration::from_secs(20) {
+            child.kill().unwrap();
+            panic!("it goes on without a terminal");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    };
+    let mut told = String::new();
+    std::io::Read::read_to_string(&mut child.stderr.take().unwrap(), &mut told).unwrap();
+    assert_eq!(status.code(), Some(1), "{told}");
+    assert!(told.contains("the terminal has gone"), "{told}");
+}

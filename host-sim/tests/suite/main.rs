@@ -16,10 +16,13 @@ mod forms;
 mod live;
 mod modules;
 mod motion;
+mod outputs;
 mod particles;
 mod processor;
 mod real;
 mod report;
+mod revision;
+
 mod sequences;
 mod sirad;
 mod soak;

@@ -126,6 +126,7 @@ mod tests {
             invented: Vec::new(),
             exact: so,
             wrong: !so,
+            flaws: Vec::new(),
             covered: 0,
             false_stair: false,
             harmful: false,

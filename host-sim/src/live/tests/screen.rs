@@ -170,3 +170,29 @@ fn any_size_and_any_answer_can_be_drawn() {
         }
     }
 }
+
+/// The labels of the x axis stand below their values: 100 where the horizon of 100 cm is drawn.
+#[test]
+fn the_axis_says_where_the_horizon_is() {
+    for width in [80, 100, 150] {
+        let mut terminal = Terminal::new(TestBackend::new(width, 30)).unwrap();
+        let (state, prompt) = (scanned(), Prompt::default());
+        let draw = |frame: &mut ratatui::Frame<'_>| screen::draw(frame, &state, &prompt, 3_200);
+        terminal.draw(draw).unwrap();
+        let screen = text(terminal.backend().buffer());
+        let column = |line: &str, what: &str| {
+            let at = line
+                .find(what)
+                .unwrap_or_else(|| panic!("{width}: {what}: {line}"));
+            line[..at].chars().count()
+        };
+        let lines: Vec<&str> = screen.lines().collect();
+        let axis = lines
+            .iter()
+            .position(|line| line.contains("└──") && line.contains("│"))
+            .unwrap();
+        let (labels, dots) = (lines[axis + 1], lines[axis - 2]);
+        let middle = column(labels, "100") + 1;
+        assert_eq!(middle, column(dots, ":"), "{width}:\n{screen}");
+    }
+}

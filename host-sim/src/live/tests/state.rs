@@ -208,3 +208,26 @@ fn lines_are_kept_with_their_time_and_way_but_for_live() {
     }
     assert_eq!(state.log.len(), 200);
 }
+
+/// An image in an emulator takes longer for a scan than an answer may be old, and is connected after its self-test.
+#[test]
+fn an_emulated_scanner_is_slow_and_begins_without_its_module() {
+    let boot = scan(0, Status::Fault, &[Reason::LinkSilent]);
+    for emulated in [false, true] {
+        let mut state = State::new("pts", 0);
+        if emulated {
+            state = state.emulated();
+        }
+        state.take(100, &Event::Opened);
+        tell(&mut state, 200, &[&boot]);
+        assert_eq!(state.answer.is_none(), emulated, "the self-test's fault");
+        tell(&mut state, 28_000, &STAIR_A);
+        tell(&mut state, 56_000, &[&live(60_000, Some(28_200))]);
+        let expected = if emulated {
+            Standing::Fresh
+        } else {
+            Standing::Old
+        };
+        assert_eq!(state.standing(56_100), expected);
+    }
+}

@@ -196,3 +196,72 @@ fn what_cannot_be_recorded_is_explained() {
     );
     assert!(!output.with_extension("sigmf-meta").exists());
 }
+
+/// A program that is killed leaves every scan that had ended.
+#[test]
+fn a_killed_session_leaves_its_scans() {
+    let original = read("stair_a");
+    let scanned = scan(&original, &Config::default(), 2, &[]);
+    let dir = Scratch::new("record-killed");
+    let output = dir.path().join("hall");
+    let (mut to, _to, to_path) = terminal();
+    let (mut from, _from, from_path) = terminal();
+    let output = output.to_str().unwrap();
+    let args = ["record", &to_path, &from_path, "-o", output];
+    let (mut child, mut stderr) = listening(&args);
+    for (_, wire, bytes) in &scanned.traffic {
+        let port = if *wire == Wire::ToModule {
+            &mut to
+        } else {
+            &mut from
+        };
+        port.write_all(bytes).unwrap();
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    // The second scan is under way, for all that the program knows.
+    let mut line = String::new();
+    stderr.read_line(&mut line).unwrap();
+    assert!(line.starts_with("scan: 281 rows, 0 of them lost"), "{line}");
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let left = dir.path().join("hall.unfinished");
+    let kept = Recording::read(&left.join("hall-scan0001")).unwrap();
+    assert_eq!(kept.samples, original.samples);
+    assert_eq!(kept.meta.angles_deg, original.meta.angles_deg);
+    let replayed = sim(&["replay", left.to_str().unwrap(), "--format", "json"]);
+    assert!(replayed.status.success());
+    // The next session does not mix its scans with them.
+    let again = sim(&args);
+    let told = String::from_utf8(again.stderr).unwrap();
+    assert!(!again.status.success(), "{told}");
+    assert!(
+        told.contains("hall.unfinished: holds the scans of a session"),
+        "{told}"
+    );
+}
+
+#[test]
+fn the_demo_needs_no_hardware() {
+    let dir = Scratch::new("record-demo");
+    let output = dir.path().join("hall");
+    let output = output.to_str().unwrap();
+    let original = concat!(env!("CARGO_MANIFEST_DIR"), "/../recordings/stair_a");
+    let done = sim(&["record", "--demo", original, "-o", output]);
+    let told = String::from_utf8(done.stderr).unwrap();
+    assert!(done.status.success(), "{told}");
+    let recording = Recording::read(output.as_ref()).unwrap();
+    assert_eq!(recording.samples, read("stair_a").samples);
+    let mut left: Vec<String> = std::fs::read_dir(dir.path())
+        .unwrap()
+        .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+        .collect();
+    left.sort();
+    assert_eq!(
+        left,
+        ["hall.sentences", "hall.sigmf-data", "hall.sigmf-meta"]
+    );
+    // Without `--force` none of them is replaced.
+    let done = sim(&["record", "--demo", original, "-o", output]);
+    let told = String::from_utf8(done.stderr).unwrap();
+    assert!(!done.status.success() && told.contains("--force"), "{told}");
+}

@@ -1,0 +1,82 @@
+//! When the build script of the firmware runs again, and which revision it tells.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::Command;
+
+use crate::common::Scratch;
+
+fn run(dir: &Path, program: &str, args: &[&str]) -> String {
+    let command = Command::new(program)
+        .args(args)
+        .current_dir(dir)
+        .env("CARGO_CFG_TARGET_OS", "linux")
+        .env_remove("GIT_DIR")
+        .output();
+    let output = command.unwrap_or_else(|error| panic!("{program}: {error}"));
+    let errors = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success(), "{program} {args:?}: {errors}");
+    String::from_utf8(output.stdout).unwrap()
+}
+
+fn git(dir: &Path, args: &[&str]) {
+    let who = ["-c", "user.name=x", "-c", "user.email=x@localhost"];
+    run(dir, "git", &[&who[..], args].concat());
+}
+
+/// What the files that the script watches hold now, and the revision.
+fn watched(dir: &Path, script: &Path) -> (BTreeMap<PathBuf, Vec<u8>>, String) {
+    let output = run(dir, script.to_str().unwrap(), &[]);
+    let values = |key: &str| -> Vec<String> {
+        let lines = output.lines().filter_map(|line| line.strip_prefix(key));
+        lines.map(str::to_owned).collect()
+    };
+    let files = values("cargo::rerun-if-changed=").into_iter().map(|path| {
+        let path = dir.join(path);
+        assert!(path.exists() || path.ends_with("memory.x") || path.ends_with("build.rs"));
+        let content = fs::read(&path).unwrap_or_default();
+        (path, content)
+    });
+    let files = files.collect();
+    (
+        files,
+        values("cargo::rustc-env=STAIRSCAN_REVISION=").concat(),
+    )
+}
+
+#[test]
+fn a_commit_reruns_the_build_script_and_staging_does_not() {
+    let scratch = Scratch::new("build-script");
+    let script = scratch.path().join("script");
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/../build.rs");
+    let built = ["--edition=2024", "-o", script.to_str().unwrap(), source];
+    run(scratch.path(), "rustc", &built);
+    let tree = scratch.path().join("tree");
+    fs::create_dir_all(tree.join("src")).unwrap();
+    git(&tree, &["init", "--quiet"]);
+    fs::write(tree.join("src/main.rs"), "1").unwrap();
+    git(&tree, &["add", "src"]);
+    git(&tree, &["commit", "--quiet", "-m", "one"]);
+    // A worktree, whose `.git` is a file, as well.
+    let other = scratch.path().join("other");
+    git(
+        &tree,
+        &["worktree", "add", "--quiet", other.to_str().unwrap()],
+    );
+    for tree in [&tree, &other] {
+        let (before, revision) = watched(tree, &script);
+        assert_eq!(revision.len(), 12, "{revision}");
+        fs::write(tree.join("README.md"), "text").unwrap();
+        git(tree, &["add", "README.md"]);
+        let (staged, _) = watched(tree, &script);
+        assert!(staged == before, "{:?}", staged.keys());
+        git(tree, &["commit", "--quiet", "-m", "two"]);
+        let (after, next) = watched(tree, &script);
+        assert!(after != before && next != revision, "{next}");
+        assert!(after.contains_key(&tree.join("src")));
+        fs::write(tree.join("src/main.rs"), "2").unwrap();
+        let (_, changed) = watched(tree, &script);
+        assert_eq!(changed, format!("{next}-dirty"));
+    }
+}
