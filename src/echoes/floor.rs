@@ -12,11 +12,17 @@ const REACH: f32 = 4.0;
 /// Most steps of height to each side.
 const MOST_HEIGHTS: usize = 24;
 
-/// Returns the variance of a floor echo's height at `range_m` from the mirror, square metres.
+/// Returns the variance of a floor echo's height at `range_m` from the mirror, square metres: corners, which
+/// are strong and narrow, are more exact in angle and height than speckle.
 pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
-    let noise_rad = p.floor_speckle_rad + p.floor_noise_rad * math::amplitude(-e.snr_db);
-    let noise_m = range_m * noise_rad;
-    p.floor_speckle_m * p.floor_speckle_m + noise_m * noise_m
+    let clean = e.snr_db > p.floor_corner_db && e.width < p.floor_corner_width;
+    let (fixed_rad, rough_m) = if clean {
+        (p.floor_corner_rad, p.floor_corner_m)
+    } else {
+        (p.floor_speckle_rad, p.floor_speckle_m)
+    };
+    let noise = range_m * (fixed_rad + p.floor_noise_rad * math::amplitude(-e.snr_db));
+    rough_m * rough_m + noise * noise
 }
 
 /// An echo as evidence for a floor.

@@ -117,6 +117,8 @@ numbers! {
     mount_height in "calibration": |p| p.mount_height_sigma_m = 1e-6;
     /// Calibration: echoes off the floor count less.
     cauchy in "calibration": |p| p.floor_cauchy_sigmas = 1e6;
+    /// Calibration: corners weigh more than speckle.
+    floor_corner in "calibration": |p| p.floor_corner_db = NEVER;
     /// Where side lobes are seen, echoes need more power.
     side_lobe_margin in "echoes": |p| p.side_lobe_margin_db = p.echo_margin_db;
     /// Ghosts: the antenna's side lobes.

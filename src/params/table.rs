@@ -50,6 +50,14 @@ params! {
         floor_reach_m = 0.03, "m", Derived, "a bias of 1 degree at 1.7 m";
         /// Weaker echoes say nothing of the floor.
         floor_least_db = 8.0, "dB", Hand;
+        /// A corner at the foot of a riser is at least this strong …
+        floor_corner_db = 20.0, "dB", Hand;
+        /// … no wider than this in units of a point scatterer's lobe …
+        floor_corner_width = 1.15, "", Hand;
+        /// … and exact in angle …
+        floor_corner_rad = 0.06 * RAD_PER_DEG, "rad", Hand;
+        /// … and height.
+        floor_corner_m = 0.001, "m", Hand;
         /// Speckle of the floor is known no better than this in angle …
         floor_speckle_rad = 0.15 * RAD_PER_DEG, "rad", Hand;
         /// … and height.
