@@ -30,6 +30,5 @@ pub use model::{
 pub use proposals::{Base, Proposals, weight};
 pub use refine::refine;
 pub use staircase::{
-    Edge, GroundKind, LONGEST_GOING_M, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep,
-    View,
+    Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep, View,
 };

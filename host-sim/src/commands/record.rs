@@ -34,8 +34,8 @@ use crate::tap::unfinished::Unfinished;
 
 /// After so long without a frame the scan that is being heard is over, ms: a module may take 0.6 s of retries.
 const QUIET: Ms = 3_000;
-/// Longer than the longest answer takes at 115,200 baud: 23 sentences of 70 bytes.
-const LINGER: Duration = Duration::from_millis(300);
+/// Longer than the longest answer takes at 115,200 baud (23 sentences of 70 bytes, 0.14 s) on a host that is busy.
+const LINGER: Duration = Duration::from_millis(1_000);
 
 /// Arguments of `record`.
 #[derive(clap::Args, Debug)]

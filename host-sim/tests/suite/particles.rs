@@ -101,6 +101,17 @@ fn the_particles_settle_how_many_steps_there_are() {
     assert!(right >= right_without + SETTLED, "{right} {right_without}");
 }
 
+/// Ramps and rough ground of which the search makes a flight by scattered weak echoes.
+#[test]
+fn the_particles_take_no_ramp_for_stairs() {
+    for seed in [6_092, 6_172, 6_252, 6_291, 6_456, 6_493] {
+        assert!(TUNING.contains(&seed));
+        let recording = random_scan(Kind::None, Kind::None.variety(), seed).unwrap();
+        let outcome = pair(&recording).with.outcome;
+        assert!(outcome.steps.is_empty(), "{seed}: {:?}", outcome.steps);
+    }
+}
+
 /// Its corner and flash, merged at that distance, look like those of one more riser.
 #[test]
 fn a_wall_behind_a_flight_is_no_step_behind_a_landing() {
