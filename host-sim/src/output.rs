@@ -32,7 +32,7 @@ impl Overwrite {
     }
 }
 
-/// What a command may write.
+/// Guard of the files that a command writes.
 #[derive(Clone, Debug, Default)]
 pub struct Outputs {
     force: bool,

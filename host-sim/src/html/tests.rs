@@ -126,7 +126,7 @@ fn a_rival_is_told_once_with_score_and_probability() {
     }
 }
 
-/// What the script shows: looked at in its text, for nothing here runs it.
+/// Text of the report page's script: no test here runs it.
 #[test]
 fn the_script_names_what_it_draws() {
     let page = page(vec![shown("stair_a")]).unwrap();

@@ -39,7 +39,7 @@ pub enum Own {
     Quit,
 }
 
-/// What `help` prints, a line each.
+/// Lines that `help` prints.
 pub const HELP: [&str; 5] = [
     "scan | start | stop | reset: one scan, on and on, stand, forget scans",
     "status | version | selftest: how the scanner is",
