@@ -41,6 +41,8 @@ pub struct Entry<P> {
     pub get: fn(&P) -> f32,
     /// Changes it.
     pub set: fn(&mut P, f32),
+    /// Where it stands in `P`, bytes; alike on host and chip.
+    pub offset: usize,
 }
 
 /// Makes the type, its default and its table of one list.
@@ -51,6 +53,7 @@ macro_rules! params {
     )* })*) => {
         /// The numbers; lengths in metres, angles in radians, as their names say.
         #[derive(Clone, Debug, PartialEq)]
+        #[repr(C)]
         pub struct Params { $($(
             #[doc = $meaning]
             pub $name: f32,
@@ -73,6 +76,7 @@ macro_rules! params {
                 why: concat!($($why)?),
                 get: |params| params.$name,
                 set: |params, value| params.$name = value,
+                offset: core::mem::offset_of!(Self, $name),
             },)*)*];
         }
     };

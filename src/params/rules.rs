@@ -42,11 +42,11 @@ impl Rule {
 /// Every rule between echoes and status.
 pub fn rules() -> impl Iterator<Item = Rule> {
     let switches = Rules::SWITCHES.iter();
-    let switches = switches.map(|&(group, name, meaning, off)| Rule {
-        group,
-        name,
-        meaning,
-        off: Off::Switch(off),
+    let switches = switches.map(|switch| Rule {
+        group: switch.group,
+        name: switch.name,
+        meaning: switch.meaning,
+        off: Off::Switch(switch.turn_off),
     });
     switches.chain(NUMBERS.iter().copied())
 }

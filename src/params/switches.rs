@@ -2,11 +2,29 @@
 
 use crate::answer::Reasons;
 
+/// A rule's switch.
+#[derive(Clone, Copy, Debug)]
+pub struct Switch {
+    /// Stage of the estimator that the rule belongs to.
+    pub group: &'static str,
+    /// Name.
+    pub name: &'static str,
+    /// What the rule does.
+    pub meaning: &'static str,
+    /// Whether it is on.
+    pub is_on: fn(&Rules) -> bool,
+    /// Turns it off.
+    pub turn_off: fn(&mut Rules),
+    /// Where it stands in [`Rules`], bytes; alike on host and chip.
+    pub offset: usize,
+}
+
 /// Makes the switches and their list.
 macro_rules! switches {
     ($( $(#[doc = $meaning:literal])* $name:ident in $group:literal; )*) => {
         /// Switches of the rules that no number turns off; all on in what is flashed.
         #[derive(Clone, Debug, PartialEq)]
+        #[repr(C)]
         pub struct Rules {
             $( $(#[doc = $meaning])* pub $name: bool, )*
             /// Reasons of doubt that do not count.
@@ -17,9 +35,16 @@ macro_rules! switches {
             /// All on.
             pub const ALL: Self = Self { $($name: true,)* muted: Reasons::NONE };
 
-            /// Group, name and meaning of each, and what turns it off.
-            pub const SWITCHES: &[(&str, &str, &str, fn(&mut Self))] = &[
-                $(($group, stringify!($name), concat!($($meaning),*), |rules| rules.$name = false),)*
+            /// Each, in their order.
+            pub const SWITCHES: &[Switch] = &[
+                $(Switch {
+                    group: $group,
+                    name: stringify!($name),
+                    meaning: concat!($($meaning),*),
+                    is_on: |rules| rules.$name,
+                    turn_off: |rules| rules.$name = false,
+                    offset: core::mem::offset_of!(Self, $name),
+                },)*
             ];
         }
     };

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Result, bail};
 use stairscan::params::{self, DOUBTS, Params};
 
+use super::bench::Cost;
 use super::emit;
 use super::harness::{self, Drawn};
 use crate::emulate::image::workspace;
@@ -40,6 +41,9 @@ pub struct Args {
     /// Turn all of the named rules off at once
     #[arg(long, requires = "rules")]
     together: bool,
+    /// Count in the emulator, too, what each rule costs in the first scene of each kind
+    #[arg(long)]
+    cost: bool,
 }
 
 /// Rules that are turned off at once.
@@ -83,13 +87,22 @@ impl Ablation {
     }
 }
 
-/// Group, name and meaning of every rule between echoes and status, and of every doubt about the instrument.
+/// Group, name and meaning of every rule between echoes and status, and of every doubt about the instrument,
+/// group by group.
 fn listed() -> Vec<(&'static str, &'static str, &'static str)> {
     let rules = params::rules().map(|rule| (rule.group, rule.name, rule.meaning));
     let doubts = DOUBTS
         .iter()
         .map(|doubt| ("health", doubt.as_str(), doubt.meaning()));
-    rules.chain(doubts).collect()
+    let mut listed: Vec<_> = rules.chain(doubts).collect();
+    let mut groups: Vec<&str> = Vec::new();
+    for (group, ..) in &listed {
+        if !groups.contains(group) {
+            groups.push(group);
+        }
+    }
+    listed.sort_by_key(|(group, ..)| groups.iter().position(|g| g == group));
+    listed
 }
 
 /// The rules to measure.
@@ -180,20 +193,64 @@ fn told(change: Change) -> String {
     format!("{bold}+{} -{}{bold} ({p:.2})", change.gained, change.lost)
 }
 
+/// What rules cost on average over some scans.
+struct Costs {
+    cost: Cost,
+    /// Instructions after the last row with every rule on, of each scan.
+    base: Vec<u64>,
+}
+
+impl Costs {
+    /// On the first scan of each kind.
+    fn new(args: &Args, clean: &[Recording]) -> Result<Self> {
+        let first = clean.iter().step_by(args.scenes.max(1) as usize);
+        let cost = Cost::new(&first.cloned().collect::<Vec<_>>())?;
+        let base = cost.post(&Params::DEFAULT)?;
+        Ok(Self { cost, base })
+    }
+
+    /// Thousands of instructions a scan that are saved by turning the rules off: on average, and at most.
+    fn saved(&self, ablation: &Ablation) -> Result<String> {
+        let off = self.cost.post(ablation.params)?;
+        let saved = self.base.iter().zip(&off);
+        let saved: Vec<f64> = saved
+            .map(|(&on, &off)| (on as f64 - off as f64) / 1e3)
+            .collect();
+        let mean = saved.iter().sum::<f64>() / saved.len().max(1) as f64;
+        let most = saved.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+        Ok(format!("{mean:.1}, {most:.1}"))
+    }
+}
+
 /// Measures, and prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let ablations = chosen(args)?;
     let scans = Scans::new(args)?;
     let base = harness::answers(&scans.clean, &Params::DEFAULT)?;
     let base_faulty = harness::answers(&scans.faulty, &Params::DEFAULT)?;
+    let costs = args
+        .cost
+        .then(|| Costs::new(args, &scans.clean))
+        .transpose()?;
     let mut out = heading(args, &base, &base_faulty);
+    if let Some(costs) = &costs {
+        let mean = costs.base.iter().sum::<u64>() / costs.base.len().max(1) as u64;
+        let _ = writeln!(
+            out,
+            "\nInstructions: thousands a scan, from the last row to the end of the report, that are saved by turning \
+             the rule off, in the first scene of each kind: on average of {}, and at most. With every rule on, a \
+             scan takes {} thousand on average.",
+            costs.base.len(),
+            mean / 1000
+        );
+    }
     let mut group = "";
     for ablation in &ablations {
         if ablation.group != group {
             group = ablation.group;
             let _ = write!(
                 out,
-                "\n## {group}\n\n| rule off | what it does | exact | `ok` and right | `ok` and wrong | distance, height 95 % | with faults: `ok` and wrong | lines |\n|---|---|---|---|---|---|---|---|\n"
+                "\n## {group}\n\n| rule off | what it does | exact | `ok` and right | `ok` and wrong | distance, height 95 % | with faults: `ok` and wrong | instructions | lines |\n|---|---|---|---|---|---|---|---|---|\n"
             );
         }
         let after = harness::answers(&scans.clean, ablation.params)?;
@@ -206,10 +263,12 @@ pub fn run(args: &Args) -> Result<ExitCode> {
             }
             false => String::new(),
         };
+        let cost = costs.as_ref().map(|costs| costs.saved(ablation));
+        let cost = cost.transpose()?.unwrap_or_default();
         let name = ablation.names.join("`, `");
         let _ = writeln!(
             out,
-            "| `{name}` | {} | {} | {} | {} | {distance:+.2}, {height:+.2} cm | {faulty} | {} |",
+            "| `{name}` | {} | {} | {} | {} | {distance:+.2}, {height:+.2} cm | {faulty} | {cost} | {} |",
             ablation.meaning,
             told(c.exact),
             told(c.ok_right),

@@ -1,6 +1,7 @@
 //! `bench`: instruction counts of every stage, counted in the emulator.
 
 use std::fmt::Write as _;
+use std::mem::offset_of;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::time::Duration;
@@ -9,6 +10,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use bench_image::head;
 use serde_json::json;
 use stairscan::config::Config;
+use stairscan::params::{Params, Rules};
 use stairscan::scan::Settings;
 
 use super::{Format, emit};
@@ -133,7 +135,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// Most instructions from the last row to the finished report, over all scans of the recordings.
 pub(super) fn worst_post(recordings: &[PathBuf]) -> Result<u64> {
-    let counts = count(recordings)?;
+    post_of(&count(recordings)?)
+}
+
+fn post_of(counts: &Counts) -> Result<u64> {
     let post = counts.iter().find(|(stage, _)| stage == "post");
     post.map(|(_, n)| *n)
         .context("the bench image told no `post`")
@@ -141,22 +146,80 @@ pub(super) fn worst_post(recordings: &[PathBuf]) -> Result<u64> {
 
 /// Runs the image over the recordings.
 fn count(recordings: &[PathBuf]) -> Result<Counts> {
-    // All of them before anything is built or run: the image has no words for what it cannot scan.
-    let mut scans = Vec::new();
-    let mut names = Vec::new();
-    for path in recordings {
-        let recording = Recording::read(path)?;
-        for scan in 0..recording.scans() {
-            append(&mut scans, &recording, scan)?;
-            names.push(recording.scan(scan).name);
+    let read = recordings.iter().map(|path| Recording::read(path));
+    let read: Vec<Recording> = read.collect::<Result<_>>()?;
+    Bench::new(&read, &[])?.run()
+}
+
+/// The image, and what it is run over.
+struct Bench {
+    elf: PathBuf,
+    scans: Vec<u8>,
+    names: Vec<String>,
+}
+
+impl Bench {
+    /// All scans of the recordings, before anything is built or run: the image has no words for what it
+    /// cannot scan.
+    fn new(recordings: &[Recording], features: &[&str]) -> Result<Self> {
+        let (mut scans, mut names) = (Vec::new(), Vec::new());
+        for recording in recordings {
+            for scan in 0..recording.scans() {
+                append(&mut scans, recording, scan)?;
+                names.push(recording.scan(scan).name);
+            }
         }
+        let elf = image::build_bin("bench-image", "stages", features)?;
+        Ok(Self { elf, scans, names })
     }
-    let elf = image::build_bin("bench-image", "stages", &[])?;
-    let directory = elf.with_extension("run");
-    std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
-    recording::write_whole(&directory.join("scans"), &scans)?;
-    let output = images::run(&elf, &directory, Duration::from_secs(600))?;
-    parse(&output, &names)
+
+    fn run(&self) -> Result<Counts> {
+        let directory = self.elf.with_extension("run");
+        std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
+        recording::write_whole(&directory.join("scans"), &self.scans)?;
+        let output = images::run(&self.elf, &directory, Duration::from_secs(600))?;
+        parse(&output, &self.names)
+    }
+}
+
+/// What rules cost, counted in an image whose numbers are the host's.
+pub(super) struct Cost {
+    bench: Bench,
+    /// As it was built.
+    elf: PathBuf,
+}
+
+impl Cost {
+    /// Over all scans of these recordings.
+    pub(super) fn new(recordings: &[Recording]) -> Result<Self> {
+        let mut bench = Bench::new(recordings, &["ablation"])?;
+        let elf = bench.elf.with_extension("ablated");
+        let elf = std::mem::replace(&mut bench.elf, elf);
+        Ok(Self { bench, elf })
+    }
+
+    /// Instructions from the last row to the last byte of the report of each scan, with these numbers.
+    pub(super) fn post(&self, params: &Params) -> Result<Vec<u64>> {
+        let numbers = Params::TABLE.iter();
+        let numbers = numbers.map(|n| (n.offset, (n.get)(params).to_le_bytes().to_vec()));
+        let switches = Rules::SWITCHES.iter().map(|switch| {
+            let on = u8::from((switch.is_on)(&params.rules));
+            (offset_of!(Params, rules) + switch.offset, vec![on])
+        });
+        let variable = (&["patched", "NUMBERS"][..], size_of::<Params>());
+        image::patch(
+            &self.elf,
+            &self.bench.elf,
+            variable,
+            numbers.chain(switches),
+        )?;
+        let counts = self.bench.run()?;
+        let each = counts
+            .iter()
+            .filter(|(stage, _)| stage.starts_with("post/"));
+        let each = each.filter(|(stage, _)| !POST_STAGES.contains(&stage.as_str()));
+        Ok(each.map(|(_, count)| *count).collect())
+    }
 }
 
 /// Scan `scan` of a recording as the image reads it.

@@ -166,6 +166,40 @@ impl Image {
     }
 }
 
+/// Copies an image with other bytes at some offsets into one of its variables, named by parts of its symbol.
+///
+/// # Errors
+/// Names the file: none there, no ELF file, not one such variable of the size `size`.
+pub fn patch(
+    elf: &Path,
+    to: &Path,
+    (symbol, size): (&[&str], usize),
+    places: impl Iterator<Item = (usize, Vec<u8>)>,
+) -> Result<()> {
+    let mut image = bytes(elf)?;
+    let at = {
+        let file = parse(elf, &image)?;
+        let named = |name: &str| symbol.iter().all(|part| name.contains(part));
+        let mut found = file.symbols().filter(|s| s.name().is_ok_and(named));
+        let variable = found.next().filter(|s| s.size() == size as u64);
+        let variable = variable.filter(|_| found.next().is_none());
+        let variable = variable
+            .with_context(|| format!("{}: {symbol:?} of {size} bytes expected", elf.display()))?;
+        let section = variable.section_index().context("no section")?;
+        let section = file.section_by_index(section)?;
+        let (offset, _) = section.file_range().context("section without bytes")?;
+        (offset + variable.address() - section.address()) as usize
+    };
+    for (offset, bytes) in places {
+        let place = image.get_mut(at + offset..at + offset + bytes.len());
+        place
+            .filter(|_| offset + bytes.len() <= size)
+            .context("outside the variable")?
+            .copy_from_slice(&bytes);
+    }
+    crate::recording::write_whole(to, &image)
+}
+
 fn holds(name: &str, parts: &[&str]) -> bool {
     parts.iter().any(|part| name.contains(part))
 }

@@ -42,6 +42,23 @@ fn listening(args: &[&str]) -> (Child, BufReader<ChildStderr>) {
     (child, stderr)
 }
 
+/// What goes over the link, to the ports to and from the module; `before` is called with the time of each piece.
+fn feed<T: Copy>(
+    traffic: &[(T, Wire, Vec<u8>)],
+    [to, from]: [&mut TTYPort; 2],
+    mut before: impl FnMut(T),
+) {
+    for (at, wire, bytes) in traffic {
+        before(*at);
+        let port = match wire {
+            Wire::ToModule => &mut *to,
+            Wire::FromModule | Wire::Both => &mut *from,
+        };
+        port.write_all(bytes).unwrap();
+        std::thread::sleep(Duration::from_millis(1));
+    }
+}
+
 /// The command over pseudo-terminals: a receiver on each direction of the link, and the report port.
 #[test]
 fn three_ports_are_recorded() {
@@ -66,18 +83,11 @@ fn three_ports_are_recorded() {
     report.read_exact(&mut asked).unwrap();
     assert_eq!(&asked, b"get\r\n");
     let mut lines = scanned.beside.lines.iter().peekable();
-    for (at, wire, bytes) in &scanned.traffic {
-        while let Some((_, line)) = lines.next_if(|(when, _)| when <= at) {
+    feed(&scanned.traffic, [&mut to, &mut from], |at| {
+        while let Some((_, line)) = lines.next_if(|(when, _)| *when <= at) {
             report.write_all(format!("{line}\r\n").as_bytes()).unwrap();
         }
-        let port = if *wire == Wire::ToModule {
-            &mut to
-        } else {
-            &mut from
-        };
-        port.write_all(bytes).unwrap();
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    });
     for (_, line) in lines {
         report.write_all(format!("{line}\r\n").as_bytes()).unwrap();
     }
@@ -209,15 +219,7 @@ fn a_killed_session_leaves_its_scans() {
     let output = output.to_str().unwrap();
     let args = ["record", &to_path, &from_path, "-o", output];
     let (mut child, mut stderr) = listening(&args);
-    for (_, wire, bytes) in &scanned.traffic {
-        let port = if *wire == Wire::ToModule {
-            &mut to
-        } else {
-            &mut from
-        };
-        port.write_all(bytes).unwrap();
-        std::thread::sleep(Duration::from_millis(1));
-    }
+    feed(&scanned.traffic, [&mut to, &mut from], |_| ());
     // The second scan is under way, for all that the program knows.
     let mut line = String::new();
     stderr.read_line(&mut line).unwrap();
