@@ -4,7 +4,7 @@ use crate::answer::Reasons;
 
 /// A rule's switch.
 #[derive(Clone, Copy, Debug)]
-pub struct Switch {
+pub struct RuleSwitch {
     /// Stage of the estimator that the rule belongs to.
     pub group: &'static str,
     /// Name.
@@ -36,8 +36,8 @@ macro_rules! switches {
             pub const ALL: Self = Self { $($name: true,)* muted: Reasons::NONE };
 
             /// Each, in their order.
-            pub const SWITCHES: &[Switch] = &[
-                $(Switch {
+            pub const SWITCHES: &[RuleSwitch] = &[
+                $(RuleSwitch {
                     group: $group,
                     name: stringify!($name),
                     meaning: concat!($($meaning),*),
