@@ -8,7 +8,7 @@ use syn::spanned::Spanned;
 
 /// One source file.
 pub struct File {
-    /// Path below the crate's directory, with slashes: `src/radar/link.rs`.
+    /// Path below the crate's directory, with slashes: `src/signal/radar/link.rs`.
     pub path: String,
     /// The module that it is; empty for a crate's root.
     pub module: Vec<String>,

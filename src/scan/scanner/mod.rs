@@ -36,12 +36,12 @@ mod states;
 pub use reports::Reports;
 
 use crate::drive::{Drive, Odometry};
-use crate::radar::module::RadarModule;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::Mirror;
 use crate::scan::settings::Settings;
 use crate::scan::time::Micros;
+use crate::signal::radar::module::RadarModule;
 use commands::Console;
 use states::Machine;
 

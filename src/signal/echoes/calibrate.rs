@@ -2,9 +2,9 @@
 
 use super::echo::Echo;
 use super::floor::floor_variance;
-use crate::grid::Geometry;
 use crate::math;
 use crate::params::Params;
+use crate::signal::grid::Geometry;
 
 /// What the floor says about the scanner's own errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

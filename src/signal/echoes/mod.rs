@@ -34,8 +34,8 @@ pub(crate) mod tests;
 
 use crate::config::Config;
 use crate::drive::Drive;
-use crate::grid::PolarMap;
 use crate::params::Params;
+use crate::signal::grid::PolarMap;
 pub use angle_filter::two_way_sigma;
 pub use beam::Lobes;
 pub use calibrate::Calibration;
