@@ -13,12 +13,12 @@
 //! | [`scan`] | schedule of angles, mirror motor, the scanner's loop |
 //! | [`drive`] | what the chair's controller says of its motion → where each row was seen |
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
+//! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
 //! | [`flight`] | echoes → the staircase that explains them best, its steps with their σ, status |
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
-//! | [`calibration`] | echoes of a floor and a wall → how the scanner is mounted |
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
 //! | [`answer`] | steps, status, reasons: the answer of a scan |
 //! | [`report`] | sentences out, commands and motion in |
@@ -28,7 +28,7 @@
 //!
 //! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`params`], [`math`] and
 //! [`scan::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
-//! [`signal::echoes`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
+//! [`signal::echoes`], then [`mount`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
 //! [`scan`]'s loop drives any [`scan::DataPath`], and `pipeline` is one. [`observer`] names what
 //! [`flight::trace`] and `paper` have to tell.
 //!
@@ -39,7 +39,6 @@
 #![cfg_attr(not(test), no_std)]
 
 pub mod answer;
-pub mod calibration;
 pub mod config;
 pub mod drive;
 pub mod estimate;
@@ -49,6 +48,7 @@ pub mod flight;
 pub mod fusion;
 pub mod health;
 pub mod math;
+pub mod mount;
 pub mod observer;
 #[cfg(feature = "paper")]
 pub mod paper;

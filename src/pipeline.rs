@@ -2,12 +2,13 @@
 
 use crate::Iq;
 use crate::answer::{Outcome, Reason};
-use crate::calibration::{Mounting, calibrate};
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::drive::{Drive, Retention, Track};
 use crate::finder::StairFinder;
 use crate::fusion;
 use crate::health::Health;
+use crate::mount::Mounting;
+use crate::mount::command::calibrate;
 use crate::observer::Observer;
 use crate::params::current;
 use crate::scan::DataPath;

@@ -10,8 +10,9 @@ use stairscan::drive::Drive;
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
+use stairscan::mount::Floor;
 use stairscan::observer::{Event, Observer};
-use stairscan::signal::echoes::{Floor, Lobes};
+use stairscan::signal::echoes::Lobes;
 use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
 use stairscan::signal::range::FULL_SCALE;
 

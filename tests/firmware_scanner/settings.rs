@@ -1,8 +1,8 @@
 //! Settings over commands, resets and a flash: who vouches for them, and who is told.
 
 use stairscan::answer::{Reason, Reasons, Status};
-use stairscan::calibration::Mounting;
 use stairscan::estimate::Estimate;
+use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
 use stairscan::scan::record::MOUNTING;

@@ -22,7 +22,7 @@
 //! | `reports` | which sentences tell a scan, a state, an answer | [`super::outbox`] |
 //! | `pulse` | when `LIVE` is due, and its times | [`super::time`] |
 //! | `states` | the machine above: what is under way, and until when | `keeper`, `reports`, [`super::sweep`] |
-//! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::calibration`] |
+//! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::mount::command`] |
 //! | `commands` | lines of the report port, carried out on the machine; `LIVE` | `states`, `reports`, `pulse` |
 
 mod calibrating;

@@ -6,10 +6,10 @@ use std::rc::Rc;
 
 use stairscan::Iq;
 use stairscan::answer::{Direction, Outcome, Reason, Status, Step};
-use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
 use stairscan::drive::Drive;
 use stairscan::estimate::Estimate;
+use stairscan::mount::Mounting;
 use stairscan::report::command::Measure;
 use stairscan::scan::encoder::{AngleEncoder, EncoderError};
 use stairscan::scan::mirror::{PulseState, StepPort};

@@ -8,9 +8,10 @@ use rayon::prelude::*;
 use stairscan::answer::Status;
 use stairscan::flight::Likelihood;
 use stairscan::health::Sign;
+use stairscan::mount::{Calibration, Floor};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::Params;
-use stairscan::signal::echoes::{Calibration, Floor, Lobes};
+use stairscan::signal::echoes::Lobes;
 
 use crate::inspect;
 use crate::recording::Recording;

@@ -10,9 +10,9 @@ use embedded_hal::digital::OutputPin;
 
 use super::super::*;
 use crate::Iq;
-use crate::calibration::Mounting;
 use crate::config::{Config, ConfigError, RadarConfig};
 use crate::drive::Drive;
+use crate::mount::Mounting;
 use crate::scan::board::BytePort;
 use crate::scan::mirror::MirrorError;
 use crate::scan::pulser::Pulser;

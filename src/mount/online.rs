@@ -1,9 +1,9 @@
 //! Angle bias and mount-height error, taken out where the floor shows them.
 
-use super::echo::Echo;
 use super::floor::floor_variance;
 use crate::math;
 use crate::params::Params;
+use crate::signal::echoes::Echo;
 use crate::signal::grid::Geometry;
 
 /// What the floor says about the scanner's own errors.
