@@ -14,7 +14,7 @@ use std::f64::consts::TAU;
 
 use stairscan::Iq;
 use stairscan::config::Config;
-use stairscan::range::{Profile, RangeProcessor};
+use stairscan::signal::range::{Profile, RangeProcessor};
 
 /// What stands before the radar: range from the mirror in metres, amplitude in units of 32768.
 const ECHOES: [(f64, f64); 3] = [(0.0, 8000.0), (0.60, 900.0), (0.95, 250.0)];

@@ -5,8 +5,8 @@ use crate::answer::Outcome;
 use crate::config::Config;
 use crate::drive::Drive;
 use crate::fusion::History;
-use crate::grid::PolarMap;
 use crate::observer::Observer;
+use crate::signal::grid::PolarMap;
 
 /// Works a scan's map off. The same map, configuration and scan number give the same answer.
 pub trait Estimator {

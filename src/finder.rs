@@ -3,15 +3,15 @@
 use crate::answer::{Outcome, Reason};
 use crate::config::{Config, ConfigError, EstimatorKind};
 use crate::drive::Drive;
-use crate::echoes::Echo;
 use crate::estimator::Estimator;
 use crate::flight::Likelihood;
 use crate::fusion::History;
-use crate::grid::{PolarMap, Row};
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
 use crate::paper::Paper;
 use crate::params::current;
+use crate::signal::echoes::Echo;
+use crate::signal::grid::{PolarMap, Row};
 
 /// What one estimator keeps beside the map, during the scan and after it. Only one works at a
 /// time, so they share their memory.

@@ -10,18 +10,15 @@
 //! |---|---|
 //! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
-//! | [`radar`] | radar modules and their protocols, behind one trait |
 //! | [`scan`] | schedule of angles, mirror motor, the scanner's loop |
-//! | [`range`] | chirp → DC removal → window → FFT → power → CA-CFAR → one row of the map |
 //! | [`drive`] | what the chair's controller says of its motion → where each row was seen |
-//! | [`grid`] | rows → the polar map and where its cells lie |
+//! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
+//! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
-//! | [`echoes`] | map → echoes: point scatterers, placed below the cell size |
 //! | [`flight`] | echoes → the staircase that explains them best, its steps with their σ, status |
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
-//! | [`calibration`] | echoes of a floor and a wall → how the scanner is mounted |
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
 //! | [`answer`] | steps, status, reasons: the answer of a scan |
 //! | [`report`] | sentences out, commands and motion in |
@@ -30,41 +27,38 @@
 //! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
 //!
 //! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`params`], [`math`] and
-//! [`scan::schedule`] depend on no stage; on them stand [`grid`], then [`range`] and [`echoes`], then
-//! [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`]. [`scan`]'s loop drives any
-//! [`scan::DataPath`], and `pipeline` is one. [`observer`] names what [`flight::trace`] and `paper`
-//! have to tell.
+//! [`scan::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
+//! [`signal::echoes`], then [`mount`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
+//! [`scan`]'s loop drives any [`scan::DataPath`], and `pipeline` is one. [`observer`] names what
+//! [`flight::trace`] and `paper` have to tell.
 //!
 //! Where to begin: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
-//! [`range::RangeProcessor`] makes a range profile of one chirp; [`report::Sentence`] reads what the
+//! [`signal::range::RangeProcessor`] makes a range profile of one chirp; [`report::Sentence`] reads what the
 //! scanner reports. `examples/` has a program for each, and `docs/estimator.md` the words and the
 //! equations of the default estimator.
 #![cfg_attr(not(test), no_std)]
 
 pub mod answer;
-pub mod calibration;
 pub mod config;
 pub mod drive;
-pub mod echoes;
 pub mod estimate;
 pub mod estimator;
 pub mod finder;
 pub mod flight;
 pub mod fusion;
-pub mod grid;
 pub mod health;
 pub mod math;
+pub mod mount;
 pub mod observer;
 #[cfg(feature = "paper")]
 pub mod paper;
 pub mod params;
 pub mod pipeline;
 pub mod posterior;
-pub mod radar;
-pub mod range;
 pub mod report;
 pub mod scan;
 pub mod setting;
+pub mod signal;
 pub mod sort;
 
 /// The git revision that this was built from, `unknown` without git; a changed tree says so (`-dirty`).

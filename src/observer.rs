@@ -2,11 +2,12 @@
 //!
 //! The scanner's own calls pass `()`, which listens to nothing.
 
-use crate::echoes::{Calibration, Floor, Lobes};
 use crate::flight::trace::{Cell, Hypothesis, Scatterer, Stage};
+use crate::mount::{Calibration, Floor};
 #[cfg(feature = "paper")]
 use crate::paper::{bright::Field, cluster::Extent, particles::PointCloud};
 use crate::posterior::{self, View};
+use crate::signal::echoes::Lobes;
 
 /// What an estimator tells. Each says which of these it has to tell.
 #[derive(Debug)]

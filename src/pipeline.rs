@@ -2,17 +2,18 @@
 
 use crate::Iq;
 use crate::answer::{Outcome, Reason};
-use crate::calibration::{Mounting, calibrate};
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::drive::{Drive, Retention, Track};
 use crate::finder::StairFinder;
 use crate::fusion;
-use crate::grid::PolarMap;
 use crate::health::Health;
+use crate::mount::Mounting;
+use crate::mount::command::calibrate;
 use crate::observer::Observer;
 use crate::params::current;
-use crate::range::{Profile, RangeProcessor};
 use crate::scan::DataPath;
+use crate::signal::grid::PolarMap;
+use crate::signal::range::{Profile, RangeProcessor};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///

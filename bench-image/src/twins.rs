@@ -5,9 +5,9 @@ use rand_core::{Rng, SeedableRng};
 use rand_xoshiro::Xoshiro128PlusPlus;
 use stairscan::Iq;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
-use stairscan::grid::Row;
-use stairscan::range::packed::Arithmetic;
-use stairscan::range::{Processor, RowStats};
+use stairscan::signal::grid::Row;
+use stairscan::signal::range::packed::Arithmetic;
+use stairscan::signal::range::{Processor, RowStats};
 
 /// Chirp lengths: each transform, full and padded.
 const LENGTHS: [u16; 10] = [200, 256, 129, 128, 100, 64, 50, 32, 17, 16];

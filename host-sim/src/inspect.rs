@@ -7,13 +7,14 @@ use serde_json::{Value, json};
 use stairscan::answer::{Direction, Maybe, Outcome, Status};
 use stairscan::config::Config;
 use stairscan::drive::Drive;
-use stairscan::echoes::{Floor, Lobes};
 use stairscan::estimator::Estimator;
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
-use stairscan::grid::{DB_PER_UNIT, PolarMap};
+use stairscan::mount::Floor;
 use stairscan::observer::{Event, Observer};
-use stairscan::range::FULL_SCALE;
+use stairscan::signal::echoes::Lobes;
+use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
+use stairscan::signal::range::FULL_SCALE;
 
 use crate::answer::Answer;
 use crate::plots::{

@@ -9,10 +9,10 @@ use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
 use stairscan::drive::Mode;
-use stairscan::radar::module::Wish;
-use stairscan::radar::{LinkError, RadarModule};
 use stairscan::scan::settings::{MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing};
 use stairscan::scan::{Micros, Mirror, MirrorError, Motion, Settings};
+use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::{LinkError, RadarModule};
 
 use crate::motion::Timetable;
 use crate::motion::by_trigger::ByTrigger;

@@ -5,7 +5,7 @@
 //! same work, and is good to 1 % at room temperature only: enough to say what is wrong. The register
 //! values are computed here and checked on the host, since the emulator never takes this path.
 
-use stairscan::radar::wire::LINK_BAUD;
+use stairscan::signal::radar::wire::LINK_BAUD;
 
 /// The board's crystal, Hz.
 #[cfg(test)]

@@ -4,8 +4,6 @@ use core::sync::atomic::AtomicU16;
 
 use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::answer::{Reason, Reasons};
-use stairscan::radar::any::AnyModule;
-use stairscan::radar::wire::LINK_BAUD;
 use stairscan::report::command::Measure;
 use stairscan::scan::encoder::as5600::As5600;
 use stairscan::scan::seal::Verdict;
@@ -13,6 +11,8 @@ use stairscan::scan::settings::WireLevel;
 use stairscan::scan::store::{Store, StoreError};
 use stairscan::scan::tmc2209::{self, Tmc2209};
 use stairscan::scan::{Board, Identity, Micros, Settings};
+use stairscan::signal::radar::any::AnyModule;
+use stairscan::signal::radar::wire::LINK_BAUD;
 use stm32f4xx_hal::gpio::{
     Edge, ExtiPin, Input, Output, PB0, PB1, PC9, PinState, PushPull, Speed, gpioc,
 };

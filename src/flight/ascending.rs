@@ -4,9 +4,9 @@
 use super::roles::{Riser, Role};
 use super::scene::{MAX_COLUMNS, Mark, Scene};
 use super::stairs::{ChainLink, Explanation, Flight, Spacing, Stairs};
-use crate::echoes::MAX_ECHOES;
 use crate::estimate::Estimate;
 use crate::math;
+use crate::signal::echoes::MAX_ECHOES;
 use core::cell::RefCell;
 use core::ops::Range;
 

@@ -3,13 +3,13 @@
 use super::ascending::{self, Ascending};
 use super::search::Search;
 use super::stairs::{Flight, MAX_FLIGHT, Stairs};
-use crate::echoes::Echo;
 use crate::fusion::History;
-use crate::grid::PolarMap;
 use crate::math;
 use crate::params::current;
 use crate::params::generative::Generative;
 use crate::posterior::{Base, Cloud, Model, Staircase, View, refine, weight};
+use crate::signal::echoes::Echo;
+use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
 /// Hypotheses that begin the posterior: the best flight of each length with its refined dimensions,

@@ -1,7 +1,7 @@
 //! The map with what it takes to read it at places of the scene.
 
-use crate::echoes::{Ride, two_way_sigma};
-use crate::grid::PolarMap;
+use crate::signal::echoes::{Ride, two_way_sigma};
+use crate::signal::grid::PolarMap;
 
 /// What the map is read with.
 #[derive(Clone, Copy, Debug)]

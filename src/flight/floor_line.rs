@@ -6,10 +6,10 @@
 //! there. How likely the one is beside the other is told for each cell of the way.
 
 use super::chart::Chart;
-use crate::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 use crate::math;
 use crate::params::Params;
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M};
+use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 
 /// The line is cut into slots of this length, metres: half a cell.
 const SLOT_M: f32 = 0.5 * CELL_M;
@@ -331,9 +331,9 @@ mod tests {
     use super::*;
     use crate::config::Config;
     use crate::drive::{Drive, Input, RowPose, Track};
-    use crate::echoes::Ride;
-    use crate::echoes::tests::{map, scene};
-    use crate::grid::PolarMap;
+    use crate::signal::echoes::Ride;
+    use crate::signal::echoes::tests::{map, scene};
+    use crate::signal::grid::PolarMap;
 
     const NOISE: f32 = 80.0;
 
@@ -372,7 +372,8 @@ mod tests {
     #[test]
     fn cells_are_eighths_of_octaves() {
         assert!(
-            (crate::grid::DB_PER_UNIT * f32::from(UNITS_PER_OCTAVE) - math::DB_PER_OCTAVE).abs()
+            (crate::signal::grid::DB_PER_UNIT * f32::from(UNITS_PER_OCTAVE) - math::DB_PER_OCTAVE)
+                .abs()
                 < 1e-4
         );
         for level in 0..=u8::MAX {

@@ -17,12 +17,12 @@ use crate::answer::Step;
 use crate::config::Plane;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::fusion::Outlook;
-use crate::grid::Geometry;
 use crate::math;
 use crate::params::Params;
 use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::params::{counted, fitted};
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT, RIGHT_M};
+use crate::signal::grid::Geometry;
 
 /// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
 /// off and still be right.

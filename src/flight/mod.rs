@@ -46,17 +46,18 @@ mod tests;
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
 use crate::drive::{self, Drive};
-use crate::echoes::{Collector, Echo, Echoes, Floor, Lobes, Ride, Sweeps, calibrate};
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::fusion::{History, Outlook};
-use crate::grid::{Geometry, PolarMap};
 use crate::math;
+use crate::mount::{Floor, online};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::posterior::View;
+use crate::signal::echoes::{Collector, Echo, Echoes, Lobes, Ride, Sweeps};
+use crate::signal::grid::{Geometry, PolarMap};
 use ascending::Ascending;
 use belief::{Chosen, Posterior};
 use chart::Chart;
@@ -272,7 +273,7 @@ fn ascend(
     observer: &mut dyn Observer,
 ) -> Outcome {
     let geometry = chart.map.geometry();
-    let found = calibrate::calibrate(echoes, geometry, p);
+    let found = online::calibrate(echoes, geometry, p);
     observer.event(Event::Calibration(found));
     let chart = Chart {
         bias_rad: found.bias_rad,

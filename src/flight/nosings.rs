@@ -330,9 +330,9 @@ impl Mixture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::echoes::Echo;
     use crate::flight::heights;
     use crate::flight::stairs::ChainLink;
+    use crate::signal::echoes::Echo;
 
     const RISE_M: f32 = 0.15;
     const MOUNT_M: f32 = 0.40;

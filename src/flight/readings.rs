@@ -5,10 +5,10 @@ use super::heights::{Fusion, TreadLevels};
 use super::roles::{Riser, Role};
 use super::scene::{Mark, Scene};
 use super::stairs::{Chain, Flight, MAX_FLIGHT};
-use crate::echoes::MAX_ECHOES;
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
+use crate::signal::echoes::MAX_ECHOES;
 use heapless::Vec;
 
 /// What each mark is taken for, in the marks' order.

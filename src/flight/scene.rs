@@ -1,8 +1,8 @@
 //! The echoes as the flights see them: placed, weighed, sorted, gathered into columns.
 
-use crate::echoes::{Echo, MAX_ECHOES};
 use crate::math;
 use crate::params::Params;
+use crate::signal::echoes::{Echo, MAX_ECHOES};
 use crate::sort::shell_sort;
 use heapless::Vec;
 

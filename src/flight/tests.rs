@@ -4,8 +4,8 @@ use super::heights::{self, Fusion};
 use super::verdict::Support;
 use super::*;
 use crate::answer::{Direction, Maybe, Status, Step};
-use crate::echoes::tests::{map, noise, scene};
 use crate::estimate::{Estimate, expanded};
+use crate::signal::echoes::tests::{map, noise, scene};
 use proptest::prelude::*;
 
 fn estimate(map: &PolarMap, config: &Config, backwards: bool) -> Outcome {

@@ -3,9 +3,9 @@
 
 pub use super::roles::Role;
 pub use super::stairs::{ChainLink, Explanation};
-use crate::echoes::Echo;
 use crate::params::carried::PastFeatures;
 use crate::params::hazard::Features;
+use crate::signal::echoes::Echo;
 
 /// One scatterer.
 #[derive(Clone, Copy, Debug, PartialEq)]

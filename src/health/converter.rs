@@ -5,7 +5,7 @@ use super::sign::{PER_CENT, Sign};
 use crate::Iq;
 use crate::answer::Reason;
 use crate::params::current as p;
-use crate::range::RowStats;
+use crate::signal::range::RowStats;
 
 /// Chirps back to which one is compared.
 const REMEMBERED: usize = 16;

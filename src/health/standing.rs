@@ -7,8 +7,8 @@
 
 use super::sign::{Sign, units};
 use crate::answer::Reason;
-use crate::grid::PolarMap;
 use crate::params::current as p;
+use crate::signal::grid::PolarMap;
 
 /// Rows for which one echo is followed: less than a lobe.
 const FOLLOWED: u8 = 8;

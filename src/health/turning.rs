@@ -11,8 +11,8 @@
 use super::sign::{Sign, units};
 use crate::answer::Reason;
 use crate::config::Config;
-use crate::grid::{Geometry, PolarMap};
 use crate::params::current as p;
+use crate::signal::grid::{Geometry, PolarMap};
 
 /// Rows to both sides at which what lies around is looked at: a null is narrower.
 const AROUND: usize = 4;

@@ -7,8 +7,8 @@ use rand_core::Rng;
 
 use super::particles::{Gaussian, PointParticle, UNITS_PER_CELL, uniform};
 use crate::config::{MAX_MODES, ParticleConfig, Spread};
-use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
+use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 
 /// Most bins of one row.
 const MAX_BINS: usize = 256;

@@ -4,8 +4,8 @@ use super::cluster::{Extent, Fate};
 use super::particles::{Moments, PointParticle};
 use crate::answer::{Direction, Outcome, Step};
 use crate::config::{ParticleConfig, Plane};
-use crate::grid::Geometry;
 use crate::math;
+use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 
 /// Particles below the topmost whose mean distance from each other says how dense they are there.

@@ -15,11 +15,11 @@
 use super::feature::{Class, FeaturePlace, before};
 use super::prior::ln;
 use super::staircase::{GroundKind, Staircase, View};
-use crate::echoes::Echo;
-use crate::grid::Geometry;
 use crate::math;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
 use crate::params::posterior as number;
+use crate::signal::echoes::Echo;
+use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 use heapless::Vec;
 

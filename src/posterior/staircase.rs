@@ -2,9 +2,9 @@
 
 pub use crate::estimate::RIGHT_M;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};
-use crate::grid::PolarMap;
 use crate::math;
 use crate::params::posterior as number;
+use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
 /// Most risers of a staircase.

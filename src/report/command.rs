@@ -18,7 +18,7 @@
 //! | `get,KEY` | | `CONF` |
 //! | `set,KEY,VALUE` | framed; from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
 //! | `save` | framed, when stopped: the settings outlive the power ([`crate::scan::store`]) | `DONE` |
-//! | `calibrate,WALL_MM,DATE` | framed, when stopped: a scan of a flat floor and a wall, date as YYYYMMDD; sets and saves how the scanner is mounted ([`crate::calibration`]) | later `CONF` with the range scale (1e-6), `DONE`, else `FAIL` |
+//! | `calibrate,WALL_MM,DATE` | framed, when stopped: a scan of a flat floor and a wall, date as YYYYMMDD; sets and saves how the scanner is mounted ([`crate::mount::command`]) | later `CONF` with the range scale (1e-6), `DONE`, else `FAIL` |
 //! | `reset` | forgets what earlier scans said: the next answer is a first one | `DONE` |
 //! | `MOTION,…` | the chair's own motion, always framed ([`super::motion`]) | none |
 //!

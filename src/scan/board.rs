@@ -145,7 +145,7 @@ pub struct Identity {
 pub struct Hardware<M, L, P, B> {
     /// The mirror ([`super::Mirror`]).
     pub mirror: M,
-    /// The radar module ([`crate::radar::RadarModule`]).
+    /// The radar module ([`crate::signal::radar::RadarModule`]).
     pub link: L,
     /// The report port ([`BytePort`]).
     pub port: P,

@@ -2,9 +2,9 @@
 
 use crate::Iq;
 use crate::answer::Outcome;
-use crate::calibration::Mounting;
 use crate::config::{Config, ConfigError};
 use crate::drive::Drive;
+use crate::mount::Mounting;
 
 /// From samples to steps: what a scan does with its chirps.
 ///

@@ -3,7 +3,7 @@
 //! The scanner is a polled state machine: [`Scanner::step`] never waits, so that a command is
 //! answered during a scan, the watchdog sees every state's own deadline, and a chirp is on the wire and worked
 //! off while the mirror moves to the next angle. Hardware comes in behind four narrow traits
-//! ([`Mirror`], [`RadarModule`](crate::radar::RadarModule), [`BytePort`], [`Board`]) and time as an argument, so the code
+//! ([`Mirror`], [`RadarModule`](crate::signal::radar::RadarModule), [`BytePort`], [`Board`]) and time as an argument, so the code
 //! that scans on the chip is the code that runs in the emulator and behind `replay`.
 //!
 //! | module | what it does |

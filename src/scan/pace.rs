@@ -2,7 +2,7 @@
 
 use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
 use super::settings::Settings;
-use crate::radar::wire::{SLACK_US, Wire};
+use crate::signal::radar::wire::{SLACK_US, Wire};
 
 /// A module that takes one request at a time gets the next one after the row has been worked off,
 /// microseconds: its budget of 25,000 instructions at 168 MHz, and a third more.

@@ -1,7 +1,7 @@
 //! Everything that a command may read or set, by key.
 //!
 //! Each setting is one row, where its structure is declared with `settings!` ([`crate::setting`]): here, in
-//! [`crate::config`], [`crate::radar::module`] and `motor`. `docs/hardware.md` has all rows as one table. How they
+//! [`crate::config`], [`crate::signal::radar::module`] and `motor`. `docs/hardware.md` has all rows as one table. How they
 //! become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
 
 mod found;
@@ -11,12 +11,12 @@ mod words;
 use super::schedule::{SHAFT_LIMIT, Schedule};
 use crate::config::{Config, ConfigError, SAMPLES, check};
 use crate::drive;
-use crate::grid::BinWindow;
-use crate::grid::MAX_CELLS;
-use crate::radar::module::Wish;
 pub use crate::setting::ValueText;
 pub(crate) use crate::setting::number;
 use crate::setting::{SettingRow, Value, settings};
+use crate::signal::grid::BinWindow;
+use crate::signal::grid::MAX_CELLS;
+use crate::signal::radar::module::Wish;
 pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, MotorConfig, WireLevel};
 pub use words::{SweepMode, Sweeping, Switch};
 

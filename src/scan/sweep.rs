@@ -26,7 +26,7 @@ use super::schedule::{Schedule, shaft_angle};
 use super::settings::{Settings, SweepMode};
 use super::time::Micros;
 use crate::answer::Reason;
-use crate::radar::module::RadarModule;
+use crate::signal::radar::module::RadarModule;
 use holding::Hold;
 use rows::{LOST_STREAK, MARGIN_US, RowState, later};
 use turning::ContinuousSweep;

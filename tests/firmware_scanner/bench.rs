@@ -7,12 +7,9 @@ use std::task::Poll;
 
 use stairscan::Iq;
 use stairscan::answer::{Outcome, Reasons, Status};
-use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError, RadarConfig};
 use stairscan::drive::{Drive, Odometry};
-use stairscan::radar::module::Wish;
-use stairscan::radar::wire::Wire;
-use stairscan::radar::{LinkError, RadarModule};
+use stairscan::mount::Mounting;
 use stairscan::report::command::{Measure, framed};
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scan::settings::{MotorConfig, SweepMode};
@@ -21,6 +18,9 @@ use stairscan::scan::{
     Board, BytePort, DataPath, Hardware, Identity, Micros, Mirror, MirrorError, Motion, Scanner,
     Settings,
 };
+use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::wire::Wire;
+use stairscan::signal::radar::{LinkError, RadarModule};
 
 /// Everything outside the scanner, shared between its traits and the test.
 #[derive(Default)]

@@ -5,8 +5,8 @@ use std::rc::Rc;
 
 use crate::bench::{Bench, IDENTITY, Shared};
 use stairscan::answer::{Reason, Status};
-use stairscan::calibration::Mounting;
 use stairscan::estimate::Estimate;
+use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
 use stairscan::scan::encoder::{AngleEncoder, EncodedMirror, EncoderError};

@@ -8,11 +8,11 @@ mod settings;
 use bench::{Bench, IDENTITY, World};
 use stairscan::answer::{Reason, Reasons, Status};
 use stairscan::config::RadarConfig;
-use stairscan::radar::LinkError;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
 use stairscan::scan::{Identity, Settings};
+use stairscan::signal::radar::LinkError;
 
 #[test]
 fn starts_by_itself_and_sweeps_both_ways_over_the_same_positions() {

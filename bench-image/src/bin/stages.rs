@@ -20,15 +20,15 @@ mod image {
     use stairscan::answer::Outcome;
     use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
     use stairscan::drive::Drive;
-    use stairscan::grid::{BinWindow, Row};
     use stairscan::observer::{Event, Observer};
     use stairscan::pipeline::Pipeline;
-    use stairscan::range::cfar::Cfar;
-    use stairscan::range::packed::{Native, Packed};
-    use stairscan::range::window::{self, ChirpLevels, Window};
-    use stairscan::range::{RangeProcessor, fft, log};
     use stairscan::report::sentence::write_scan;
     use stairscan::scan::DataPath;
+    use stairscan::signal::grid::{BinWindow, Row};
+    use stairscan::signal::range::cfar::Cfar;
+    use stairscan::signal::range::packed::{Native, Packed};
+    use stairscan::signal::range::window::{self, ChirpLevels, Window};
+    use stairscan::signal::range::{RangeProcessor, fft, log};
     use stm32f4xx_hal as _;
 
     // What goes into a stage and what comes out is a `black_box`: inlined into the loop that counts

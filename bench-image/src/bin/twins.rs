@@ -7,7 +7,7 @@ mod image {
     use cortex_m_rt::entry;
     use cortex_m_semihosting::debug::{self, EXIT_FAILURE, EXIT_SUCCESS};
     use cortex_m_semihosting::hprintln;
-    use stairscan::range::packed::{Dsp, Portable};
+    use stairscan::signal::range::packed::{Dsp, Portable};
     use stm32f4xx_hal as _;
 
     #[entry]

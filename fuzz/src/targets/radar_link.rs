@@ -16,12 +16,12 @@ use std::rc::Rc;
 use std::task::Poll;
 
 use stairscan::Iq;
-use stairscan::radar::FrameLink;
-use stairscan::radar::RadarModule;
-use stairscan::radar::frame::{self, Decoder, FrameKind, MAX_FRAME, Progress};
-use stairscan::radar::module::Wish;
-use stairscan::radar::wire::TRAILER;
 use stairscan::scan::{BytePort, Micros};
+use stairscan::signal::radar::FrameLink;
+use stairscan::signal::radar::RadarModule;
+use stairscan::signal::radar::frame::{self, Decoder, FrameKind, MAX_FRAME, Progress};
+use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::wire::TRAILER;
 
 use crate::input::Input;
 

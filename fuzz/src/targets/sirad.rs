@@ -17,9 +17,9 @@ use std::task::Poll;
 
 use host_sim::modules::sirad::{binary, table};
 use stairscan::Iq;
-use stairscan::radar::module::{ModuleKind, Wish};
-use stairscan::radar::sirad::SiRad;
 use stairscan::scan::{BytePort, Micros};
+use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::sirad::SiRad;
 
 use crate::input::Input;
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde::Deserialize;
-use stairscan::radar::sirad::{Reader, ReaderEvent};
+use stairscan::signal::radar::sirad::{Reader, ReaderEvent};
 
 use super::mat;
 use crate::modules::sirad::Sample;

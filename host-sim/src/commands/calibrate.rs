@@ -6,14 +6,15 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
 use stairscan::answer::Reason;
-use stairscan::calibration::{Mounting, Refusal, calibrate};
 use stairscan::drive::Drive;
-use stairscan::echoes::{Collector, Echoes};
 use stairscan::estimate::Estimate;
+use stairscan::mount::Mounting;
+use stairscan::mount::command::{Refusal, calibrate};
 use stairscan::params::Params;
 use stairscan::report::command::framed;
 use stairscan::scan;
 use stairscan::scan::settings::MotorConfig;
+use stairscan::signal::echoes::{Collector, Echoes};
 
 use super::{Format, Settings, emit};
 use crate::recording::Recording;

@@ -9,10 +9,10 @@ use rayon::prelude::*;
 use serde_json::json;
 use stairscan::config::{Config, EstimatorKind, Spread};
 use stairscan::estimator::Estimator;
-use stairscan::grid::PolarMap;
 use stairscan::observer::{CloudStage, Event, Observer};
 use stairscan::paper::Paper;
 use stairscan::paper::bright::{Field, MapLevels};
+use stairscan::signal::grid::PolarMap;
 
 use super::{Format, emit, progress};
 use crate::replay;

@@ -5,9 +5,9 @@ use std::process::ExitCode;
 use anyhow::{Result, anyhow, ensure};
 use serde_json::{Value, json};
 use stairscan::config::Config;
-use stairscan::radar::wire::Wire;
 use stairscan::scan::pace::Cruise;
 use stairscan::scan::{MICROSTEPS_PER_TURN, Schedule, Settings};
+use stairscan::signal::radar::wire::Wire;
 
 use super::{Format, emit, harness};
 use crate::replay::{self, Options};

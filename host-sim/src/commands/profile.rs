@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use anyhow::{Result, anyhow};
 use serde_json::{Value, json};
 use stairscan::config::{CfarConfig, MountConfig, to_fixed};
-use stairscan::range::{Profile, RangeProcessor};
+use stairscan::signal::range::{Profile, RangeProcessor};
 
 use super::{Format, emit};
 use crate::output::Overwrite;

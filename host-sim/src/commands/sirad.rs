@@ -9,10 +9,10 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde_json::json;
 use stairscan::Iq;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
-use stairscan::radar::module::{LinkError, ModuleKind, Wish};
-use stairscan::radar::sirad::SiRad;
-use stairscan::range::{Profile, RangeProcessor};
 use stairscan::scan::Micros;
+use stairscan::signal::radar::module::{LinkError, ModuleKind, Wish};
+use stairscan::signal::radar::sirad::SiRad;
+use stairscan::signal::range::{Profile, RangeProcessor};
 
 use super::{Format, emit};
 use crate::captures::sirad::Capture;

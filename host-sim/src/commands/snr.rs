@@ -11,8 +11,8 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 use serde_json::json;
 use stairscan::Iq;
 use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
-use stairscan::range::RangeProcessor;
-use stairscan::range::packed::Packed;
+use stairscan::signal::range::RangeProcessor;
+use stairscan::signal::range::packed::Packed;
 
 use super::{Format, emit};
 

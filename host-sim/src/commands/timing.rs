@@ -4,10 +4,10 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value, json};
-use stairscan::radar::wire::{SLACK_US, Wire};
 use stairscan::scan::pace::Cruise;
 use stairscan::scan::ramp::Ramp;
 use stairscan::scan::{Schedule, Settings};
+use stairscan::signal::radar::wire::{SLACK_US, Wire};
 
 use super::{Format, emit};
 use crate::budgets::{CHIRP, POST};

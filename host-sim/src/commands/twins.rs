@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use anyhow::{Context, Result, ensure};
 use bench_image::twins;
-use stairscan::range::packed::Portable;
+use stairscan::signal::range::packed::Portable;
 
 use super::emit;
 use crate::emulate::image;

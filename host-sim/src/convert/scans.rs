@@ -3,8 +3,8 @@
 use anyhow::Result;
 use serde_json::Value;
 use stairscan::config::EstimatorKind;
-use stairscan::grid::{DB_PER_UNIT, PolarMap};
-use stairscan::range::FULL_SCALE;
+use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
+use stairscan::signal::range::FULL_SCALE;
 
 use crate::answer::Answer;
 use crate::inspect::Inspection;

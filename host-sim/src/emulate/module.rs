@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use indicatif::ProgressBar;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 
 use crate::playback::{Playback, Player};
 

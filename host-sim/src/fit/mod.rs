@@ -15,7 +15,6 @@ mod table;
 use anyhow::Result;
 use stairscan::answer::{Outcome, Reason, Reasons, Step};
 use stairscan::config::Plane;
-use stairscan::echoes::Echo;
 use stairscan::flight::trace::Cell;
 use stairscan::flight::{Likelihood, Reach};
 use stairscan::observer::{Event, Observer};
@@ -24,6 +23,7 @@ use stairscan::params::hazard::{FEATURES, Weights};
 use stairscan::params::{Params, measured};
 use stairscan::posterior::View;
 use stairscan::report::sentence::write_scan;
+use stairscan::signal::echoes::Echo;
 
 use crate::answer::Answer;
 use crate::inspect;

@@ -6,9 +6,9 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use stairscan::answer::Status;
 use stairscan::config::{EstimatorKind, Plane};
-use stairscan::grid::{DB_PER_UNIT, PolarMap};
-use stairscan::range::FULL_SCALE;
 use stairscan::scan::Settings;
+use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
+use stairscan::signal::range::FULL_SCALE;
 
 use super::index::{Entry, Rank};
 use crate::answer::Answer;

@@ -1,4 +1,4 @@
-//! A SiRad as its port shows it: commands in, frames out (the layout: [`stairscan::radar::sirad`]).
+//! A SiRad as its port shows it: commands in, frames out (the layout: [`stairscan::signal::radar::sirad`]).
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -239,9 +239,9 @@ mod tests {
     use std::task::Poll;
 
     use stairscan::config::RadarConfig;
-    use stairscan::radar::module::{LinkError, ModuleKind, Wish};
-    use stairscan::radar::sirad::SiRad;
     use stairscan::scan::Micros;
+    use stairscan::signal::radar::module::{LinkError, ModuleKind, Wish};
+    use stairscan::signal::radar::sirad::SiRad;
 
     use super::*;
 

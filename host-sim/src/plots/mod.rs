@@ -34,8 +34,8 @@ use std::path::{Path, PathBuf};
 
 use anyhow::{Context, Result};
 use stairscan::config::{Config, EstimatorKind, Plane};
-use stairscan::grid::PolarMap;
-use stairscan::range::{Profile, RangeProcessor};
+use stairscan::signal::grid::PolarMap;
+use stairscan::signal::range::{Profile, RangeProcessor};
 
 pub use inspect::{ExplanationView, InspectView, ScattererView, Verdict, meaning};
 pub use particles::{BeamView, ClusterView, ParticleView, Point};

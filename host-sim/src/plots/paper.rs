@@ -3,11 +3,11 @@
 use stairscan::answer::Outcome;
 use stairscan::config::{Config, ParticleConfig, Plane, Spread};
 use stairscan::estimator::Estimator;
-use stairscan::grid::PolarMap;
 use stairscan::observer::{CloudStage, Event, Observer};
 use stairscan::paper::cluster::{Extent, Fate};
 use stairscan::paper::particles::{PointCloud, PointParticle, UNITS_PER_CELL};
 use stairscan::paper::{Paper, Places};
+use stairscan::signal::grid::PolarMap;
 
 use super::PaperView;
 use super::particles::{BeamView, ClusterView, ParticleView, Point};

@@ -3,7 +3,7 @@
 
 use anyhow::Result;
 use stairscan::config::Plane;
-use stairscan::grid::PolarMap;
+use stairscan::signal::grid::PolarMap;
 
 use super::colour::{Palette, Scale};
 use super::page::{Axis, Frame, Page, Swatch};

@@ -2,7 +2,7 @@
 
 use anyhow::Result;
 use plotters::style::WHITE;
-use stairscan::range::Profile;
+use stairscan::signal::range::Profile;
 
 use super::colour::{CONCLUDED, HUES, MEASURED, TRUE};
 use super::page::{Axis, Frame, Page, Swatch, number};

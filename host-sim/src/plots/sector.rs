@@ -2,8 +2,8 @@
 
 use plotters::style::RGBColor;
 use stairscan::config::Plane;
-use stairscan::grid::{DB_PER_UNIT, PolarMap};
-use stairscan::range::FULL_SCALE;
+use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
+use stairscan::signal::range::FULL_SCALE;
 
 use super::page::Frame;
 

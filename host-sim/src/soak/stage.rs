@@ -9,10 +9,10 @@ use std::task::Poll;
 use anyhow::{Result, anyhow};
 use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
-use stairscan::radar::module::Wish;
-use stairscan::radar::{LinkError, RadarModule};
 use stairscan::scan::settings::MotorConfig;
 use stairscan::scan::{BytePort, Micros, Mirror, MirrorError, Motion, Settings};
+use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::{LinkError, RadarModule};
 
 use crate::playback::{SimShaft, row_at};
 use crate::recording::{META_SUFFIX, Recording};

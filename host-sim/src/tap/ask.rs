@@ -11,10 +11,10 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use serialport::SerialPort;
 use stairscan::Iq;
-use stairscan::radar::FrameLink;
-use stairscan::radar::module::Wish;
-use stairscan::radar::{LinkError, RadarModule};
 use stairscan::scan::{BytePort, Micros};
+use stairscan::signal::radar::FrameLink;
+use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::{LinkError, RadarModule};
 
 use super::scans::Wire;
 use crate::live::port::passes;

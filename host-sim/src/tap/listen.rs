@@ -2,7 +2,7 @@
 
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::radar::frame::{self, Decoder, Frame, FrameKind, Progress};
+use stairscan::signal::radar::frame::{self, Decoder, Frame, FrameKind, Progress};
 
 /// A frame that was heard.
 #[derive(Clone, Debug, PartialEq)]
@@ -112,7 +112,7 @@ impl Listener {
 mod tests {
     use super::*;
     use proptest::prelude::*;
-    use stairscan::radar::frame::MAX_FRAME;
+    use stairscan::signal::radar::frame::MAX_FRAME;
 
     fn frame(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
         let mut out = heapless::Vec::<u8, MAX_FRAME>::new();

@@ -294,7 +294,7 @@ fn count<T>(counter: &mut u32) -> Option<T> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::radar::frame::{self, Ability, FrameKind, MAX_FRAME};
+    use stairscan::signal::radar::frame::{self, Ability, FrameKind, MAX_FRAME};
 
     const RADAR: RadarConfig = RadarConfig {
         carrier_khz: 94_000_000,

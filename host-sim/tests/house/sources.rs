@@ -8,7 +8,7 @@ use syn::spanned::Spanned;
 
 /// One source file.
 pub struct File {
-    /// Path below the crate's directory, with slashes: `src/radar/link.rs`.
+    /// Path below the crate's directory, with slashes: `src/signal/radar/link.rs`.
     pub path: String,
     /// The module that it is; empty for a crate's root.
     pub module: Vec<String>,
@@ -40,9 +40,10 @@ impl File {
         }
     }
 
-    /// Whether it lies in `src/FOLDER`.
+    /// Whether it lies in `src/FOLDER`, or is `src/FOLDER.rs`.
     pub fn is_in(&self, folder: &str) -> bool {
-        self.path.starts_with(&format!("src/{folder}/"))
+        let below = self.path.strip_prefix(&format!("src/{folder}"));
+        below.is_some_and(|rest| rest.starts_with('/') || rest == ".rs")
     }
 
     /// Whether it is part of a table of parameters: `params.rs`, `params_levels.rs`, `params/…`.

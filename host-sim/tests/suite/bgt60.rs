@@ -9,11 +9,13 @@ use stairscan::Iq;
 use stairscan::answer::Outcome;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::pipeline::Pipeline;
-use stairscan::radar::LinkError;
-use stairscan::radar::bgt60::{Bgt60, FIFO_FAILED, NOT_HELD, PORT_FAILED, SPI_FAILED, STRANGER};
-use stairscan::radar::module::{ModuleKind, Wish};
 use stairscan::scan::DataPath;
 use stairscan::scan::Micros;
+use stairscan::signal::radar::LinkError;
+use stairscan::signal::radar::bgt60::{
+    Bgt60, FIFO_FAILED, NOT_HELD, PORT_FAILED, SPI_FAILED, STRANGER,
+};
+use stairscan::signal::radar::module::{ModuleKind, Wish};
 
 /// As the scanner's settings have them by default.
 const CONFIGURE_US: u32 = 100_000;

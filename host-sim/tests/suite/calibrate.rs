@@ -10,8 +10,8 @@ use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};
 use host_sim::scene::Scene;
 use stairscan::answer::Reason;
-use stairscan::calibration::Mounting;
 use stairscan::config::Config;
+use stairscan::mount::Mounting;
 use stairscan::pipeline::Pipeline;
 use stairscan::scan::{DataPath, Settings};
 

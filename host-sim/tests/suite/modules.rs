@@ -10,11 +10,11 @@ use host_sim::modules::bgt60::Chip;
 use host_sim::modules::sirad::SiRadPort;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::radar::LinkError;
-use stairscan::radar::any::AnyModule;
-use stairscan::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
-use stairscan::radar::module::{ModuleKind, RadarModule, Wish};
 use stairscan::scan::{BytePort, Micros};
+use stairscan::signal::radar::LinkError;
+use stairscan::signal::radar::any::AnyModule;
+use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use stairscan::signal::radar::module::{ModuleKind, RadarModule, Wish};
 
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 20;

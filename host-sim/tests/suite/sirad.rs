@@ -12,9 +12,9 @@ use host_sim::score;
 use stairscan::Iq;
 use stairscan::answer::Status;
 use stairscan::config::RadarConfig;
-use stairscan::radar::module::{ModuleKind, Wish};
-use stairscan::radar::sirad::SiRad;
 use stairscan::scan::Micros;
+use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::sirad::SiRad;
 
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 1_000;

@@ -15,10 +15,10 @@ use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::scene::Scene;
 use stairscan::config::Config;
-use stairscan::radar::wire::Wire;
 use stairscan::scan::pace::Cruise;
 use stairscan::scan::settings::SweepMode;
 use stairscan::scan::{Schedule, Settings};
+use stairscan::signal::radar::wire::Wire;
 
 use crate::common::{elf, replayed};
 

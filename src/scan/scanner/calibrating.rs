@@ -2,7 +2,6 @@
 
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
-use crate::radar::module::RadarModule;
 use crate::report::command::CalibrationRequest;
 use crate::report::crc;
 use crate::scan::board::{Board, BytePort};
@@ -11,6 +10,7 @@ use crate::scan::mirror::Mirror;
 use crate::scan::settings;
 use crate::scan::sweep::Rows;
 use crate::scan::time::Micros;
+use crate::signal::radar::module::RadarModule;
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
     /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.

@@ -3,7 +3,6 @@
 use super::pulse::Pulse;
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
-use crate::radar::module::RadarModule;
 use crate::report::LiveLine;
 use crate::report::command::{self, Command, LineReader, ParserEvent};
 use crate::scan::board::{Board, BytePort};
@@ -11,6 +10,7 @@ use crate::scan::chain::DataPath;
 use crate::scan::mirror::Mirror;
 use crate::scan::settings::{self, Settings};
 use crate::scan::time::Micros;
+use crate::signal::radar::module::RadarModule;
 
 /// Most bytes that are read in one go, so that who never falls silent cannot hold the scanner up: more than a
 /// port's queue holds.

@@ -22,7 +22,7 @@
 //! | `reports` | which sentences tell a scan, a state, an answer | [`super::outbox`] |
 //! | `pulse` | when `LIVE` is due, and its times | [`super::time`] |
 //! | `states` | the machine above: what is under way, and until when | `keeper`, `reports`, [`super::sweep`] |
-//! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::calibration`] |
+//! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::mount::command`] |
 //! | `commands` | lines of the report port, carried out on the machine; `LIVE` | `states`, `reports`, `pulse` |
 
 mod calibrating;
@@ -36,12 +36,12 @@ mod states;
 pub use reports::Reports;
 
 use crate::drive::{Drive, Odometry};
-use crate::radar::module::RadarModule;
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::Mirror;
 use crate::scan::settings::Settings;
 use crate::scan::time::Micros;
+use crate::signal::radar::module::RadarModule;
 use commands::Console;
 use states::Machine;
 

@@ -8,7 +8,6 @@ use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::ConfigError;
 use crate::drive::{Drive, Odometry, Retention};
-use crate::radar::module::RadarModule;
 use crate::report::Sentence;
 use crate::report::command::CalibrationRequest;
 use crate::report::crc;
@@ -19,6 +18,7 @@ use crate::scan::schedule::MICROSTEPS_PER_TURN;
 use crate::scan::settings::{Settings, Sweeping, Switch};
 use crate::scan::sweep::{Rows, Sweep, link_reason, mirror_reason};
 use crate::scan::time::Micros;
+use crate::signal::radar::module::RadarModule;
 
 /// What the self-test is at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -1,8 +1,8 @@
 //! What a calibration sets.
 
 use super::Settings;
-use crate::calibration::Mounting;
 use crate::math::{RAD_PER_DEG, round};
+use crate::mount::Mounting;
 
 /// 0.01 mm in a metre, 0.001° in a degree, 0.001 dB in a decibel, and parts of a million.
 const METRE: f32 = 1e5;

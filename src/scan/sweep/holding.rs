@@ -1,8 +1,8 @@
 //! How long the mirror must not move after a trigger.
 
-use crate::radar::module::RadarModule;
-use crate::radar::wire::SLACK_US;
 use crate::scan::time::Micros;
+use crate::signal::radar::module::RadarModule;
+use crate::signal::radar::wire::SLACK_US;
 
 /// What a port may still hold of a trigger that has been handed to it, bytes: the one under way and the next.
 const HELD: u32 = 2;
@@ -39,8 +39,8 @@ mod tests {
     use super::*;
     use crate::Iq;
     use crate::config::RadarConfig;
-    use crate::radar::module::{LinkError, Wish};
-    use crate::radar::wire::Wire;
+    use crate::signal::radar::module::{LinkError, Wish};
+    use crate::signal::radar::wire::Wire;
 
     /// A link that has sent its trigger, or not.
     struct Link(bool, Option<Wire>);

@@ -5,12 +5,12 @@ use core::task::Poll;
 use super::Sweep;
 use super::rows::{LOST_STREAK, MARGIN_US, RowState, Rows, later, link_reason};
 use crate::answer::Reason;
-use crate::radar::module::{LinkError, RadarModule};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::{Mirror, Motion};
 use crate::scan::schedule::shaft_angle;
 use crate::scan::settings::MotorConfig;
 use crate::scan::time::Micros;
+use crate::signal::radar::module::{LinkError, RadarModule};
 
 /// A trigger that is later than this misses its row, microsteps: 0.02 degree, as much as a shaft at rest
 /// jitters (docs/accuracy.md).

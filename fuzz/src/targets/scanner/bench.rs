@@ -6,12 +6,12 @@ use std::rc::Rc;
 use host_sim::volatile::identity;
 use stairscan::answer::{Reasons, Status};
 use stairscan::drive::Odometry;
-use stairscan::radar::FrameLink;
 use stairscan::report::Sentence;
 use stairscan::scan::encoder::EncodedMirror;
 use stairscan::scan::mirror::Stepper;
 use stairscan::scan::settings::SweepMode;
 use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::signal::radar::FrameLink;
 
 use super::world::{Module, RADAR, Rows, Shared, World};
 

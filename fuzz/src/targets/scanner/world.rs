@@ -6,11 +6,10 @@ use std::rc::Rc;
 
 use stairscan::Iq;
 use stairscan::answer::{Direction, Outcome, Reason, Status, Step};
-use stairscan::calibration::Mounting;
 use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
 use stairscan::drive::Drive;
 use stairscan::estimate::Estimate;
-use stairscan::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use stairscan::mount::Mounting;
 use stairscan::report::command::Measure;
 use stairscan::scan::encoder::{AngleEncoder, EncoderError};
 use stairscan::scan::mirror::{PulseState, StepPort};
@@ -18,6 +17,7 @@ use stairscan::scan::ramp::Ramp;
 use stairscan::scan::settings::MotorConfig;
 use stairscan::scan::store::StoreError;
 use stairscan::scan::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
+use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 
 /// What the module is set to: few samples, so that a scan is short.
 pub const RADAR: RadarConfig = RadarConfig {

@@ -6,11 +6,12 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use rayon::prelude::*;
 use stairscan::answer::Status;
-use stairscan::echoes::{Calibration, Floor, Lobes};
 use stairscan::flight::Likelihood;
 use stairscan::health::Sign;
+use stairscan::mount::{Calibration, Floor};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::Params;
+use stairscan::signal::echoes::Lobes;
 
 use crate::inspect;
 use crate::recording::Recording;

@@ -1,8 +1,8 @@
 //! What stands in a scene whose truth is known, as the measurement model sees it.
 
-use stairscan::echoes::Echo;
-use stairscan::grid::Geometry;
 use stairscan::posterior::{GroundKind, Model, Staircase, View, weight};
+use stairscan::signal::echoes::Echo;
+use stairscan::signal::grid::Geometry;
 
 use crate::recording::Truth;
 use crate::scene::spec::{SceneSpec, Way};

@@ -5,10 +5,10 @@ use crate::recording::{TrueStep, Truth};
 use crate::scene::command::random_scan;
 use crate::scene::maths::Random;
 use crate::scene::random::Kind;
-use stairscan::echoes::Echo;
-use stairscan::grid::{Geometry, PolarMap};
 use stairscan::params::measured;
 use stairscan::posterior::{Class, View};
+use stairscan::signal::echoes::Echo;
+use stairscan::signal::grid::{Geometry, PolarMap};
 
 const SCANS: usize = 1500;
 

@@ -16,9 +16,9 @@ use host_sim::volatile::{Volatile, identity};
 use stairscan::config::Config;
 use stairscan::drive::{Mode, Odometry};
 use stairscan::pipeline::Pipeline;
-use stairscan::radar::FrameLink;
 use stairscan::report::Sentence;
 use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
+use stairscan::signal::radar::FrameLink;
 
 use crate::common::Scratch;
 

@@ -10,15 +10,15 @@ use embedded_hal::digital::OutputPin;
 
 use super::super::*;
 use crate::Iq;
-use crate::calibration::Mounting;
 use crate::config::{Config, ConfigError, RadarConfig};
 use crate::drive::Drive;
-use crate::radar::FrameLink;
-use crate::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use crate::mount::Mounting;
 use crate::scan::board::BytePort;
 use crate::scan::mirror::MirrorError;
 use crate::scan::pulser::Pulser;
 use crate::scan::settings::MotorConfig;
+use crate::signal::radar::FrameLink;
+use crate::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 
 /// Core clocks in a microsecond.
 const MHZ: u64 = 168;

@@ -5,16 +5,16 @@ use core::task::Poll;
 use super::link::Frames;
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::radar::module::{LinkError, RadarModule, Wish};
-use crate::radar::wire::Wire;
 use crate::scan::board::BytePort;
 use crate::scan::time::Micros;
+use crate::signal::radar::module::{LinkError, RadarModule, Wish};
+use crate::signal::radar::wire::Wire;
 
 /// [`Frames`] over a port of their own.
 #[derive(Debug)]
 pub struct FrameLink<P> {
-    pub(in crate::radar) port: P,
-    pub(in crate::radar) frames: Frames,
+    pub(in crate::signal::radar) port: P,
+    pub(in crate::signal::radar) frames: Frames,
 }
 
 impl<P> FrameLink<P> {

@@ -1,7 +1,7 @@
 //! The noise of the filtered map, and per range bin the level to which the antenna's side lobes raise
 //! it.
 
-use crate::grid::MAX_BINS;
+use crate::signal::grid::MAX_BINS;
 
 use super::angle_filter::UNITS_PER_CELL_BITS;
 

@@ -1,6 +1,6 @@
 //! Local maxima of the filtered map, found row by row: where an echo may be.
 
-use crate::grid::MAX_BINS;
+use crate::signal::grid::MAX_BINS;
 use heapless::binary_heap::{BinaryHeap, Min};
 
 /// Most maxima of a scan: the strongest are kept.

@@ -8,8 +8,8 @@ use super::echo::Echo;
 use super::lobe::Walk;
 use crate::config::{Plane, RadarConfig};
 use crate::drive::{Drive, RowPose, Track};
-use crate::grid::{Geometry, PolarMap};
 use crate::math;
+use crate::signal::grid::{Geometry, PolarMap};
 
 /// How the chair went during a scan.
 #[derive(Clone, Copy, Debug)]

@@ -8,9 +8,9 @@ use super::maxima::{MAX_MAXIMA, MaximaFinder, Maximum};
 use super::noise::NoiseSamples;
 use super::place::Ride;
 use crate::config::Config;
-use crate::grid::{DB_PER_UNIT, PolarMap};
 use crate::math;
 use crate::params::Params;
+use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use heapless::Vec;
 
 /// Binary integration of CA-CFAR over the beam: an echo stands out from what surrounds it in range

@@ -2,7 +2,7 @@
 //!
 //! Rows are shaft angles in the order of the schedule (whichever way the mirror sweeps), columns
 //! are range bins. A cell holds log2 of power in steps of an eighth octave (0.376 dB) above the
-//! reference of [`crate::range`]. Bytes and bits in linear arrays, and angles worked out from the
+//! reference of [`crate::signal::range`]. Bytes and bits in linear arrays, and angles worked out from the
 //! schedule when they are asked for, are what leaves room for anything else in 128 KB.
 
 use super::window::MAX_CELLS;
@@ -114,7 +114,7 @@ impl PolarMap {
     ///
     /// ```
     /// use stairscan::config::Config;
-    /// use stairscan::grid::PolarMap;
+    /// use stairscan::signal::grid::PolarMap;
     ///
     /// let mut map = Box::new(PolarMap::new());
     /// map.begin(&Config::default())?;

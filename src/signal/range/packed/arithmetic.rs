@@ -272,14 +272,14 @@ pub fn quarters<T>(x: &mut [T]) -> [&mut [T]; 4] {
 }
 
 #[inline(always)]
-pub(in crate::range) fn halves<T>(x: &mut [T]) -> (&mut [T], &mut [T]) {
+pub(in crate::signal::range) fn halves<T>(x: &mut [T]) -> (&mut [T], &mut [T]) {
     let middle = x.len() / 2;
     x.split_at_mut_checked(middle).unwrap_or_default()
 }
 
 /// [`Arithmetic::stage`] as it is defined, for any length N of `src` and `dst` and L of `table`.
 #[inline(always)]
-pub(in crate::range) fn stage_by<A: Arithmetic + ?Sized>(
+pub(in crate::signal::range) fn stage_by<A: Arithmetic + ?Sized>(
     src: &[Packed],
     dst: &mut [Packed],
     table: &[[Packed; 3]],
@@ -308,7 +308,7 @@ pub(in crate::range) fn stage_by<A: Arithmetic + ?Sized>(
 
 /// [`Arithmetic::last`] likewise.
 #[inline(always)]
-pub(in crate::range) fn last_by<A: Arithmetic + ?Sized, B: Bin>(
+pub(in crate::signal::range) fn last_by<A: Arithmetic + ?Sized, B: Bin>(
     src: &[Packed],
     bins: &mut [B],
     table: &[[Packed; 3]],

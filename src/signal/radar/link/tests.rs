@@ -1,8 +1,8 @@
 //! The link against a wire that takes bytes in pieces, and against modules that misbehave.
 
 use super::*;
-use crate::radar::FrameLink;
-use crate::radar::module::{FrameError, RadarModule};
+use crate::signal::radar::FrameLink;
+use crate::signal::radar::module::{FrameError, RadarModule};
 use std::collections::VecDeque;
 use std::vec::Vec;
 

@@ -8,8 +8,8 @@ use super::tests;
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::Config;
 use crate::drive::{Drive, Input, Mode, Retention, RowPose, Track};
-use crate::grid::PolarMap;
 use crate::params::Params;
+use crate::signal::grid::PolarMap;
 use std::vec::Vec;
 
 const ROW_S: f32 = 0.0046;

@@ -2,7 +2,7 @@
 
 use super::log::{FINE, FULL_SCALE};
 use crate::config::MAX_SAMPLES;
-use crate::grid::BinWindow;
+use crate::signal::grid::BinWindow;
 
 /// Power, threshold and hits of every bin of one chirp's transform.
 ///

@@ -11,8 +11,8 @@ use super::place::{Ride, row_of};
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, Plane};
 use crate::drive::{Drive, Input, Mode, SAME_PLACE_M, same_place_m};
-use crate::grid::PolarMap;
 use crate::math;
+use crate::signal::grid::PolarMap;
 use heapless::Vec;
 
 /// So many of a sweep's strongest echoes are compared.

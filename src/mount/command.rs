@@ -18,12 +18,13 @@
 
 use core::fmt;
 
+use super::floor::floor_variance;
 use crate::config::{Config, Plane};
-use crate::echoes::{Echo, floor_variance};
 use crate::estimate::Estimate;
 use crate::health::MirrorEcho;
 use crate::math::{self, RAD_PER_DEG};
 use crate::params::{Params, current};
+use crate::signal::echoes::Echo;
 
 /// Nearest and farthest wall, metres: beyond the mirror's own echo with floor before it, and within the
 /// range of 3 m.

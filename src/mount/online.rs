@@ -1,10 +1,10 @@
 //! Angle bias and mount-height error, taken out where the floor shows them.
 
-use super::echo::Echo;
 use super::floor::floor_variance;
-use crate::grid::Geometry;
 use crate::math;
 use crate::params::Params;
+use crate::signal::echoes::Echo;
+use crate::signal::grid::Geometry;
 
 /// What the floor says about the scanner's own errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

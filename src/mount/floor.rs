@@ -3,9 +3,9 @@
 //! Only so much is taken out by calibration as tyres, brackets and a homing switch leave. What lies beyond
 //! shows here: echoes then fit a floor that is higher, lower or inclined better than the one there must be.
 
-use super::echo::{Echo, MAX_ECHOES};
 use crate::math;
 use crate::params::Params;
+use crate::signal::echoes::{Echo, MAX_ECHOES};
 
 /// Power at which (1 - q/n)^n stands for exp(-q): for all that matters, and at a tenth of the instructions.
 const REACH: f32 = 4.0;

@@ -36,8 +36,8 @@ use crate::Iq;
 use crate::config::{
     CfarConfig, Config, ConfigError, MAX_SAMPLES, MountConfig, RadarConfig, check,
 };
-use crate::grid::{BinWindow, Row};
 use crate::math;
+use crate::signal::grid::{BinWindow, Row};
 use cfar::Cfar;
 use core::marker::PhantomData;
 use log::FINE;
@@ -118,7 +118,7 @@ impl core::error::Error for ChirpLength {}
 /// ```
 /// use stairscan::Iq;
 /// use stairscan::config::Config;
-/// use stairscan::range::{Profile, RangeProcessor};
+/// use stairscan::signal::range::{Profile, RangeProcessor};
 ///
 /// let config = Config::default();
 /// let mut range = RangeProcessor::new(&config.radar, &config.mount, &config.cfar)?;

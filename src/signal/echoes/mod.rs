@@ -9,17 +9,13 @@
 //! | `ghosts` | what a strong echo shows where nothing is, one function per artefact |
 //! | `echo` | one point scatterer |
 //! | `detect` | maxima → echoes that need a scatterer of their own |
-//! | `floor` | echoes → whether the floor is where mount height and angle say |
 //! | `place` | echoes as they were seen → as they lie from the mirror at the last row |
 //! | `sweeps` | this sweep's echoes and the last one's → whether the chair stands, or moves as is said |
-//! | `calibrate` | echoes of the floor → angle bias and mount height, taken out |
 
 mod angle_filter;
 mod beam;
-pub mod calibrate;
 mod detect;
 mod echo;
-mod floor;
 mod ghosts;
 mod lobe;
 mod maxima;
@@ -34,13 +30,11 @@ pub(crate) mod tests;
 
 use crate::config::Config;
 use crate::drive::Drive;
-use crate::grid::PolarMap;
 use crate::params::Params;
+use crate::signal::grid::PolarMap;
 pub use angle_filter::two_way_sigma;
 pub use beam::Lobes;
-pub use calibrate::Calibration;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
-pub use floor::{Floor, floor_variance};
 pub use place::Ride;
 pub use sweeps::{Agreement, Sweeps};
 

@@ -6,8 +6,8 @@
 
 use super::angle_filter::point_width;
 use super::echo::{Echo, MAX_ECHOES};
-use crate::grid::Geometry;
 use crate::params::Params;
+use crate::signal::grid::Geometry;
 use crate::sort::shell_sort;
 
 /// Widths of the strong echoes' lobes, a point scatterer's being 1.

@@ -19,8 +19,8 @@ use super::fft::MAX_POINTS;
 use super::packed::Arithmetic;
 use super::window::Window;
 use crate::config::CfarConfig;
-use crate::grid::BinWindow;
 use crate::math;
+use crate::signal::grid::BinWindow;
 
 /// Most training cells on one side.
 const MAX_TRAINING: usize = 32;
@@ -302,7 +302,7 @@ fn log2_determinants(correlation: &[f32], near: usize, far: usize, s: f32) -> f3
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::range::packed::Native;
+    use crate::signal::range::packed::Native;
     use proptest::prelude::*;
 
     fn shaped(config: &CfarConfig, cells: u16) -> Cfar {
@@ -341,7 +341,7 @@ mod tests {
                 prop_assert_eq!(cell.training, sum);
                 prop_assert_eq!(cell.ratio == 0, window.is_empty());
                 // The logarithmic threshold says the same as the comparison.
-                let log = crate::range::log::log2_fine(cell.power);
+                let log = crate::signal::range::log::log2_fine(cell.power);
                 if cell.power > 0 && cell.training > 0 && (log - cell.log_threshold()).abs() > 3 {
                     prop_assert_eq!(cell.is_hit(), log > cell.log_threshold());
                 }

@@ -10,9 +10,9 @@
 
 use super::angle_filter::{self, LEVEL_DB, PATCH_BINS, PATCH_ROWS, Patch};
 use crate::estimate::Estimate;
-use crate::grid::PolarMap;
 use crate::math;
 use crate::params::Params;
+use crate::signal::grid::PolarMap;
 
 /// Curvature of a Gaussian of unit variance in logarithmic power: 10 lg e / 2, dB.
 pub const GAUSSIAN_DB: f32 = 2.171_472_4;

@@ -4,7 +4,7 @@ use std::prelude::v1::*;
 use proptest::prelude::*;
 
 use super::*;
-use crate::radar::module::ModuleKind;
+use crate::signal::radar::module::ModuleKind;
 
 const TIMEOUT: u32 = 500_000;
 const WISH: Wish = Wish {

@@ -6,8 +6,8 @@
 //! 1981). All sums are whole numbers, so that nothing drifts and both ways of sweeping give the same
 //! result to the last bit. The delayed rows are read back from the map; only the sums are kept here.
 
-use crate::grid::{EIGHTHS, Geometry, MAX_BINS, PolarMap};
 use crate::math;
+use crate::signal::grid::{EIGHTHS, Geometry, MAX_BINS, PolarMap};
 
 /// Longest box in rows: with it the sums of a uniform map of the largest power stay below 2³².
 pub const MAX_BOX: usize = 15;
