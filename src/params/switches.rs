@@ -9,7 +9,7 @@ pub struct RuleSwitch {
     pub group: &'static str,
     /// Name.
     pub name: &'static str,
-    /// What the rule does.
+    /// One sentence on the rule's effect.
     pub meaning: &'static str,
     /// Whether it is on.
     pub is_on: fn(&Rules) -> bool,

@@ -193,7 +193,7 @@ fn told(change: Change) -> String {
     format!("{bold}+{} -{}{bold} ({p:.2})", change.gained, change.lost)
 }
 
-/// What rules cost on average over some scans.
+/// Instructions that rules cost on average over some scans.
 struct Costs {
     cost: Cost,
     /// Instructions after the last row with every rule on, of each scan.
@@ -226,12 +226,13 @@ impl Costs {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let ablations = chosen(args)?;
     let scans = Scans::new(args)?;
-    let base = harness::answers(&scans.clean, &Params::DEFAULT)?;
-    let base_faulty = harness::answers(&scans.faulty, &Params::DEFAULT)?;
+    // First, because it fails where there is no emulator.
     let costs = args
         .cost
         .then(|| Costs::new(args, &scans.clean))
         .transpose()?;
+    let base = harness::answers(&scans.clean, &Params::DEFAULT)?;
+    let base_faulty = harness::answers(&scans.faulty, &Params::DEFAULT)?;
     let mut out = heading(args, &base, &base_faulty);
     if let Some(costs) = &costs {
         let mean = costs.base.iter().sum::<u64>() / costs.base.len().max(1) as u64;

@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 use std::mem::offset_of;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Duration;
 
@@ -135,10 +135,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 
 /// Most instructions from the last row to the finished report, over all scans of the recordings.
 pub(super) fn worst_post(recordings: &[PathBuf]) -> Result<u64> {
-    post_of(&count(recordings)?)
-}
-
-fn post_of(counts: &Counts) -> Result<u64> {
+    let counts = count(recordings)?;
     let post = counts.iter().find(|(stage, _)| stage == "post");
     post.map(|(_, n)| *n)
         .context("the bench image told no `post`")
@@ -148,10 +145,12 @@ fn post_of(counts: &Counts) -> Result<u64> {
 fn count(recordings: &[PathBuf]) -> Result<Counts> {
     let read = recordings.iter().map(|path| Recording::read(path));
     let read: Vec<Recording> = read.collect::<Result<_>>()?;
-    Bench::new(&read, &[])?.run()
+    let bench = Bench::new(&read, &[])?;
+    let (counts, scans) = read_output(&bench.run(&bench.elf)?, bench.names.len())?;
+    Ok(summed(counts, &scans, &bench.names))
 }
 
-/// The image, and what it is run over.
+/// The image as it was built, and the scans that it is run over.
 struct Bench {
     elf: PathBuf,
     scans: Vec<u8>,
@@ -173,29 +172,22 @@ impl Bench {
         Ok(Self { elf, scans, names })
     }
 
-    fn run(&self) -> Result<Counts> {
-        let directory = self.elf.with_extension("run");
+    /// Output of the image, or of a copy of it.
+    fn run(&self, elf: &Path) -> Result<String> {
+        let directory = elf.with_extension("run");
         std::fs::create_dir_all(&directory).with_context(|| directory.display().to_string())?;
         recording::write_whole(&directory.join("scans"), &self.scans)?;
-        let output = images::run(&self.elf, &directory, Duration::from_secs(600))?;
-        parse(&output, &self.names)
+        images::run(elf, &directory, Duration::from_secs(600))
     }
 }
 
-/// What rules cost, counted in an image whose numbers are the host's.
-pub(super) struct Cost {
-    bench: Bench,
-    /// As it was built.
-    elf: PathBuf,
-}
+/// Counts the instructions of an image whose numbers the host replaces.
+pub(super) struct Cost(Bench);
 
 impl Cost {
     /// Over all scans of these recordings.
     pub(super) fn new(recordings: &[Recording]) -> Result<Self> {
-        let mut bench = Bench::new(recordings, &["ablation"])?;
-        let elf = bench.elf.with_extension("ablated");
-        let elf = std::mem::replace(&mut bench.elf, elf);
-        Ok(Self { bench, elf })
+        Bench::new(recordings, &["ablation"]).map(Self)
     }
 
     /// Instructions from the last row to the last byte of the report of each scan, with these numbers.
@@ -207,18 +199,11 @@ impl Cost {
             (offset_of!(Params, rules) + switch.offset, vec![on])
         });
         let variable = (&["patched", "NUMBERS"][..], size_of::<Params>());
-        image::patch(
-            &self.elf,
-            &self.bench.elf,
-            variable,
-            numbers.chain(switches),
-        )?;
-        let counts = self.bench.run()?;
-        let each = counts
-            .iter()
-            .filter(|(stage, _)| stage.starts_with("post/"));
-        let each = each.filter(|(stage, _)| !POST_STAGES.contains(&stage.as_str()));
-        Ok(each.map(|(_, count)| *count).collect())
+        let Self(bench) = self;
+        let elf = bench.elf.with_extension("ablated");
+        image::patch(&bench.elf, &elf, variable, numbers.chain(switches))?;
+        let (_, scans) = read_output(&bench.run(&elf)?, bench.names.len())?;
+        Ok(scans.iter().map(|scan| scan.post).collect())
     }
 }
 
@@ -250,10 +235,10 @@ fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<()>
     Ok(())
 }
 
-/// Reads the image's output: `STAGE COUNT`, and `scan CHIRP ROW POST` and the stages of the latter
-/// for each recording.
-fn parse(output: &str, names: &[String]) -> Result<Counts> {
-    let (mut counts, mut scans) = (Counts::new(), Vec::new());
+/// Reads the image's output: `STAGE COUNT`, and `scan CHIRP ROW POST` and the stages of the latter for each of
+/// `scans` scans.
+fn read_output(output: &str, scans: usize) -> Result<(Counts, Vec<Scan>)> {
+    let (mut counts, mut read) = (Counts::new(), Vec::new());
     for line in output.lines() {
         let mut words = line.split_whitespace();
         let name = words.next().unwrap_or_default();
@@ -261,7 +246,7 @@ fn parse(output: &str, names: &[String]) -> Result<Counts> {
         match (name, &numbers[..]) {
             ("scan", &[chirp, row, post, ref stages @ ..]) if stages.len() == POST_STAGES.len() => {
                 let stages = stages.to_vec();
-                scans.push(Scan {
+                read.push(Scan {
                     chirp,
                     row,
                     post,
@@ -273,9 +258,14 @@ fn parse(output: &str, names: &[String]) -> Result<Counts> {
         }
     }
     ensure!(
-        scans.len() == names.len() && counts.iter().any(|(s, _)| s == "fft256"),
+        read.len() == scans && counts.iter().any(|(s, _)| s == "fft256"),
         "the bench image stopped early:\n{output}"
     );
+    Ok((counts, read))
+}
+
+/// Adds the worst of all scans to the counts of single stages, and what each scan takes after its last row.
+fn summed(mut counts: Counts, scans: &[Scan], names: &[String]) -> Counts {
     let worst = |part: fn(&Scan) -> u64| scans.iter().map(part).max().unwrap_or(0);
     if let Some((_, chirp)) = counts.iter_mut().find(|(s, _)| s == "chirp") {
         *chirp = worst(|s| s.chirp).max(*chirp);
@@ -286,9 +276,9 @@ fn parse(output: &str, names: &[String]) -> Result<Counts> {
         let stages = POST_STAGES.iter().zip(&scan.stages);
         counts.extend(stages.map(|(name, &count)| ((*name).to_owned(), count)));
     }
-    let each = names.iter().zip(&scans);
+    let each = names.iter().zip(scans);
     counts.extend(each.map(|(name, scan)| (format!("post/{name}"), scan.post)));
-    Ok(counts)
+    counts
 }
 
 /// What exceeds its budget.
@@ -336,11 +326,12 @@ mod tests {
     #[test]
     fn the_worst_scan_counts() {
         let names = ["a".to_owned(), "b".to_owned()];
-        let counts = parse(
+        let (counts, scans) = read_output(
             "fft256 9\nchirp 20\nscan 21 30 40 1 2 3 4\nscan 19 35 39 4 3 2 1\n",
-            &names,
+            names.len(),
         )
         .unwrap();
+        let counts = summed(counts, &scans, &names);
         let of = |stage: &str| counts.iter().find(|(s, _)| s == stage).unwrap().1;
         assert_eq!(
             (of("chirp"), of("row"), of("post"), of("post/b")),
@@ -351,8 +342,9 @@ mod tests {
             (1, 4),
             "the worst's"
         );
-        assert!(parse("fft256 9\nscan 1 2 3 4 5 6 7\n", &names).is_err());
-        assert!(parse("fft256 9\nscan 1 2 3\nscan 1 2 3\n", &names).is_err());
-        assert!(parse("qemu: fatal\n", &names).is_err());
+        let refused = |output: &str| read_output(output, names.len()).is_err();
+        assert!(refused("fft256 9\nscan 1 2 3 4 5 6 7\n"));
+        assert!(refused("fft256 9\nscan 1 2 3\nscan 1 2 3\n"));
+        assert!(refused("qemu: fatal\n"));
     }
 }

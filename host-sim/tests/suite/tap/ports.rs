@@ -42,7 +42,7 @@ fn listening(args: &[&str]) -> (Child, BufReader<ChildStderr>) {
     (child, stderr)
 }
 
-/// What goes over the link, to the ports to and from the module; `before` is called with the time of each piece.
+/// Writes the link's traffic to the ports to and from the module; `before` is called with the time of each piece.
 fn feed<T: Copy>(
     traffic: &[(T, Wire, Vec<u8>)],
     [to, from]: [&mut TTYPort; 2],
