@@ -192,16 +192,19 @@ impl Cost {
 
     /// Instructions from the last row to the last byte of the report of each scan, with these numbers.
     pub(super) fn post(&self, params: &Params) -> Result<Vec<u64>> {
-        let numbers = Params::TABLE.iter();
-        let numbers = numbers.map(|n| (n.offset, (n.get)(params).to_le_bytes().to_vec()));
-        let switches = Rules::SWITCHES.iter().map(|switch| {
-            let on = u8::from((switch.is_on)(&params.rules));
-            (offset_of!(Params, rules) + switch.offset, vec![on])
-        });
-        let variable = (&["patched", "NUMBERS"][..], size_of::<Params>());
         let Self(bench) = self;
         let elf = bench.elf.with_extension("ablated");
-        image::patch(&bench.elf, &elf, variable, numbers.chain(switches))?;
+        let variable = (&["patched", "NUMBERS"][..], size_of::<Params>());
+        image::patch(&bench.elf, &elf, variable, |bytes| {
+            for number in Params::TABLE {
+                let value = (number.get)(params).to_le_bytes();
+                bytes[number.offset..][..value.len()].copy_from_slice(&value);
+            }
+            for switch in Rules::SWITCHES {
+                let at = offset_of!(Params, rules) + switch.offset;
+                bytes[at] = u8::from((switch.is_on)(&params.rules));
+            }
+        })?;
         let (_, scans) = read_output(&bench.run(&elf)?, bench.names.len())?;
         Ok(scans.iter().map(|scan| scan.post).collect())
     }

@@ -166,38 +166,33 @@ impl Image {
     }
 }
 
-/// Copies an image with other bytes at some offsets into one of its variables, named by parts of its symbol.
+/// Copies an image with one of its variables changed, which is named by parts of its symbol.
 ///
 /// # Errors
-/// Names the file: none there, no ELF file, not one such variable of the size `size`.
+/// Names the file: none there, no ELF file, not one such variable of `size` bytes.
 pub fn patch(
     elf: &Path,
     to: &Path,
     (symbol, size): (&[&str], usize),
-    places: impl Iterator<Item = (usize, Vec<u8>)>,
+    change: impl FnOnce(&mut [u8]),
 ) -> Result<()> {
     let mut image = bytes(elf)?;
-    let at = {
-        let file = parse(elf, &image)?;
-        let named = |name: &str| symbol.iter().all(|part| name.contains(part));
-        let mut found = file.symbols().filter(|s| s.name().is_ok_and(named));
-        let variable = found.next().filter(|s| s.size() == size as u64);
-        let variable = variable.filter(|_| found.next().is_none());
-        let variable = variable
-            .with_context(|| format!("{}: {symbol:?} of {size} bytes expected", elf.display()))?;
-        let section = variable.section_index().context("no section")?;
-        let section = file.section_by_index(section)?;
-        let (offset, _) = section.file_range().context("section without bytes")?;
-        (offset + variable.address() - section.address()) as usize
-    };
-    for (offset, bytes) in places {
-        let place = image.get_mut(at + offset..at + offset + bytes.len());
-        place
-            .filter(|_| offset + bytes.len() <= size)
-            .context("outside the variable")?
-            .copy_from_slice(&bytes);
-    }
+    let at = place(&parse(elf, &image)?, symbol, size)
+        .with_context(|| format!("{}: not one {symbol:?} of {size} bytes", elf.display()))?;
+    change(&mut image[at..at + size]);
     crate::recording::write_whole(to, &image)
+}
+
+/// Where in the file the only variable stands that has this size and these parts in its symbol.
+fn place(file: &object::File<'_>, symbol: &[&str], size: usize) -> Option<usize> {
+    let named = |name: &str| symbol.iter().all(|part| name.contains(part));
+    let mut found = file.symbols().filter(|s| s.name().is_ok_and(named));
+    let variable = found.next().filter(|s| s.size() == size as u64)?;
+    let section = file.section_by_index(variable.section_index()?).ok()?;
+    let (begin, length) = section.file_range()?;
+    let within = variable.address().checked_sub(section.address())?;
+    let whole = within + variable.size() <= length && found.next().is_none();
+    whole.then_some((begin + within) as usize)
 }
 
 fn holds(name: &str, parts: &[&str]) -> bool {

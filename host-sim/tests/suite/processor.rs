@@ -13,7 +13,7 @@ use stairscan::config::Config;
 use stairscan::report::{ScanLine, Sentence};
 use stairscan::scan::seal::{BLANK, SECTION};
 
-use crate::common::elf;
+use crate::common::{Scratch, elf};
 
 /// A copy of the image with something changed; it goes when it is dropped.
 struct Copy(PathBuf);
@@ -52,6 +52,44 @@ fn head(sentences: &[String]) -> ScanLine {
         Ok(Sentence::Scan(scan)) => scan,
         other => panic!("{other:?} is no SCAN"),
     }
+}
+
+/// The bytes of one variable change and no others; without just one such variable nothing is written.
+#[test]
+fn a_patched_image_has_one_variable_changed() {
+    let Some(elf) = elf() else { return };
+    let dir = Scratch::new("patched-image");
+    let to = dir.path().join("image");
+    let whole = fs::read(elf).unwrap();
+    let seal: &[&str] = &["seal", "SEAL"];
+    for (symbol, size) in [
+        (seal, 12),
+        (&["nothing so named"], 16),
+        (&["params", "UP"], 16),
+    ] {
+        let refused = image::patch(elf, &to, (symbol, size), |_| panic!("{symbol:?}"));
+        let told = format!("{:#}", refused.unwrap_err());
+        assert!(
+            told.contains(symbol[0]) && told.contains(&size.to_string()),
+            "{told}"
+        );
+        assert!(!to.exists());
+    }
+    image::patch(elf, &to, (seal, 16), |bytes| {
+        bytes.iter_mut().for_each(|b| *b ^= 0xFF)
+    })
+    .unwrap();
+    let patched = fs::read(&to).unwrap();
+    assert_eq!(patched.len(), whole.len());
+    let changed = whole.iter().zip(&patched).enumerate();
+    let changed: Vec<usize> = changed
+        .filter(|(_, (a, b))| a != b)
+        .map(|(k, _)| k)
+        .collect();
+    let file = object::File::parse(&*whole).unwrap();
+    let (at, size) = file.section_by_name(SECTION).unwrap().file_range().unwrap();
+    let expected: Vec<usize> = (at as usize..(at + size) as usize).collect();
+    assert_eq!(changed, expected);
 }
 
 /// One bit of a constant or of the code, and the image says at boot that it is not what was built, again and
