@@ -296,7 +296,7 @@ fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
         .count();
     let wrong = |scores: &[SceneScore]| scores.iter().filter(|s| s.ok_and_wrong()).count();
     format!(
-        "# What each rule is worth\n\nMade by `cargo sim ablate --draw {} --scenes {} --faulty {}`: each rule off by itself, \
+        "# What each rule is worth\n\nMade by `cargo sim ablate --draw {} --scenes {} --faulty {}{}`: each rule off by itself, \
          the whole scanner on {} scenes ({} of each kind), {exact} exact, {ok} `ok`, {} of them wrong, and on {} scans \
          with a fault of the instrument, {} of them `ok` and wrong. Cells: scenes gained and lost by turning the rule \
          off, and in brackets McNemar's p of that; bold below {SIGNIFICANT}. Hazards are not counted anew. Lines are \
@@ -304,6 +304,7 @@ fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
         args.draw,
         args.scenes,
         args.faulty,
+        if args.cost { " --cost" } else { "" },
         base.len(),
         args.scenes,
         wrong(base),
