@@ -1,11 +1,12 @@
 //! Stairs going up, as the search sees them: risers one behind the other, each as high as the
 //! others, closed or floating; and single things too tall to climb.
 
-use super::roles::{Riser, Role};
+use super::roles::{Riser, Role, Roles};
 use super::scene::{MAX_COLUMNS, Mark, Scene};
 use super::stairs::{ChainLink, Explanation, Flight, Spacing, Stairs};
 use crate::estimate::Estimate;
 use crate::math;
+use crate::posterior::gauss::TreadLevels;
 use crate::signal::echoes::MAX_ECHOES;
 use core::cell::RefCell;
 use core::ops::Range;
@@ -46,10 +47,37 @@ pub fn riser(chain: &[ChainLink], shape: AscentShape, k: usize) -> Riser {
     }
 }
 
+/// Riser `k` of a chain whose levels are known.
+pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize) -> Riser {
+    let place = |k: usize| chain.get(k).map(|l| l.along_m);
+    let level = |k: usize| levels.get(k).map(|l| l.height.value);
+    let before = k.checked_sub(1);
+    let base_m = before.and_then(level).unwrap_or(0.0);
+    Riser {
+        previous_m: before.and_then(place),
+        along_m: place(k).unwrap_or(f32::INFINITY),
+        base_m,
+        top_m: place(k).and(level(k)).unwrap_or(base_m),
+        open,
+    }
+}
+
 /// Number of the riser that a mark lies near or before; that of the landing beyond the last.
 pub fn riser_of(m: &Mark, chain: &[ChainLink], column_m: f32) -> usize {
     let behind = |l: &&ChainLink| l.along_m < m.x_m - column_m;
     chain.iter().take_while(behind).count()
+}
+
+/// What each mark is taken for if the flight has these levels.
+pub fn roles_by(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Roles {
+    let mut roles = Roles::new();
+    for m in &scene.marks {
+        let k = riser_of(m, &flight.chain, scene.params.column_m);
+        let riser = riser_at(&flight.chain, flight.shape.open, levels, k);
+        // As many as there are marks.
+        let _ = roles.push(scene.role(m, &riser));
+    }
+    roles
 }
 
 /// The tread before a riser.

@@ -3,11 +3,15 @@
 use super::ascending::{self, Ascending};
 use super::search::Search;
 use super::stairs::{Flight, MAX_FLIGHT, Stairs};
+use crate::estimate::Estimate;
 use crate::fusion::History;
 use crate::math;
 use crate::params::current;
 use crate::params::generative::Generative;
-use crate::posterior::{Base, Cloud, Model, Staircase, View, refine, weight};
+use crate::posterior::gauss::TreadLevels;
+use crate::posterior::{
+    Base, Cloud, MAX_STEPS, Model, Readings, Sigmas, Staircase, View, refine, weight,
+};
 use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
@@ -32,6 +36,8 @@ impl core::fmt::Debug for Posterior {
 /// How much the measurement model's word counts beside the search's score, which rests on the same
 /// echoes.
 const SHARE: f32 = 0.5;
+/// Riser height of a hypothesis before its own readings, metres: standard deviation.
+const RISE_SIGMA_M: f32 = 0.02;
 /// Riser heights from which the refinement begins, as multiples of the search's.
 const STRETCHES: [f32; 2] = [0.95, 1.05];
 /// Overhangs that are tried beside what the echoes say, metres.
@@ -71,6 +77,8 @@ fn staircase(flight: &Flight<ascending::AscentShape>) -> Staircase {
 pub struct Chosen {
     /// The flight.
     pub flight: Flight<ascending::AscentShape>,
+    /// Number of the base that its refinement has made of it.
+    base: usize,
     /// What the measurement model says for it and against level ground, times its share, nats.
     pub odds: f32,
 }
@@ -89,6 +97,26 @@ struct Looking {
     expected: f32,
 }
 
+impl Chosen {
+    /// A flight as the search has it.
+    pub fn of(flight: Flight<ascending::AscentShape>) -> Self {
+        Self {
+            flight,
+            base: usize::MAX,
+            odds: 0.0,
+        }
+    }
+
+    /// The same with another flight, which begins like it.
+    pub fn with(&self, flight: Flight<ascending::AscentShape>) -> Self {
+        Self {
+            flight,
+            base: self.base,
+            odds: self.odds,
+        }
+    }
+}
+
 impl Posterior {
     /// Without echoes.
     pub const fn new(g: &'static Generative) -> Self {
@@ -104,18 +132,34 @@ impl Posterior {
         self.model.g = g;
     }
 
-    /// Takes in a scan's echoes and the search's leaders, closed and floating, refined and weighed;
-    /// returns the one that explains the echoes best.
+    /// The staircase that the refinement has made of a flight, with as many risers as the flight has now.
+    #[inline(never)]
+    pub fn refined_from(&self, chosen: &Chosen) -> Staircase {
+        let flight = staircase(&chosen.flight);
+        let Some(base) = self.bases.get(chosen.base) else {
+            return flight;
+        };
+        let mut s = base.staircase;
+        for k in s.len()..flight.len() {
+            s = s.with(k, flight.x(k), flight.level(k + 1));
+        }
+        s
+    }
+
+    /// Takes in a scan's echoes.
+    pub fn take(&mut self, echoes: &[Echo], map: &PolarMap) {
+        self.model.take(echoes, View::of(map), map.geometry());
+        self.bases.clear();
+    }
+
+    /// Takes in the search's leaders, closed and floating, refined and weighed; returns the one that explains
+    /// the echoes best.
     #[inline(never)]
     pub fn choose(
         &mut self,
-        echoes: &[Echo],
-        map: &PolarMap,
         search: &Search<'_, Ascending<'_>>,
         mut past: Option<&mut History>,
     ) -> Option<Chosen> {
-        self.model.take(echoes, View::of(map), map.geometry());
-        self.bases.clear();
         let scores = search.leaders.iter().map(|f| f.score);
         let top = scores.fold(f32::NEG_INFINITY, math::max);
         let mut looking = Looking {
@@ -180,8 +224,12 @@ impl Posterior {
             past.hypotheses.keep(&base.staircase, worth);
         }
         if looking.best.as_ref().is_none_or(|(most, _)| worth > *most) {
-            let odds = base.log_weight;
-            looking.best = Some((worth, Chosen { flight, odds }));
+            let chosen = Chosen {
+                flight,
+                base: self.bases.len(),
+                odds: base.log_weight,
+            };
+            looking.best = Some((worth, chosen));
         }
         // Room is left for level ground and the answer.
         if self.bases.len() < MAX_FLIGHT {
@@ -262,26 +310,43 @@ impl Posterior {
             .fold(f32::NEG_INFINITY, math::max)
     }
 
+    /// A hypothesis, its levels so many times as high, moved to where its echoes put it, and weighed.
+    #[inline(never)]
+    fn moved(&self, start: &Staircase, stretch: f32) -> Base {
+        let (mut s, mut sigmas) = (*start, [0.0; MAX_STEPS]);
+        s.top_m.iter_mut().for_each(|top| *top *= stretch);
+        self.refine(&mut s, &mut sigmas);
+        Base::new(&self.model, s, sigmas)
+    }
+
+    /// Apart, so that its working memory is gone when the hypothesis is weighed.
+    #[inline(never)]
+    fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {
+        let (mut levels, mut readings) = (TreadLevels::default(), Readings::default());
+        let rise = Estimate::new(s.rise(), RISE_SIGMA_M);
+        refine(
+            &self.model,
+            s,
+            rise,
+            current(),
+            (&mut levels, &mut readings),
+        );
+        for (sigma, level) in sigmas.iter_mut().zip(&levels) {
+            *sigma = level.height.sigma();
+        }
+    }
+
     /// The likeliest of a flight's refinements from several heights, overhangs and walls, and from `carried`, what an
     /// earlier scan made of it.
     #[inline(never)]
     fn refined(&self, start: &Staircase, carried: Option<Staircase>) -> Base {
         let base = |s, sigmas| Base::new(&self.model, s, sigmas);
-        let begin = |s: &Staircase| {
-            let (s, sigmas) = refine(&self.model, s);
-            base(s, sigmas)
-        };
-        let stretched = |stretch: f32| {
-            let mut s = *start;
-            s.top_m.iter_mut().for_each(|top| *top *= stretch);
-            s
-        };
-        let [low, high] = STRETCHES.map(stretched);
+        let [low, high] = STRETCHES;
         let top = match carried {
-            None => likelier(begin(&low), begin(&high)),
+            None => likelier(self.moved(start, low), self.moved(start, high)),
             // It knows the riser's height: one other beginning is enough.
             Some(s) => {
-                let top = likelier(begin(&high), begin(&s));
+                let top = likelier(self.moved(start, high), self.moved(&s, 1.0));
                 likelier(top, base(s, top.sigmas))
             }
         };

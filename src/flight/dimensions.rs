@@ -3,16 +3,16 @@
 
 use super::ascending::{self, Ascending};
 use super::descending::{self, Descending};
-use super::heights::{self, Fusion, TreadLevels};
 use super::nosings;
-use super::readings::{self, Readings, Roles};
-use super::roles::Role;
+use super::roles::{Role, Roles};
 use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
 use super::verdict::{Support, next_db};
 use crate::answer::{Direction, Outcome, Reason, Step};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
+use crate::posterior::gauss::{self, Fusion, TreadLevels};
+use crate::posterior::{Model, Readings, Staircase, refine};
 use heapless::Vec;
 
 /// The steps of a flight, what each rests on, and what each echo was taken for.
@@ -46,43 +46,43 @@ impl Measured {
     }
 }
 
-/// The steps of an ascending flight whose riser height is `rise` by the likelihood of all echoes;
-/// `bias_sigma_rad` is the shaft's angle error that calibration leaves.
+/// The steps of an ascending flight that stands as `staircase` has it, and whose riser height is `rise` by the
+/// likelihood of all echoes; `bias_sigma_rad` is the shaft's angle error that calibration leaves.
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
     flight: &Flight<ascending::AscentShape>,
     rise: Estimate,
+    (model, mut staircase): (&Model<'_>, Staircase),
     bias_sigma_rad: f32,
 ) -> Measured {
     let scene = stairs.scene();
     let p = scene.params;
+    let roles = ascending::roles_by(scene, flight, &gauss::straight(rise));
     let overall = Estimate {
         value: rise.value,
         variance: 2.0 * rise.variance + p.flight_rise_sigma_m * p.flight_rise_sigma_m,
     };
-    let straight = heights::straight(rise);
-    let roles = readings::roles(scene, flight, &straight);
-    let mut readings = readings::read(scene, flight, &straight, &roles);
-    // There is room for one more than a flight has risers.
-    let _ = readings.slopes.push(overall);
-    let mut steps = Vec::<Fusion, MAX_FLIGHT>::new();
-    for face in &readings.faces {
-        // A flight has no more.
-        let _ = steps.push(face.level);
-    }
-    let levels = heights::fit(&steps, &readings.slopes, p);
+    let (mut levels, mut readings) = (TreadLevels::default(), Readings::default());
+    refine(
+        model,
+        &mut staircase,
+        overall,
+        p,
+        (&mut levels, &mut readings),
+    );
     if let Some(outcome) = no_stair(&readings, rise, &levels, p) {
         return Measured {
             outcome,
             ..Measured::new(Direction::None, roles)
         };
     }
-    let overhang_known = readings.faces.iter().any(|f| f.overhang_seen);
+    let overhang_known = readings.faces.iter().any(|f| f.overhang_seen());
     let mut nosings = nosings::locate(scene, flight, &levels);
     if !p.rules.nosing_lines {
         for (nosing, face) in nosings.iter_mut().zip(&readings.faces) {
-            *nosing = face.x_m.map(|x| Estimate::new(x, p.inferred_x_sigma_m));
+            let shown_m = face.foot_m.or(face.edge_m);
+            *nosing = shown_m.map(|x| Estimate::new(x, p.inferred_x_sigma_m));
         }
     }
     let landings = landings(&flight.chain, p.most_going_m);
@@ -104,15 +104,16 @@ pub fn ascending(
             ..Step::default()
         };
         let (first, end) = scene.near_range(link.along_m);
-        let marks = scene.marks.get(first..end).unwrap_or(&[]);
-        let marks = marks
+        let near = scene.marks.get(first..end).unwrap_or(&[]);
+        let snr_db = near.iter().map(|m| m.snr_db).reduce(math::max);
+        let marks = near
             .iter()
             .zip(measured.roles.get(first..end).unwrap_or(&[]));
         let support = Support {
-            snr_db: face.snr_db,
+            snr_db,
             next_db: next_db(marks.map(|(m, role)| (m, *role == Role::Flash)), p),
-            flashes: face.flashes,
-            overhang_seen: face.overhang_seen,
+            flashes: face.flash_db.is_some() && face.flash_db >= snr_db,
+            overhang_seen: face.overhang_seen(),
             overhang_known,
             off: level.off,
             off_along_m: x.value - along,
@@ -226,8 +227,11 @@ fn lower_levels(
     }
     let last = flight.chain.last();
     let deepest = last.map_or(0.0, |l| l.along_m - stairs.scene().mount_height_m);
-    let slope = Estimate::new(-deepest / count.max(1) as f32, p.lower_rise_sigma_m);
-    heights::fit(steps.get(..count).unwrap_or(&[]), &[slope], p)
+    let rise = Estimate::new(-deepest / count.max(1) as f32, p.lower_rise_sigma_m);
+    let steps = steps.into_iter().take(count);
+    let mut levels = TreadLevels::default();
+    gauss::fit(steps, rise, p, &mut levels);
+    levels
 }
 
 /// Least-squares line through the values that are there, over their index: start and slope.

@@ -8,8 +8,6 @@
 //! | `stairs` | what a kind of stairs is to the search |
 //! | `ascending`, `descending` | how well a flight of each kind explains the echoes |
 //! | `search` | the best flight |
-//! | `heights` | the levels of all treads, weighed against the flight's regularity |
-//! | `readings` | what each riser's own echoes say |
 //! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `chart` | the map with what it takes to read it |
@@ -27,12 +25,10 @@ mod chart;
 mod descending;
 mod dimensions;
 mod floor_line;
-mod heights;
 mod horizon;
 mod judgement;
 mod nosings;
 mod null;
-mod readings;
 mod roles;
 mod scene;
 mod search;
@@ -67,8 +63,7 @@ use floor_line::FloorLine;
 pub use horizon::Reach;
 use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use judgement::Belief;
-use readings::Roles;
-use roles::Role;
+use roles::{Role, Roles};
 use scene::{Mark, Scene};
 use search::{Beginnings, Search};
 use stairs::{Explanation, Flight, Stairs};
@@ -218,7 +213,7 @@ impl Estimator for Likelihood {
                     height_m: 0.0,
                     ride: Ride::of(drive, &config.radar),
                 };
-                let posterior = self.particles.then_some(&mut self.posterior);
+                let posterior = (&mut self.posterior, self.particles);
                 let off = drive.memory == drive::Retention::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past, &mut self.floor_line);
@@ -264,9 +259,9 @@ fn ascend(
     echoes: &mut [Echo],
     (chart, firm): (Chart<'_>, bool),
     p: &Params,
-    (memory, mut posterior, mut past, floor_line): (
+    (memory, (posterior, particles), mut past, floor_line): (
         &mut Beginnings<ascending::AscentShape>,
-        Option<&mut Posterior>,
+        (&mut Posterior, bool),
         Option<&mut History>,
         &mut FloorLine,
     ),
@@ -286,25 +281,33 @@ fn ascend(
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
-    let chosen = match &mut posterior {
-        Some(posterior) => posterior.choose(echoes, chart.map, &search, past.as_deref_mut()),
-        None => best.map(|flight| Chosen { flight, odds: 0.0 }),
+    posterior.take(echoes, chart.map);
+    let chosen = if particles {
+        posterior.choose(&search, past.as_deref_mut())
+    } else {
+        best.map(Chosen::of)
     };
-    let odds = chosen.as_ref().map_or(0.0, |c| c.odds);
-    let mut best = chosen.map(|Chosen { mut flight, .. }| {
-        let (rise, score) = stairs.rise(&flight);
-        flight.score = score;
-        (flight, rise)
+    let mut best = chosen.map(|mut chosen| {
+        let (rise, score) = stairs.rise(&chosen.flight);
+        chosen.flight.score = score;
+        (chosen, rise)
     });
     observer.event(Event::Done(Stage::Search));
     let mut measured = None;
-    if let Some((flight, rise)) = best.as_ref()
-        && flight.score + odds >= 0.0
+    let bias_sigma_rad = found.bias_sigma_rad;
+    if let Some((chosen, rise)) = best.as_ref()
+        && chosen.flight.score + chosen.odds >= 0.0
     {
-        measure(&stairs, flight, *rise, found.bias_sigma_rad, &mut measured);
+        measure(
+            &stairs,
+            (chosen, *rise),
+            bias_sigma_rad,
+            posterior,
+            &mut measured,
+        );
     }
     let mut belief = Belief::default();
-    if let Some(posterior) = posterior {
+    if particles {
         posterior.judge(measured.as_ref(), &mut belief);
         if belief.unfounded && p.rules.unfounded {
             measured = None;
@@ -312,14 +315,20 @@ fn ascend(
         }
         let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior)
             .filter(|_| p.rules.next_step);
-        if let Some((flight, rise)) = &longer {
-            measure(&stairs, flight, *rise, found.bias_sigma_rad, &mut measured);
+        if let Some((chosen, rise)) = &longer {
+            measure(
+                &stairs,
+                (chosen, *rise),
+                bias_sigma_rad,
+                posterior,
+                &mut measured,
+            );
             posterior.judge(measured.as_ref(), &mut belief);
             best = longer;
         }
         posterior.tell(observer);
     }
-    let best = best.as_ref().map(|b| &b.0);
+    let best = best.as_ref().map(|b| &b.0.flight);
     if let Some(past) = &mut past {
         let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
         past.combine(steps.unwrap_or(&mut []));
@@ -346,12 +355,14 @@ fn ascend(
 #[inline(never)]
 fn measure(
     stairs: &Ascending<'_>,
-    flight: &Flight<ascending::AscentShape>,
-    rise: Estimate,
+    (chosen, rise): (&Chosen, Estimate),
     bias_sigma_rad: f32,
+    posterior: &Posterior,
     out: &mut Option<Measured>,
 ) {
-    *out = Some(dimensions::ascending(stairs, flight, rise, bias_sigma_rad));
+    let begun = (&posterior.model, posterior.refined_from(chosen));
+    let measured = dimensions::ascending(stairs, &chosen.flight, rise, begun, bias_sigma_rad);
+    *out = Some(measured);
 }
 
 /// The flight with one more step behind those that were measured, where the particles are sure of it and
@@ -359,15 +370,16 @@ fn measure(
 #[inline(never)]
 fn longer(
     search: &Search<'_, Ascending<'_>>,
-    best: Option<&(Flight<ascending::AscentShape>, Estimate)>,
+    best: Option<&(Chosen, Estimate)>,
     measured: Option<&Measured>,
     posterior: &Posterior,
-) -> Option<(Flight<ascending::AscentShape>, Estimate)> {
+) -> Option<(Chosen, Estimate)> {
     let next_m = posterior.next_step(&measured?.outcome.steps)?;
-    let mut flight = best?.0.longer(search.at(next_m))?;
+    let before = &best?.0;
+    let mut flight = before.flight.longer(search.at(next_m))?;
     let (rise, score) = search.stairs.rise(&flight);
     flight.score = score;
-    Some((flight, rise))
+    Some((before.with(flight), rise))
 }
 
 /// The same for stairs going down.

@@ -8,15 +8,14 @@
 //! flight, and within each, all places of each nosing; what is reported is the mean over these
 //! possibilities and their spread.
 
-use super::ascending::AscentShape;
-use super::heights::TreadLevels;
-use super::readings;
+use super::ascending::{AscentShape, riser_at};
 use super::roles::Riser;
 use super::scene::{Mark, Scene, gain};
 use super::stairs::{Flight, MAX_FLIGHT};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
+use crate::posterior::gauss::TreadLevels;
 use crate::sort::shell_sort;
 use heapless::Vec;
 
@@ -222,7 +221,7 @@ fn places(
     mut look: impl FnMut(&RiserEchoes),
 ) {
     for (k, (link, level)) in flight.chain.iter().zip(levels).enumerate() {
-        let riser = readings::riser(&flight.chain, flight.shape.open, levels, k);
+        let riser = riser_at(&flight.chain, flight.shape.open, levels, k);
         let place = RiserEchoes::new(scene, &riser, link.along_m, level.height.variance);
         look(&place);
     }
@@ -330,8 +329,8 @@ impl Mixture {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::flight::heights;
     use crate::flight::stairs::ChainLink;
+    use crate::posterior::gauss;
     use crate::signal::echoes::Echo;
 
     const RISE_M: f32 = 0.15;
@@ -366,7 +365,7 @@ mod tests {
             let column = Some(0);
             flight.chain.push(ChainLink { along_m, column }).unwrap();
         }
-        let levels = heights::straight(Estimate::new(RISE_M, 0.003));
+        let levels = gauss::straight(Estimate::new(RISE_M, 0.003));
         locate(&scene, &flight, &levels)
     }
 

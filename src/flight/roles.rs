@@ -6,6 +6,8 @@
 
 use super::scene::{Mark, Scene, gain};
 use crate::math;
+use crate::signal::echoes::MAX_ECHOES;
+use heapless::Vec;
 
 /// What an echo is taken for.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,6 +57,9 @@ impl Role {
         }
     }
 }
+
+/// What each mark is taken for, in the marks' order.
+pub type Roles = Vec<Role, MAX_ECHOES>;
 
 /// A riser and the tread before it.
 #[derive(Clone, Copy, Debug)]
@@ -140,11 +145,6 @@ impl Scene<'_> {
         let p = self.params;
         riser.base_m - p.flash_below_m < self.mount_height_m
             && self.mount_height_m < riser.top_m + p.flash_above_m
-    }
-
-    /// Whether a riser looks so straight at the mirror that all of it shines where a mark lies.
-    pub fn shines_at(&self, m: &Mark, riser: &Riser) -> bool {
-        self.mount_height_m - riser.top_m < self.params.shining_slope * m.x_m
     }
 
     /// Gain of a mark as part of the tread before a riser, or of the floor seen through it.

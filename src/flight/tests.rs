@@ -1,6 +1,5 @@
 //! The estimator on maps made by hand: the answers known, the rest merely sane.
 
-use super::heights::{self, Fusion};
 use super::verdict::Support;
 use super::*;
 use crate::answer::{Direction, Maybe, Status, Step};
@@ -225,59 +224,6 @@ fn what_lies_on_the_tread_behind_an_edge_is_not_the_edge() {
     assert!(
         (outcome.steps[1].height_m - 0.31).abs() < expanded(outcome.steps[1].height_sigma_m),
         "{outcome:?}"
-    );
-}
-
-/// A step of two agreeing readings.
-fn step(value: f32) -> Fusion {
-    let mut fusion = Fusion::default();
-    for _ in 0..2 {
-        fusion.add(Estimate::new(value, 0.004));
-    }
-    fusion
-}
-
-#[test]
-fn an_irregular_step_is_reported_as_it_is() {
-    let slope = [Estimate::new(0.16, 0.01)];
-    let levels = heights::fit(
-        &[step(0.16), step(0.35), step(0.48)],
-        &slope,
-        &Params::DEFAULT,
-    );
-    let second = levels[1];
-    assert!((second.height.value - 0.35).abs() < 0.004, "{second:?}");
-    assert!(second.height.sigma() < 0.015 && second.off.value > 0.02);
-    // And it does not drag the others along.
-    assert!((levels[0].height.value - 0.16).abs() < 0.004);
-    assert!((levels[2].height.value - 0.48).abs() < 0.004);
-}
-
-#[test]
-fn a_step_without_readings_lies_on_the_line_and_says_so() {
-    let levels = heights::fit(
-        &[step(0.15), Fusion::default(), step(0.45)],
-        &[],
-        &Params::DEFAULT,
-    );
-    let unseen = levels[1];
-    assert!((unseen.height.value - 0.30).abs() < 1e-4);
-    assert!(unseen.height.sigma() >= 0.005 && unseen.height.sigma() > levels[0].height.sigma());
-}
-
-#[test]
-fn what_no_echo_measures_is_known_no_better_than_builders_can_be_trusted() {
-    let slope = [Estimate::new(0.17, 0.01)];
-    let levels = heights::fit(
-        &[step(0.17), step(0.34), Fusion::default()],
-        &slope,
-        &Params::DEFAULT,
-    );
-    let [first, _, last, ..] = levels;
-    assert!((last.height.value - 0.51).abs() < 0.004);
-    assert!(
-        first.height.sigma() < 0.005 && last.height.sigma() > 0.010,
-        "{levels:?}"
     );
 }
 

@@ -13,6 +13,8 @@ pub const LEAST_PROBABILITY: f32 = 1e-30;
 pub const LN_ROOT_TAU: f32 = 0.919;
 /// 1 / √(2π), rounded.
 pub const PER_ROOT_TAU: f32 = 0.4;
+/// Variance of an even distribution over a unit: 1 / 12.
+pub const EVEN_VARIANCE: f32 = 1.0 / 12.0;
 /// Least standard deviation of a level, metres, so that it can be divided by.
 pub const LEAST_SIGMA_M: f32 = 1e-4;
 /// Least distance or range that is divided by, metres.
@@ -138,6 +140,12 @@ pub const NOISE_RANGE_M: f32 = 0.1;
 pub const RISER_BEFORE_M: f32 = 0.12;
 /// The same behind it.
 pub const RISER_BEHIND_M: f32 = 0.10;
+/// Angle from a flash within which it covers a corner, in the beams that part two features, …
+pub const MASKS_CORNER: f32 = 1.64;
+/// … if it is weaker than the corner's echo by no more than this, dB.
+pub const MASKS_WEAKER_DB: f32 = 6.0;
+/// The same of a closed riser's edge, whatever the flash's level.
+pub const MASKS_EDGE: f32 = 0.82;
 /// Most of an echo that features claim together.
 pub const MOST_USED: f32 = 0.999;
 /// Probability that a wall shows nothing.

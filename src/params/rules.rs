@@ -97,16 +97,6 @@ numbers! {
     highest_step in "choice": |p| p.highest_step_m = NEVER;
     /// Any one riser or tread may be odd.
     odd_step in "heights": |p| p.odd_rise_sigma_m = 1e-4;
-    /// Biases of the readings, by what shows.
-    biases in "heights": |p| for bias in [
-        &mut p.corner_broad_low_m, &mut p.open_flash_low_m, &mut p.open_clean_low_m,
-        &mut p.open_broad_low_m, &mut p.closed_flash_low_m, &mut p.shining_clean_low_m,
-        &mut p.shining_broad_low_m, &mut p.closed_clean_low_m, &mut p.closed_broad_low_m,
-    ] { *bias = 0.0 };
-    /// Readings of a riser that shines have biases of their own.
-    shining in "heights": |p| p.shining_slope = -NEVER;
-    /// Readings of a clean lobe have biases of their own.
-    clean_lobe in "heights": |p| p.clean_width = 0.0;
     /// Reported heights are wider than the model's.
     height_scale in "heights": |p| p.height_sigma_scale = 1.0;
     /// A credible echo on neither line costs.

@@ -83,8 +83,8 @@ switches! {
     other_build in "choice";
     /// Overhangs are tried beside what the echoes show.
     overhang_starts in "choice";
-    /// The visible part of a riser whose foot is hidden tells of the riser's height.
-    hidden_slope in "heights";
+    /// A flash covers what a corner or an edge beside it shows of its own.
+    masks in "heights";
     /// Places of nosings by the two upright lines of nosing and riser.
     nosing_lines in "places";
     /// The floor's power along its line tells of gaps.

@@ -208,8 +208,6 @@ params! {
         flash_margin_m = 0.01, "m", Hand;
         /// A flash's flank hides a corner whose height below it is this share of the distance.
         flash_flank = 0.13, "", Derived, "7.4 degrees, one and a half beams";
-        /// A riser whose top is below the mirror by less than this share of the distance shines.
-        shining_slope = 0.14, "", Hand;
         /// An echo is above a riser from this on, beside twice its deviation.
         above_margin_m = 0.015, "m", Hand;
         /// It is inside the solid from this depth on, beside twice its deviation.
@@ -247,67 +245,11 @@ params! {
         /// No height is known better.
         least_height_sigma_m = 0.003, "m", Hand;
     }
-    "readings: what a riser's echoes say" {
-        /// An echo no wider than this is a single scatterer.
-        clean_width = 1.1, "", Hand;
+    "nosings: where they stand" {
         /// Distance error of a riser that shows nothing.
         inferred_x_sigma_m = 0.015, "m", Hand;
-        /// An edge's angle error whatever its strength …
+        /// Angle error of a nosing's echo.
         edge_angle_rad = 0.15 * RAD_PER_DEG, "rad", Hand;
-        /// … and from noise at 0 dB.
-        edge_noise_rad = 0.5 * RAD_PER_DEG, "rad", Derived, "bound for the beam in steps of 0.25 degrees: 0.55 over the root of the power ratio";
-        /// A corner's angle error whatever its strength …
-        corner_angle_rad = 0.1 * RAD_PER_DEG, "rad", Hand;
-        /// … and from noise at 0 dB.
-        corner_noise_rad = 0.3 * RAD_PER_DEG, "rad", Hand;
-        /// Height error of a clean corner.
-        corner_clean_sigma_m = 0.003, "m", Hand;
-        /// A broad corner seems higher by this.
-        corner_broad_low_m = 0.008, "m", Hand;
-        /// Its height error.
-        corner_broad_sigma_m = 0.013, "m", Hand;
-        /// A floating tread beside a flash seems lower by this.
-        open_flash_low_m = 0.030, "m", Hand;
-        /// Its height error.
-        open_flash_sigma_m = 0.016, "m", Hand;
-        /// A floating tread of a clean lobe seems lower by this.
-        open_clean_low_m = 0.008, "m", Hand;
-        /// Its height error.
-        open_clean_sigma_m = 0.012, "m", Hand;
-        /// A floating tread of a broad lobe seems lower by this.
-        open_broad_low_m = 0.011, "m", Hand;
-        /// Its height error.
-        open_broad_sigma_m = 0.014, "m", Hand;
-        /// A nosing beside a flash seems lower by this.
-        closed_flash_low_m = 0.022, "m", Hand;
-        /// Its height error.
-        closed_flash_sigma_m = 0.020, "m", Hand;
-        /// A nosing of a clean lobe on a riser that shines seems lower by this.
-        shining_clean_low_m = 0.006, "m", Hand;
-        /// Its height error.
-        shining_clean_sigma_m = 0.012, "m", Hand;
-        /// A nosing of a broad lobe on a riser that shines seems lower by this.
-        shining_broad_low_m = 0.020, "m", Hand;
-        /// Its height error.
-        shining_broad_sigma_m = 0.018, "m", Hand;
-        /// A nosing of a clean lobe seems lower by this.
-        closed_clean_low_m = 0.004, "m", Hand;
-        /// Its height error.
-        closed_clean_sigma_m = 0.006, "m", Hand;
-        /// A nosing of a broad lobe seems lower by this.
-        closed_broad_low_m = 0.010, "m", Hand;
-        /// Its height error.
-        closed_broad_sigma_m = 0.012, "m", Hand;
-        /// An echo on a riser with a hidden foot may lie this much below its visible part.
-        hidden_reach_m = 0.05, "m", Hand;
-        /// Visible part of such a riser at least.
-        hidden_least_span_m = 0.05, "m", Hand;
-        /// Height error of such an echo whatever the visible part …
-        hidden_sigma_m = 0.015, "m", Hand;
-        /// … and per metre of it.
-        hidden_sigma_span = 0.35, "", Derived, "even over the part: its length over the root of 12, rounded up";
-    }
-    "nosings: where they stand" {
         /// Echoes this far from where a riser stands may be its nosing's or the riser's behind its nosing.
         nosing_window_m = 0.065, "m", Custom, "noses of old and steep stairs overhang by up to 6 cm";
         /// How far an echo may lie off the upright line that it belongs to.

@@ -5,16 +5,20 @@
 //! | `staircase` | a hypothesis, and where it contradicts an answer |
 //! | `feature`, `model`, `places` | how likely the echoes are under a hypothesis |
 //! | `prior` | what stairs people build |
-//! | `refine` | the Gaussian over a hypothesis's continuous part |
+//! | `readings` | what each riser's own echoes say of its place and height |
+//! | [`gauss`] | the Gaussian over the levels of a flight, any one riser or tread odd |
+//! | `refine` | a hypothesis moved to where the echoes put it |
 //! | `proposals` | what else may stand there |
 //! | `cloud` | weighted particles, resampled, and what they say of an answer |
 
 mod cloud;
 mod feature;
+pub mod gauss;
 mod model;
 mod places;
 mod prior;
 mod proposals;
+mod readings;
 mod refine;
 mod staircase;
 
@@ -28,6 +32,7 @@ pub use model::{
     logistic, tailed,
 };
 pub use proposals::{Base, Proposals, weight};
+pub use readings::{Face, Readings};
 pub use refine::refine;
 pub use staircase::{
     Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep, View,

@@ -16,6 +16,7 @@ use super::feature::{Class, FeaturePlace, before};
 use super::prior::ln;
 use super::staircase::{GroundKind, Staircase, View};
 use crate::math;
+use crate::params::current;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
 use crate::params::posterior as number;
 use crate::signal::echoes::Echo;
@@ -117,15 +118,18 @@ pub struct Model<'p> {
     pub g: &'p Generative,
 }
 
-/// What the echo that is a feature says.
+/// The echo that most likely is a feature, as a reading of the feature's height.
 #[derive(Clone, Copy, Debug)]
-pub struct Best {
-    /// Where it is, metres.
-    pub x_m: f32,
-    /// How high the feature is, metres, …
+pub struct LevelReading<'e> {
+    /// The echo.
+    pub echo: &'e Seen,
+    /// Height of the feature, metres.
     pub level_m: f32,
-    /// … and its standard deviation.
+    /// Standard deviation of that, metres: larger the less sure it is that the echo is the feature, and the
+    /// less likely its deviation comes from the Gaussian's core.
     pub sigma_m: f32,
+    /// Whether a flash beside it covers what the feature shows of its own.
+    pub masked: bool,
 }
 
 /// Logistic function.
@@ -513,17 +517,28 @@ impl<'p> Model<'p> {
     /// Of each point feature of riser `k`: the echo that most likely is it, if one more likely is than
     /// not.
     #[inline(never)]
-    pub fn features(&self, s: &Staircase, k: usize, mut each: impl FnMut(Class, &Best)) {
+    pub fn features(
+        &self,
+        s: &Staircase,
+        k: usize,
+        mut each: impl FnMut(Class, &LevelReading<'_>),
+    ) {
         let near = self.between(
             s.x(k) - number::RISER_BEFORE_M,
             s.x(k) + number::RISER_BEHIND_M,
         );
+        let flash = self.flash(near);
         for place in &self.places(s, k) {
             let Some(p) = self.g.points.get(place.class as usize) else {
                 continue;
             };
             let mut best = (1.0, None);
+            // The flash is no edge above itself.
+            let taken = flash.filter(|_| place.class == Class::Top);
             for e in near {
+                if taken.is_some_and(|flash| core::ptr::eq(flash, e)) {
+                    continue;
+                }
                 let density = self.density(s, k, place, p, e);
                 if density > 0.0 {
                     let odds = density / self.behind(s, k, e);
@@ -532,20 +547,57 @@ impl<'p> Model<'p> {
                     }
                 }
             }
-            if let (_, Some(e)) = best {
-                let lever = math::max(e.x_m, number::LEAST_RANGE_M) / e.range_m;
-                let off_m = p.across_m + p.across_per_width_m * e.wide;
-                let wide = math::hypot(p.sigma_per_width_m * e.wide, e.across_m);
-                each(
-                    place.class,
-                    &Best {
-                        x_m: e.x_m,
-                        level_m: e.y_m - off_m / lever,
-                        sigma_m: math::hypot(p.across_sigma_m, wide) / lever,
-                    },
-                );
+            if let (odds, Some(echo)) = best {
+                let lever = math::max(echo.x_m, number::LEAST_RANGE_M) / echo.range_m;
+                let off_m = p.across_m + p.across_per_width_m * echo.wide;
+                let wide = math::hypot(p.sigma_per_width_m * echo.wide, echo.across_m);
+                let sigma_m = math::hypot(p.across_sigma_m, wide) / lever;
+                let share = self.core(place, p, echo) * odds / (1.0 + odds);
+                let reading = LevelReading {
+                    echo,
+                    level_m: echo.y_m - off_m / lever,
+                    sigma_m: sigma_m / math::sqrt(math::max(share, number::LEAST_PROBABILITY)),
+                    masked: current().rules.masks
+                        && flash.is_some_and(|flash| self.masks(flash, place.class, echo)),
+                };
+                each(place.class, &reading);
             }
         }
+    }
+
+    /// The strongest echo at the mirror's height: a face that looks straight at it.
+    fn flash<'e>(&self, near: &'e [Seen]) -> Option<&'e Seen> {
+        let level = near
+            .iter()
+            .filter(|e| (e.y_m - self.height_m).abs() < number::FLASH_WITHIN_M);
+        level.reduce(|a, b| if b.snr_db > a.snr_db { b } else { a })
+    }
+
+    /// Whether a flash covers what a feature of a class shows of its own, so that echo `e` beside it is its flank, and
+    /// no reading of the feature's height.
+    fn masks(&self, flash: &Seen, class: Class, e: &Seen) -> bool {
+        let cross = e.x_m * (flash.y_m - self.height_m) - (e.y_m - self.height_m) * flash.x_m;
+        let apart = (cross / (e.range_m * flash.range_m)).abs() / self.beam_rad;
+        match class {
+            Class::Corner => {
+                apart < number::MASKS_CORNER && flash.snr_db > e.snr_db - number::MASKS_WEAKER_DB
+            }
+            Class::Nosing => apart < number::MASKS_EDGE,
+            _ => false,
+        }
+    }
+
+    /// Share of the density of an echo as a point feature that is the Gaussian's core, not its wide tails.
+    fn core(&self, place: &FeaturePlace, p: &Point, e: &Seen) -> f32 {
+        let (z2, root) = self.deviation(place, p, e);
+        let odd = FeaturePlace {
+            sigma_m: current().odd_rise_sigma_m,
+            ..*place
+        };
+        let (odd_z2, odd_root) = self.deviation(&odd, p, e);
+        let odd = number::ODD_ODDS * math::exp(-0.5 * odd_z2) * root / odd_root;
+        let core = number::CORE_SHARE * (math::exp(-0.5 * z2) + odd);
+        core / (tailed(z2) + number::CORE_SHARE * odd)
     }
 
     /// Density of an echo as one of riser `k`'s point features.
@@ -560,7 +612,14 @@ impl<'p> Model<'p> {
     ) -> f32 {
         let density = match place.class {
             Class::Hidden => self.hidden(s, k, e, place.x_m),
-            _ => self.point(p, e, place.x_m, place.y_m, place.range_m),
+            _ => {
+                let (z2, root) = self.deviation(place, p, e);
+                if z2 <= number::POINT_REACH {
+                    tailed(z2) * GAUSS * GAUSS / root
+                } else {
+                    0.0
+                }
+            }
         };
         if density <= 0.0 {
             return 0.0;
@@ -568,25 +627,27 @@ impl<'p> Model<'p> {
         density * e.point.get(place.class as usize).copied().unwrap_or(0.0)
     }
 
-    /// Density of an echo as a point feature, levels apart.
-    fn point(&self, p: &Point, e: &Seen, x: f32, y: f32, range: f32) -> f32 {
-        let dr = e.range_m - range - p.range_m;
+    /// Squared deviation of an echo from where a point feature is expected, in standard deviations, and the root of
+    /// the product of both variances, m²; infinitely far off outside the gates.
+    fn deviation(&self, place: &FeaturePlace, p: &Point, e: &Seen) -> (f32, f32) {
+        let up_m = place.y_m - self.height_m;
+        let dr = e.range_m - place.range_m - p.range_m;
         if dr.abs() > GATE_M {
-            return 0.0;
+            return (f32::INFINITY, 1.0);
         }
-        let across = (x * (e.y_m - self.height_m) - (y - self.height_m) * e.x_m) / range;
+        let across = (place.x_m * (e.y_m - self.height_m) - up_m * e.x_m) / place.range_m;
         let dc = across - p.across_m - p.across_per_width_m * e.wide;
         if dc.abs() > CROSS_GATE_M {
-            return 0.0;
+            return (f32::INFINITY, 1.0);
         }
         let wide = p.sigma_per_width_m * e.wide;
         let vr = p.range_sigma_m * p.range_sigma_m;
-        let vc = p.across_sigma_m * p.across_sigma_m + wide * wide + e.across_m * e.across_m;
-        let z2 = dr * dr / vr + dc * dc / vc;
-        if z2 > number::POINT_REACH {
-            return 0.0;
-        }
-        tailed(z2) * GAUSS * GAUSS / math::sqrt(vr * vc)
+        let level = place.sigma_m * place.x_m / place.range_m;
+        let vc = p.across_sigma_m * p.across_sigma_m
+            + wide * wide
+            + e.across_m * e.across_m
+            + level * level;
+        (dr * dr / vr + dc * dc / vc, math::sqrt(vr * vc))
     }
 
     /// Density of an echo as what can be seen of a riser whose foot is hidden.

@@ -53,6 +53,7 @@ impl Model<'_> {
                     class,
                     x_m,
                     y_m,
+                    sigma_m: 0.0,
                     range_m,
                     room,
                 });

@@ -1,7 +1,9 @@
 //! Hypotheses, echoes as the model expects them of a staircase, and random numbers for tests.
 
 mod cloud;
+mod gauss;
 mod model;
+mod readings;
 mod staircase;
 
 use super::feature::{Class, FeaturePlace};

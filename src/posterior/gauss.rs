@@ -1,7 +1,7 @@
 //! The levels of a flight's treads: each step's own echoes weighed against the regularity of the
 //! whole.
 
-use super::stairs::MAX_FLIGHT;
+use super::staircase::MAX_STEPS;
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
@@ -55,7 +55,7 @@ pub struct TreadLevel {
 }
 
 /// The levels of a flight, of the first step first.
-pub type TreadLevels = [TreadLevel; MAX_FLIGHT];
+pub type TreadLevels = [TreadLevel; MAX_STEPS];
 
 /// Weighted sums over steps: of 1, of the step's number, of its level.
 #[derive(Clone, Copy, Debug, Default)]
@@ -121,23 +121,22 @@ struct FlightFit<'p> {
     p: &'p Params,
     /// Of each step: its level and the weight that this has against a straight flight from which
     /// the step departs as a rule.
-    steps: heapless::Vec<(f32, f32), MAX_FLIGHT>,
+    steps: heapless::Vec<(f32, f32), MAX_STEPS>,
     whole: StepSums,
     squares: f32,
 }
 
 impl<'p> FlightFit<'p> {
-    fn new(steps: &[Fusion], slopes: &[Estimate], p: &'p Params) -> Self {
+    fn new(steps: impl Iterator<Item = Fusion>, rise: Estimate, p: &'p Params) -> Self {
         let mut fit = Self {
             p,
             steps: heapless::Vec::new(),
-            whole: StepSums::default(),
-            squares: 0.0,
+            whole: StepSums {
+                level: rise.value / rise.variance,
+                ..StepSums::default()
+            },
+            squares: 1.0 / rise.variance,
         };
-        for slope in slopes {
-            fit.whole.level += slope.value / slope.variance;
-            fit.squares += 1.0 / slope.variance;
-        }
         for (number, step) in (1u8..).map(f32::from).zip(steps) {
             let level = step.mean();
             let weight = 1.0 / (level.variance + p.rise_sigma_m * p.rise_sigma_m);
@@ -164,19 +163,29 @@ impl<'p> FlightFit<'p> {
     }
 }
 
-/// Fits a straight flight from the ground through the steps' levels, with further estimates of its
-/// slope, and lets each step depart from it as its own echoes say.
+/// Fits a straight flight from the ground through the steps' levels, with what else is known of its
+/// riser height, and lets each step depart from it as its own echoes say.
 ///
 /// Steps depart a little as a rule. Besides, any one riser may be odd, so that it shifts all that
 /// follows, or any one tread: as likely as not, each as likely as any other. The answer is the mean
 /// over these possibilities, weighed by how well they explain the readings, and its variance their
 /// spread: a step that nothing measures is as uncertain as irregular steps in built stairs make it.
+pub fn fit(
+    steps: impl Iterator<Item = Fusion>,
+    rise: Estimate,
+    p: &Params,
+    levels: &mut TreadLevels,
+) {
+    mixture(&FlightFit::new(steps, rise, p), levels);
+}
+
+/// Mean and variance of each level over all possibilities.
 #[inline(never)]
-pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> TreadLevels {
-    let fit = FlightFit::new(steps, slopes, p);
+fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
+    let p = fit.p;
     let steps = &fit.steps;
     let regular = fit.solve(&StepSums::default());
-    let mut moments = [LevelMoments::default(); MAX_FLIGHT];
+    let mut moments = [LevelMoments::default(); MAX_STEPS];
     let mut total = 0.0;
     let builder = p.rise_sigma_m * p.rise_sigma_m;
     let mut weigh = |flight: &Straight, departs: core::ops::Range<usize>, likelihood: f32| {
@@ -198,7 +207,7 @@ pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> TreadLevels {
     };
     // As likely as all odd ones together.
     let odds = (2 * steps.len().max(1) - 1) as f32;
-    weigh(&regular, MAX_FLIGHT..MAX_FLIGHT, odds);
+    weigh(&regular, MAX_STEPS..MAX_STEPS, odds);
     let mut behind = StepSums::default();
     for (k, &(level, weight)) in steps.iter().enumerate().rev() {
         let alone = StepSums {
@@ -215,8 +224,7 @@ pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> TreadLevels {
             weigh(&tread, k..k + 1, tread.likelihood(p.odd_rise_sigma_m));
         }
     }
-    let mut levels = TreadLevels::default();
-    for ((number, place), moments) in (1u8..).zip(&mut levels).zip(&moments) {
+    for ((number, place), moments) in (1u8..).zip(levels).zip(&moments) {
         let mean = moments.mean / total;
         *place = TreadLevel {
             height: Estimate {
@@ -229,7 +237,6 @@ pub fn fit(steps: &[Fusion], slopes: &[Estimate], p: &Params) -> TreadLevels {
             },
         };
     }
-    levels
 }
 
 /// A straight flight of which nothing but the riser's height is known.
