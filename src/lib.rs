@@ -11,7 +11,7 @@
 //! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
 //! | [`scan`] | schedule of angles, mirror motor, the scanner's loop |
-//! | [`drive`] | what the chair's controller says of its motion → where each row was seen |
+//! | [`motion`] | what the chair's controller says of its motion → where each row was seen, and whether two sweeps agree |
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
 //! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
@@ -40,7 +40,6 @@
 
 pub mod answer;
 pub mod config;
-pub mod drive;
 pub mod estimate;
 pub mod estimator;
 pub mod finder;
@@ -48,6 +47,7 @@ pub mod flight;
 pub mod fusion;
 pub mod health;
 pub mod math;
+pub mod motion;
 pub mod mount;
 pub mod observer;
 #[cfg(feature = "paper")]

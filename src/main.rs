@@ -18,7 +18,7 @@ fn main() {
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use defmt_rtt as _;
-    use stairscan::drive::Odometry;
+    use stairscan::motion::Odometry;
     use stairscan::pipeline::Pipeline;
     use stairscan::scan::encoder::EncodedMirror;
     use stairscan::scan::mirror::Stepper;

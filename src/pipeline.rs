@@ -3,10 +3,10 @@
 use crate::Iq;
 use crate::answer::{Outcome, Reason};
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, Retention, Track};
 use crate::finder::StairFinder;
 use crate::fusion;
 use crate::health::Health;
+use crate::motion::{Drive, Retention, Track};
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
 use crate::observer::Observer;

@@ -7,7 +7,7 @@ pub mod inlet;
 use std::collections::VecDeque;
 
 use clap::ValueEnum;
-use stairscan::drive::Reading;
+use stairscan::motion::Reading;
 use stairscan::report::motion;
 use stairscan::scan::Micros;
 

@@ -8,7 +8,7 @@ use std::task::Poll;
 use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
-use stairscan::drive::Mode;
+use stairscan::motion::Mode;
 use stairscan::scan::settings::{MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing};
 use stairscan::scan::{Micros, Mirror, MirrorError, Motion, Settings};
 use stairscan::signal::radar::module::Wish;

@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use stairscan::Iq;
 use stairscan::answer::Outcome;
 use stairscan::config::{Config, ConfigError};
-use stairscan::drive::{Drive, Mode, Odometry, Track};
+use stairscan::motion::{Drive, Mode, Odometry, Track};
 use stairscan::mount::Mounting;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;

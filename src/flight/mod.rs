@@ -45,18 +45,18 @@ mod tests;
 
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::{Config, Plane};
-use crate::drive::{self, Drive};
 use crate::estimate::Estimate;
 use crate::estimator::Estimator;
 use crate::fusion::{History, Outlook};
 use crate::math;
+use crate::motion::{Drive, Retention, Ride, Sweeps};
 use crate::mount::{Floor, online};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::posterior::View;
-use crate::signal::echoes::{Collector, Echo, Echoes, Lobes, Ride, Sweeps};
+use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
 use ascending::Ascending;
 use belief::{Chosen, Posterior};
@@ -183,7 +183,7 @@ impl Estimator for Likelihood {
         let agreement = self.sweeps.compare(map, config, drive, echoes);
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
-        let moved_m = moved_m.filter(|_| drive.memory == drive::Retention::Kept);
+        let moved_m = moved_m.filter(|_| drive.memory == Retention::Kept);
         let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
         if let Some(past) = &mut past {
             past.begin(scan, instrument, View::of(map), moved_m, rode_m);
@@ -219,7 +219,7 @@ impl Estimator for Likelihood {
                     ride: Ride::of(drive, &config.radar),
                 };
                 let posterior = self.particles.then_some(&mut self.posterior);
-                let off = drive.memory == drive::Retention::Off;
+                let off = drive.memory == Retention::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past, &mut self.floor_line);
                 let firm = floor.is_some_and(|floor| floor.firm(p));
@@ -244,7 +244,7 @@ impl Estimator for Likelihood {
         }
         let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
         let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
-        let forget = !kept || drive.memory == drive::Retention::Off;
+        let forget = !kept || drive.memory == Retention::Off;
         if let Some(past) = past.as_mut().filter(|_| forget) {
             past.forget();
         }

@@ -21,10 +21,10 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 
 use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, ParticleConfig, Spread};
-use crate::drive::{Drive, Mode};
 use crate::estimator::Estimator;
 use crate::fusion::History;
 use crate::math;
+use crate::motion::{Drive, Mode};
 use crate::observer::{CloudStage, Event, Observer};
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use bright::{Field, HIGH_INTENSITY_DB, MapLevels};

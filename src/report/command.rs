@@ -30,7 +30,7 @@ use core::str::Split;
 use super::motion;
 use super::sentence::{Line, ParseError, Writer, crc32};
 use crate::config::ConfigError;
-use crate::drive::Reading;
+use crate::motion::Reading;
 use crate::scan::settings::Settings;
 
 /// Longest command line, bytes.

@@ -3,7 +3,7 @@
 use crate::Iq;
 use crate::answer::Outcome;
 use crate::config::{Config, ConfigError};
-use crate::drive::Drive;
+use crate::motion::Drive;
 use crate::mount::Mounting;
 
 /// From samples to steps: what a scan does with its chirps.

@@ -10,7 +10,7 @@ mod words;
 
 use super::schedule::{SHAFT_LIMIT, Schedule};
 use crate::config::{Config, ConfigError, SAMPLES, check};
-use crate::drive;
+use crate::motion;
 pub use crate::setting::ValueText;
 pub(crate) use crate::setting::number;
 use crate::setting::{SettingRow, Value, settings};
@@ -59,7 +59,7 @@ settings! {
         /// still, or mid chirp waits; 0: not known.
         chirp_duration: u32 = 1_000, "chirp-duration" "us" [0 to 1_000_000] Answer;
         /// Age beyond which a motion sentence is stale.
-        motion_timeout: u32 = drive::odometry::OLDEST_US, "motion-timeout" "us" [100 to 600_000_000] Answer;
+        motion_timeout: u32 = motion::odometry::OLDEST_US, "motion-timeout" "us" [100 to 600_000_000] Answer;
         /// Whether to scan without the crystal, from the internal oscillator: it is known to be good enough.
         internal_clock: Switch = Switch::Off, "internal-clock" "" [] Pace;
     }
@@ -109,7 +109,7 @@ settings! {
         /// Whether the mirror stops at every angle or turns through them.
         sweep_mode: SweepMode = SweepMode::Continuous, "sweep-mode" "" [] Pace;
         /// What holds without motion input (docs/motion.md).
-        motion: drive::Mode = drive::Mode::Auto, "motion" "" [] Answer;
+        motion: motion::Mode = motion::Mode::Auto, "motion" "" [] Answer;
         /// Whether the evidence of earlier scans of the scene is used (docs/motion.md).
         fusion: Switch = Switch::On, "fusion" "" [] Answer;
     }

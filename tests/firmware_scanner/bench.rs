@@ -8,7 +8,7 @@ use std::task::Poll;
 use stairscan::Iq;
 use stairscan::answer::{Outcome, Reasons, Status};
 use stairscan::config::{Config, ConfigError, RadarConfig};
-use stairscan::drive::{Drive, Odometry};
+use stairscan::motion::{Drive, Odometry};
 use stairscan::mount::Mounting;
 use stairscan::report::command::{Measure, framed};
 use stairscan::report::{ScanLine, Sentence};

@@ -19,7 +19,7 @@ mod image {
     use stairscan::Iq;
     use stairscan::answer::Outcome;
     use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
-    use stairscan::drive::Drive;
+    use stairscan::motion::Drive;
     use stairscan::observer::{Event, Observer};
     use stairscan::pipeline::Pipeline;
     use stairscan::report::sentence::write_scan;

@@ -1,7 +1,7 @@
 //! What the Rust parsers make of a line, in the words of `controller/test/verdict.c`.
 
 use stairscan::answer::{Direction, Reasons, Status};
-use stairscan::drive::Reading;
+use stairscan::motion::Reading;
 use stairscan::report::command::{
     self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
 };

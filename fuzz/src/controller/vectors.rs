@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use stairscan::answer::{Direction, Reason, Reasons, Status};
-use stairscan::drive::Reading;
+use stairscan::motion::Reading;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion};

@@ -15,7 +15,7 @@
 //! | 7 | | a damaged sentence |
 
 use stairscan::config::MAX_ROWS;
-use stairscan::drive::{Mode, Odometry, Reading};
+use stairscan::motion::{Mode, Odometry, Reading};
 use stairscan::report::motion;
 use stairscan::scan::Micros;
 

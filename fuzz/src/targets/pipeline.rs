@@ -20,7 +20,7 @@
 use stairscan::Iq;
 use stairscan::answer::{Outcome, Status};
 use stairscan::config::{Config, EstimatorKind, Plane};
-use stairscan::drive::{Drive, Mode};
+use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
 use stairscan::report::sentence::write_scan;

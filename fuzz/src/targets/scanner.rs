@@ -20,7 +20,7 @@
 mod bench;
 mod world;
 
-use stairscan::drive::Odometry;
+use stairscan::motion::Odometry;
 use stairscan::scan::Reports;
 
 use crate::input::Input;

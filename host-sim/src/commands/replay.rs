@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
-use stairscan::drive::Mode;
+use stairscan::motion::Mode;
 
 use super::{Format, Settings, emit, progress_aside, recordings};
 use crate::answer::Answer;

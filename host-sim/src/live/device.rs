@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use stairscan::config::Config;
-use stairscan::drive::Odometry;
+use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
 use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
 

@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use anyhow::{Context, Result, bail, ensure};
-use stairscan::drive::Odometry;
+use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::framed;
 use stairscan::report::{ScanLine, Sentence};

@@ -13,7 +13,7 @@ use std::rc::Rc;
 use anyhow::{Result, ensure};
 use stairscan::answer::{Reason, Status};
 use stairscan::config::{Config, EstimatorKind};
-use stairscan::drive::{Drive, Mode};
+use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::write_scan;

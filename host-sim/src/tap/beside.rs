@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use stairscan::config::{Config, Plane, SweepConfig};
-use stairscan::drive::Mode;
+use stairscan::motion::Mode;
 use stairscan::report::Sentence;
 use stairscan::scan::Settings;
 

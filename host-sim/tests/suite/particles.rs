@@ -10,8 +10,8 @@ use host_sim::scene::command::random_scan;
 use host_sim::scene::random::Kind;
 use host_sim::seeds::TUNING;
 use stairscan::answer::Outcome;
-use stairscan::drive::Drive;
 use stairscan::flight::Likelihood;
+use stairscan::motion::Drive;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::hazard::Features;
 

@@ -35,7 +35,7 @@ mod states;
 
 pub use reports::Reports;
 
-use crate::drive::{Drive, Odometry};
+use crate::motion::{Drive, Odometry};
 use crate::scan::board::{Board, BytePort, Hardware, Identity};
 use crate::scan::chain::DataPath;
 use crate::scan::mirror::Mirror;

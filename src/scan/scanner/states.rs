@@ -7,7 +7,7 @@ use super::keeper::{Keeper, ScanSettings};
 use super::reports::{Reports, Telling};
 use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::ConfigError;
-use crate::drive::{Drive, Odometry, Retention};
+use crate::motion::{Drive, Odometry, Retention};
 use crate::report::Sentence;
 use crate::report::command::CalibrationRequest;
 use crate::report::crc;

@@ -5,7 +5,7 @@ use std::rc::Rc;
 
 use host_sim::volatile::identity;
 use stairscan::answer::{Reasons, Status};
-use stairscan::drive::Odometry;
+use stairscan::motion::Odometry;
 use stairscan::report::Sentence;
 use stairscan::scan::encoder::EncodedMirror;
 use stairscan::scan::mirror::Stepper;

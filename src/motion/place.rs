@@ -4,11 +4,11 @@
 //! that comes back from something nearing beats lower by the Doppler shift, and so seems nearer than
 //! it is at mid chirp.
 
-use super::echo::Echo;
-use super::lobe::Walk;
+use super::known::Drive;
+use super::track::{RowPose, Track};
 use crate::config::{Plane, RadarConfig};
-use crate::drive::{Drive, RowPose, Track};
 use crate::math;
+use crate::signal::echoes::{Echo, Walk};
 use crate::signal::grid::{Geometry, PolarMap};
 
 /// How the chair went during a scan.
