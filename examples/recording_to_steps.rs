@@ -16,7 +16,7 @@ use serde_json::Value;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, to_fixed};
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::DataPath;
+use stairscan::scanner::DataPath;
 
 /// Units of the configuration's fixed-point numbers.
 const METRES: f64 = 1e-5;

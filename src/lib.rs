@@ -10,7 +10,7 @@
 //! |---|---|
 //! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
-//! | [`scan`] | schedule of angles, mirror motor, the scanner's loop |
+//! | [`scanner`] | schedule of angles, mirror motor, the scanner's loop |
 //! | [`motion`] | what the chair's controller says of its motion → where each row was seen, and whether two sweeps agree |
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
 //! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
@@ -27,9 +27,9 @@
 //! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
 //!
 //! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`params`], [`math`] and
-//! [`scan::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
+//! [`scanner::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
 //! [`signal::echoes`], then [`mount`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
-//! [`scan`]'s loop drives any [`scan::DataPath`], and `pipeline` is one. [`observer`] names what
+//! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. [`observer`] names what
 //! [`flight::trace`] and `paper` have to tell.
 //!
 //! Where to begin: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
@@ -56,7 +56,7 @@ pub mod params;
 pub mod pipeline;
 pub mod posterior;
 pub mod report;
-pub mod scan;
+pub mod scanner;
 pub mod setting;
 pub mod signal;
 pub mod sort;

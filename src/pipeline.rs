@@ -11,7 +11,7 @@ use crate::mount::Mounting;
 use crate::mount::command::calibrate;
 use crate::observer::Observer;
 use crate::params::current;
-use crate::scan::DataPath;
+use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
 
@@ -25,7 +25,7 @@ use crate::signal::range::{Profile, RangeProcessor};
 /// use stairscan::answer::{Reason, Status};
 /// use stairscan::config::Config;
 /// use stairscan::pipeline::Pipeline;
-/// use stairscan::scan::DataPath;
+/// use stairscan::scanner::DataPath;
 ///
 /// let config = Config::default();
 /// let mut pipeline = Box::new(Pipeline::new());

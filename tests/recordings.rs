@@ -7,7 +7,7 @@ use stairscan::Iq;
 use stairscan::answer::{Direction, Outcome, Status};
 use stairscan::config::{Config, EstimatorKind, MountConfig, Plane};
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::DataPath;
+use stairscan::scanner::DataPath;
 
 /// The samples of a recording in `recordings/`: 281 chirps of 200.
 fn chirps(name: &str) -> Vec<Vec<Iq>> {

@@ -6,7 +6,7 @@
 use stairscan::answer::{Direction, Maybe, Outcome, Reason, Reasons, Status, Step};
 use stairscan::report::sentence::write_scan;
 use stairscan::report::{LiveLine, Sentence};
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 
 /// An input: its target, its name, its bytes.
 pub type Seed = (&'static str, String, Vec<u8>);

@@ -12,7 +12,7 @@ use stairscan::motion::{Drive, Mode, Odometry, Track};
 use stairscan::mount::Mounting;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::scan::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
 
 use crate::answer::Answer;
 use crate::motion::inlet::Inlet;

@@ -2,8 +2,8 @@
 
 use stairscan::answer::Reasons;
 use stairscan::report::command::Measure;
-use stairscan::scan::store::StoreError;
-use stairscan::scan::{Board, Identity, Settings};
+use stairscan::scanner::store::StoreError;
+use stairscan::scanner::{Board, Identity, Settings};
 
 /// A board that nothing survives: no reset, no flash.
 #[derive(Clone, Copy, Debug)]

@@ -2,7 +2,7 @@
 
 use core::ptr;
 
-use stairscan::scan::seal::{BLANK, Verdict, WORDS, judge};
+use stairscan::scanner::seal::{BLANK, Verdict, WORDS, judge};
 
 // SAFETY: the section is the seal's alone, within flash and behind the vector table (`memory.x`).
 #[used]

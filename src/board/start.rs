@@ -5,12 +5,12 @@ use core::sync::atomic::AtomicU16;
 use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::answer::{Reason, Reasons};
 use stairscan::report::command::Measure;
-use stairscan::scan::encoder::as5600::As5600;
-use stairscan::scan::seal::Verdict;
-use stairscan::scan::settings::WireLevel;
-use stairscan::scan::store::{Store, StoreError};
-use stairscan::scan::tmc2209::{self, Tmc2209};
-use stairscan::scan::{Board, Identity, Micros, Settings};
+use stairscan::scanner::encoder::as5600::As5600;
+use stairscan::scanner::seal::Verdict;
+use stairscan::scanner::settings::WireLevel;
+use stairscan::scanner::store::{Store, StoreError};
+use stairscan::scanner::tmc2209::{self, Tmc2209};
+use stairscan::scanner::{Board, Identity, Micros, Settings};
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::wire::LINK_BAUD;
 use stm32f4xx_hal::gpio::{

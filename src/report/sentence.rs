@@ -30,7 +30,7 @@
 //! `LIVE` comes by itself five times a second, in every state, and may stand between any two sentences.
 //! Only there stand times. Its counters count since boot and stay at 65535.
 //!
-//! Settings are the CRC-32 of the values that decide an answer ([`crate::scan::Settings::hash`]), in
+//! Settings are the CRC-32 of the values that decide an answer ([`crate::scanner::Settings::hash`]), in
 //! eight hex digits: whoever set the scanner up sees at every scan that it still is.
 //!
 //! Numbers are written digit by digit rather than through `core::fmt`, which would be the largest

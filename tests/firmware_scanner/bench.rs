@@ -12,9 +12,9 @@ use stairscan::motion::{Drive, Odometry};
 use stairscan::mount::Mounting;
 use stairscan::report::command::{Measure, framed};
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::settings::{MotorConfig, SweepMode};
-use stairscan::scan::store::StoreError;
-use stairscan::scan::{
+use stairscan::scanner::settings::{MotorConfig, SweepMode};
+use stairscan::scanner::store::StoreError;
+use stairscan::scanner::{
     Board, BytePort, DataPath, Hardware, Identity, Micros, Mirror, MirrorError, Motion, Scanner,
     Settings,
 };

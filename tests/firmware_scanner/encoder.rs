@@ -9,9 +9,9 @@ use stairscan::estimate::Estimate;
 use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
-use stairscan::scan::encoder::{AngleEncoder, EncodedMirror, EncoderError};
-use stairscan::scan::settings::SweepMode;
-use stairscan::scan::{MICROSTEPS_PER_TURN, Settings};
+use stairscan::scanner::encoder::{AngleEncoder, EncodedMirror, EncoderError};
+use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::{MICROSTEPS_PER_TURN, Settings};
 
 /// Sees where the shaft is, which the pulses do not.
 #[derive(Clone)]

@@ -11,7 +11,7 @@ use stairscan::config::RadarConfig;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
-use stairscan::scan::{Identity, Settings};
+use stairscan::scanner::{Identity, Settings};
 use stairscan::signal::radar::LinkError;
 
 #[test]

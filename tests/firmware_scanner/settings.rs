@@ -5,8 +5,8 @@ use stairscan::estimate::Estimate;
 use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
-use stairscan::scan::record::MOUNTING;
-use stairscan::scan::{Identity, Settings};
+use stairscan::scanner::record::MOUNTING;
+use stairscan::scanner::{Identity, Settings};
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::module::{ModuleKind, Wish};
 

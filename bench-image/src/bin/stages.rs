@@ -23,7 +23,7 @@ mod image {
     use stairscan::observer::{Event, Observer};
     use stairscan::pipeline::Pipeline;
     use stairscan::report::sentence::write_scan;
-    use stairscan::scan::DataPath;
+    use stairscan::scanner::DataPath;
     use stairscan::signal::grid::{BinWindow, Row};
     use stairscan::signal::range::cfar::Cfar;
     use stairscan::signal::range::packed::{Native, Packed};

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use anyhow::{Context, Result};
 use stairscan::answer::Reason;
 use stairscan::report::command::Measure;
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 
 const BEGIN: &str =
     "/* begin generated: `cargo run -p stairscan-fuzz --example controller -- --write` */\n";

@@ -7,7 +7,7 @@ use stairscan::motion::Reading;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion};
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 
 use super::{Way, oracle, tables};
 

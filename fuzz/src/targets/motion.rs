@@ -17,7 +17,7 @@
 use stairscan::config::MAX_ROWS;
 use stairscan::motion::{Mode, Odometry, Reading};
 use stairscan::report::motion;
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 
 use crate::input::Input;
 

@@ -24,7 +24,7 @@ use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
 use stairscan::report::sentence::write_scan;
-use stairscan::scan::{DataPath, Settings};
+use stairscan::scanner::{DataPath, Settings};
 
 use crate::input::Input;
 

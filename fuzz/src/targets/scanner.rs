@@ -21,7 +21,7 @@ mod bench;
 mod world;
 
 use stairscan::motion::Odometry;
-use stairscan::scan::Reports;
+use stairscan::scanner::Reports;
 
 use crate::input::Input;
 use bench::Bench;

@@ -58,7 +58,7 @@ pub struct Args {
 }
 
 fn parse_mode(word: &str) -> Result<Mode, String> {
-    let mut settings = stairscan::scan::Settings::default();
+    let mut settings = stairscan::scanner::Settings::default();
     match settings.set("motion", word) {
         Ok(()) => Ok(settings.motion),
         Err(error) => Err(format!("expected {}", error.expected)),

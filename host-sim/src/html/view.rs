@@ -6,7 +6,7 @@ use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
 use stairscan::answer::Status;
 use stairscan::config::{EstimatorKind, Plane};
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
 use stairscan::signal::range::FULL_SCALE;
 

@@ -11,7 +11,7 @@ use anyhow::Result;
 use stairscan::config::Config;
 use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner};
 
 use super::lines::Splitter;
 use super::model::Event;

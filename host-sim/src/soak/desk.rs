@@ -8,7 +8,7 @@ use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::framed;
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 
 use super::stage::{Link, Shaft, Shared, Stage};
 use crate::volatile::{Volatile, identity};

@@ -17,8 +17,8 @@ use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::write_scan;
-use stairscan::scan::settings::SweepMode;
-use stairscan::scan::{DataPath, Settings};
+use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::{DataPath, Settings};
 
 use crate::faults;
 use crate::recording::Recording;

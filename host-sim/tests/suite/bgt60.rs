@@ -9,8 +9,8 @@ use stairscan::Iq;
 use stairscan::answer::Outcome;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::DataPath;
-use stairscan::scan::Micros;
+use stairscan::scanner::DataPath;
+use stairscan::scanner::Micros;
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::bgt60::{
     Bgt60, FIFO_FAILED, NOT_HELD, PORT_FAILED, SPI_FAILED, STRANGER,

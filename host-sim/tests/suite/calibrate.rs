@@ -13,7 +13,7 @@ use stairscan::answer::Reason;
 use stairscan::config::Config;
 use stairscan::mount::Mounting;
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::{DataPath, Settings};
+use stairscan::scanner::{DataPath, Settings};
 
 /// What is off: height, m, angle by homing and by pitch, degrees, and real over believed bandwidth.
 #[derive(Clone, Copy, Default)]

@@ -11,7 +11,7 @@ use object::read::{Object, ObjectSection};
 use stairscan::answer::{Reason, Status};
 use stairscan::config::Config;
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::seal::{BLANK, SECTION};
+use stairscan::scanner::seal::{BLANK, SECTION};
 
 use crate::common::{Scratch, elf};
 

@@ -12,7 +12,7 @@ use host_sim::score;
 use stairscan::Iq;
 use stairscan::answer::Status;
 use stairscan::config::RadarConfig;
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 use stairscan::signal::radar::module::{ModuleKind, Wish};
 use stairscan::signal::radar::sirad::SiRad;
 

@@ -106,7 +106,7 @@ pub struct ScanLine {
     pub confidence: Option<u16>,
     /// Number of `MAYBE` sentences that follow.
     pub maybes: u8,
-    /// [`hash`](crate::scan::Settings::hash) of the settings that the scan was made with.
+    /// [`hash`](crate::scanner::Settings::hash) of the settings that the scan was made with.
     pub settings: u32,
 }
 

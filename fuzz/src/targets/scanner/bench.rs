@@ -7,10 +7,10 @@ use host_sim::volatile::identity;
 use stairscan::answer::{Reasons, Status};
 use stairscan::motion::Odometry;
 use stairscan::report::Sentence;
-use stairscan::scan::encoder::EncodedMirror;
-use stairscan::scan::mirror::Stepper;
-use stairscan::scan::settings::SweepMode;
-use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::encoder::EncodedMirror;
+use stairscan::scanner::mirror::Stepper;
+use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::FrameLink;
 
 use super::world::{Module, RADAR, Rows, Shared, World};

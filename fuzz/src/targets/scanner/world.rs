@@ -11,12 +11,12 @@ use stairscan::estimate::Estimate;
 use stairscan::motion::Drive;
 use stairscan::mount::Mounting;
 use stairscan::report::command::Measure;
-use stairscan::scan::encoder::{AngleEncoder, EncoderError};
-use stairscan::scan::mirror::{PulseState, StepPort};
-use stairscan::scan::ramp::Ramp;
-use stairscan::scan::settings::MotorConfig;
-use stairscan::scan::store::StoreError;
-use stairscan::scan::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
+use stairscan::scanner::encoder::{AngleEncoder, EncoderError};
+use stairscan::scanner::mirror::{PulseState, StepPort};
+use stairscan::scanner::ramp::Ramp;
+use stairscan::scanner::settings::MotorConfig;
+use stairscan::scanner::store::StoreError;
+use stairscan::scanner::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
 use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 
 /// What the module is set to: few samples, so that a scan is short.

@@ -17,7 +17,7 @@ use stairscan::config::Config;
 use stairscan::motion::{Mode, Odometry};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner};
 use stairscan::signal::radar::FrameLink;
 
 use crate::common::Scratch;

@@ -2,9 +2,9 @@
 
 use heapless::Deque;
 
-use crate::scan::pace::Cruise;
-use crate::scan::schedule::Schedule;
-use crate::scan::time::Micros;
+use crate::scanner::pace::Cruise;
+use crate::scanner::schedule::Schedule;
+use crate::scanner::time::Micros;
 
 /// A continuous sweep under way.
 #[derive(Clone, Debug)]

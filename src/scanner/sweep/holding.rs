@@ -1,6 +1,6 @@
 //! How long the mirror must not move after a trigger.
 
-use crate::scan::time::Micros;
+use crate::scanner::time::Micros;
 use crate::signal::radar::module::RadarModule;
 use crate::signal::radar::wire::SLACK_US;
 

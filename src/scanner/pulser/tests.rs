@@ -1,8 +1,8 @@
 //! Pulses, levels, and drivers that count other steps.
 
 use super::*;
-use crate::scan::ramp::COMPUTED;
-use crate::scan::settings::DriverConfig;
+use crate::scanner::ramp::COMPUTED;
+use crate::scanner::settings::DriverConfig;
 use core::cell::Cell;
 use core::convert::Infallible;
 use proptest::prelude::*;

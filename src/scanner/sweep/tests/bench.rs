@@ -13,10 +13,10 @@ use crate::Iq;
 use crate::config::{Config, ConfigError, RadarConfig};
 use crate::motion::Drive;
 use crate::mount::Mounting;
-use crate::scan::board::BytePort;
-use crate::scan::mirror::MirrorError;
-use crate::scan::pulser::Pulser;
-use crate::scan::settings::MotorConfig;
+use crate::scanner::board::BytePort;
+use crate::scanner::mirror::MirrorError;
+use crate::scanner::pulser::Pulser;
+use crate::scanner::settings::MotorConfig;
 use crate::signal::radar::FrameLink;
 use crate::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
 
@@ -481,7 +481,7 @@ impl Bench {
         };
         let w = self.world.0.borrow();
         let captured = w.captures.iter().map(|&(angle, begin, end)| Capture {
-            wanted: crate::scan::schedule::microsteps(angle),
+            wanted: crate::scanner::schedule::microsteps(angle),
             begin: w.place(begin),
             middle: w.place(u64::midpoint(begin, end)),
             end: w.place(end),

@@ -1,7 +1,7 @@
 //! Whether processor, memory, clock and supply are fit to scan.
 
 use crate::answer::{Reason, Reasons};
-use crate::scan::settings::{Settings, Switch};
+use crate::scanner::settings::{Settings, Switch};
 
 /// Why no scan may be made, if so: each of these holds until a reset, but for the internal oscillator, which
 /// a setting allows.

@@ -1,7 +1,7 @@
 //! Homing and moves over a switch that bounces, sticks and gets spikes.
 
 use super::*;
-use crate::scan::driver::DriverError;
+use crate::scanner::driver::DriverError;
 use std::vec::Vec;
 
 /// A shaft whose own coordinate starts anywhere; the switch is pressed at and below 0.

@@ -11,13 +11,13 @@ use crate::motion::{Drive, Odometry, Retention};
 use crate::report::Sentence;
 use crate::report::command::CalibrationRequest;
 use crate::report::crc;
-use crate::scan::board::{Board, BytePort, Hardware, Identity};
-use crate::scan::chain::DataPath;
-use crate::scan::mirror::{Mirror, Motion};
-use crate::scan::schedule::MICROSTEPS_PER_TURN;
-use crate::scan::settings::{Settings, Sweeping, Switch};
-use crate::scan::sweep::{Rows, Sweep, link_reason, mirror_reason};
-use crate::scan::time::Micros;
+use crate::scanner::board::{Board, BytePort, Hardware, Identity};
+use crate::scanner::chain::DataPath;
+use crate::scanner::mirror::{Mirror, Motion};
+use crate::scanner::schedule::MICROSTEPS_PER_TURN;
+use crate::scanner::settings::{Settings, Sweeping, Switch};
+use crate::scanner::sweep::{Rows, Sweep, link_reason, mirror_reason};
+use crate::scanner::time::Micros;
 use crate::signal::radar::module::RadarModule;
 
 /// What the self-test is at.

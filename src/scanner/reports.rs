@@ -4,8 +4,8 @@ use crate::answer::{Outcome, Reasons, Status};
 use crate::report::command;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
 use crate::report::{LiveLine, ScanLine, Sentence};
-use crate::scan::board::{BytePort, Identity};
-use crate::scan::outbox::Outbox;
+use crate::scanner::board::{BytePort, Identity};
+use crate::scanner::outbox::Outbox;
 
 /// The last scan's answer and the sentences that wait for the port: some 3 KB.
 #[derive(Debug)]

@@ -1,8 +1,8 @@
 //! The bus against a chip that knows nothing but the levels of two wires.
 
 use super::*;
-use crate::scan::encoder::as5600::{ADDRESS, As5600};
-use crate::scan::encoder::{AngleEncoder, EncoderError};
+use crate::scanner::encoder::as5600::{ADDRESS, As5600};
+use crate::scanner::encoder::{AngleEncoder, EncoderError};
 use core::cell::RefCell;
 use core::convert::Infallible;
 use proptest::prelude::*;

@@ -4,7 +4,7 @@
 mod bench;
 
 use super::*;
-use crate::scan::settings::SweepMode;
+use crate::scanner::settings::SweepMode;
 use bench::{Bench, Fate, Outcome, SPARE};
 use proptest::prelude::*;
 

@@ -1,8 +1,8 @@
 //! The mirror's motor and its driver, and which of their values fit together.
 
 use crate::config::{ConfigError, check};
-use crate::scan::ramp::Ramp;
-use crate::scan::schedule::MICROSTEPS_PER_TURN;
+use crate::scanner::ramp::Ramp;
+use crate::scanner::schedule::MICROSTEPS_PER_TURN;
 use crate::setting::settings;
 
 /// What the motor's driver is told, and how.
@@ -11,7 +11,7 @@ pub enum Driver {
     /// Pulses and direction only, whatever it is.
     #[default]
     StepDir,
-    /// Besides, a TMC2209 is set up and read over its wire ([`crate::scan::tmc2209`]).
+    /// Besides, a TMC2209 is set up and read over its wire ([`crate::scanner::tmc2209`]).
     Tmc2209,
 }
 
@@ -30,7 +30,7 @@ pub enum Encoder {
     /// There is none.
     #[default]
     None,
-    /// An AS5600 ([`crate::scan::encoder::as5600`]).
+    /// An AS5600 ([`crate::scanner::encoder::as5600`]).
     As5600,
 }
 
@@ -71,7 +71,7 @@ settings! {
         /// From EN to the first pulse.
         enable_wake: u16 = 1_000, "enable-wake" "us" [0 to 60_000] Pace;
         // Half of what motors of this size (NEMA 14 and 17) are made for; the limits are those that a TMC2209 can be
-        // set to with 0.11 Ω (`crate::scan::tmc2209`).
+        // set to with 0.11 Ω (`crate::scanner::tmc2209`).
         /// Current of a phase, rms, with `tmc2209`.
         current: u16 = 600, "motor-current" "mA" [100 to 1_767] Pace;
         /// SGTHRS of the `tmc2209`, its threshold of a stall; 0: it reports no stalls.

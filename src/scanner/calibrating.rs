@@ -4,12 +4,12 @@ use super::states::{Errand, Machine};
 use crate::config::ConfigError;
 use crate::report::command::CalibrationRequest;
 use crate::report::crc;
-use crate::scan::board::{Board, BytePort};
-use crate::scan::chain::DataPath;
-use crate::scan::mirror::Mirror;
-use crate::scan::settings;
-use crate::scan::sweep::Rows;
-use crate::scan::time::Micros;
+use crate::scanner::board::{Board, BytePort};
+use crate::scanner::chain::DataPath;
+use crate::scanner::mirror::Mirror;
+use crate::scanner::settings;
+use crate::scanner::sweep::Rows;
+use crate::scanner::time::Micros;
 use crate::signal::radar::module::RadarModule;
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {

@@ -5,11 +5,11 @@ use super::states::{Errand, Machine};
 use crate::config::ConfigError;
 use crate::report::LiveLine;
 use crate::report::command::{self, Command, LineReader, ParserEvent};
-use crate::scan::board::{Board, BytePort};
-use crate::scan::chain::DataPath;
-use crate::scan::mirror::Mirror;
-use crate::scan::settings::{self, Settings};
-use crate::scan::time::Micros;
+use crate::scanner::board::{Board, BytePort};
+use crate::scanner::chain::DataPath;
+use crate::scanner::mirror::Mirror;
+use crate::scanner::settings::{self, Settings};
+use crate::scanner::time::Micros;
 use crate::signal::radar::module::RadarModule;
 
 /// Most bytes that are read in one go, so that who never falls silent cannot hold the scanner up: more than a

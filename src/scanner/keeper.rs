@@ -2,8 +2,8 @@
 
 use crate::config::{ConfigError, RadarConfig};
 use crate::motion::Mode;
-use crate::scan::record::MOUNTING;
-use crate::scan::settings::{Settings, Switch};
+use crate::scanner::record::MOUNTING;
+use crate::scanner::settings::{Settings, Switch};
 
 /// The settings in force. They change by [`Keeper::change`] and [`Keeper::adopt`] only.
 #[derive(Debug)]

@@ -37,7 +37,7 @@ impl Settings {
     /// their place in its list, from 0.
     ///
     /// ```
-    /// use stairscan::scan::Settings;
+    /// use stairscan::scanner::Settings;
     ///
     /// let mut settings = Settings::default();
     /// let before = settings.hash();

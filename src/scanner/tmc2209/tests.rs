@@ -2,7 +2,7 @@
 
 use super::chip::{Chip, Mood};
 use super::*;
-use crate::scan::settings::Driver;
+use crate::scanner::settings::Driver;
 use proptest::prelude::*;
 use std::cell::RefCell;
 use std::rc::Rc;
