@@ -20,7 +20,8 @@
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
-//! | [`answer`] | steps, status, reasons: the answer of a scan |
+//! | [`answer`] | steps, direction, what may stand there besides: the answer of a scan |
+//! | [`verdict`] | evidence → status, horizon, confidence, reasons: the only writer of a status |
 //! | [`report`] | sentences out, commands and motion in |
 //! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
 //!
@@ -60,6 +61,7 @@ pub mod scanner;
 pub mod setting;
 pub mod signal;
 pub mod sort;
+pub mod verdict;
 
 /// The git revision that this was built from, `unknown` without git; a changed tree says so (`-dirty`).
 pub const REVISION: &str = env!("STAIRSCAN_REVISION");

@@ -140,7 +140,7 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use commands::help::{EXAMPLES, GROUPS};
-    use stairscan::answer::Reason;
+    use stairscan::verdict::Reason;
 
     use super::*;
 

@@ -9,7 +9,7 @@ use super::readings::{self, Readings, Roles};
 use super::roles::Role;
 use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
 use super::verdict::{Support, next_db};
-use crate::answer::{Direction, Outcome, Reason, Step};
+use crate::answer::{Answer, Direction, Step};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
@@ -19,7 +19,9 @@ use heapless::Vec;
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// The steps; none if the flight turns out to be something that is no stair.
-    pub outcome: Outcome,
+    pub answer: Answer,
+    /// Whether what turned out to be no stair may be a step as well.
+    pub may_be: bool,
     /// One for each step.
     pub supports: Vec<Support, MAX_FLIGHT>,
     /// In the order of the scene's marks.
@@ -29,10 +31,11 @@ pub struct Measured {
 impl Measured {
     fn new(direction: Direction, roles: Roles) -> Self {
         Self {
-            outcome: Outcome {
+            answer: Answer {
                 direction,
-                ..Outcome::undecided()
+                ..Answer::NONE
             },
+            may_be: false,
             supports: Vec::new(),
             roles,
         }
@@ -41,7 +44,7 @@ impl Measured {
     fn push(&mut self, mut step: Step, support: Support, p: &Params) {
         step.quality = support.quality(p);
         // A flight is no longer than a report.
-        let _ = self.outcome.steps.push(step);
+        let _ = self.answer.steps.push(step);
         let _ = self.supports.push(support);
     }
 }
@@ -72,9 +75,9 @@ pub fn ascending(
         let _ = steps.push(face.level);
     }
     let levels = heights::fit(&steps, &readings.slopes, p);
-    if let Some(outcome) = no_stair(&readings, rise, &levels, p) {
+    if let Some(may_be) = no_stair(&readings, rise, &levels, p) {
         return Measured {
-            outcome,
+            may_be,
             ..Measured::new(Direction::None, roles)
         };
     }
@@ -139,13 +142,9 @@ fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
     landings
 }
 
-/// The answer if a single riser is too high or too low for a step: an obstacle or a threshold.
-fn no_stair(
-    readings: &Readings,
-    rise: Estimate,
-    levels: &TreadLevels,
-    p: &Params,
-) -> Option<Outcome> {
+/// Whether a single riser that is too high or too low for a step, an obstacle or a threshold, may be one as well;
+/// `None` for a step.
+fn no_stair(readings: &Readings, rise: Estimate, levels: &TreadLevels, p: &Params) -> Option<bool> {
     let ([_], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
         return None;
     };
@@ -154,14 +153,9 @@ fn no_stair(
     if climbable && rise.value >= p.lowest_step_m {
         return None;
     }
-    let mut outcome = Outcome::undecided();
     // What shows no top may be a threshold as well as a kerb.
     let reach = 2.0 * p.height_sigma_scale * height.sigma();
-    let may_be = height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m;
-    if may_be {
-        outcome.reasons.add(Reason::CloseRival);
-    }
-    Some(outcome)
+    Some(height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m)
 }
 
 /// The steps of a descending flight.

@@ -23,6 +23,7 @@ use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::params::{counted, fitted};
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT, RIGHT_M};
 use crate::signal::grid::Geometry;
+use crate::verdict::LEAST_HORIZON_M;
 
 /// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
 /// off and still be right.
@@ -32,8 +33,6 @@ const AMBIGUOUS_M: f32 = RIGHT_M;
 const RIGHT_UP_TO_HORIZON: f32 = 0.995;
 /// What rounding makes of a cell's end, metres.
 const ROUNDING_M: f32 = 1e-3;
-/// An `ok` vouches for at least this much of the way, metres: design contract.
-pub const LEAST_HORIZON_M: f32 = 1.0;
 
 /// Features of a cell behind the last step, and of one that holds a step.
 const BEHIND_FEATURES: usize = 7;

@@ -43,10 +43,10 @@ mod verdict;
 #[cfg(test)]
 mod tests;
 
-use crate::answer::{Outcome, Reason, Reasons, Status};
+use crate::answer::Answer;
 use crate::config::{Config, Plane};
 use crate::estimate::Estimate;
-use crate::estimator::Estimator;
+use crate::estimator::{Estimator, MappedScan};
 use crate::fusion::{History, Outlook};
 use crate::math;
 use crate::motion::{Drive, Retention, Ride, Sweeps};
@@ -58,6 +58,7 @@ use crate::params::measured;
 use crate::posterior::View;
 use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
+use crate::verdict::{Reason, Reasons, Sight};
 use ascending::Ascending;
 use belief::{Chosen, Posterior};
 use chart::Chart;
@@ -65,7 +66,7 @@ use descending::Descending;
 use dimensions::Measured;
 use floor_line::FloorLine;
 pub use horizon::Reach;
-use horizon::{Ground, LEAST_HORIZON_M, Vouch};
+use horizon::{Ground, Vouch};
 use judgement::Belief;
 use readings::Roles;
 use roles::Role;
@@ -167,16 +168,20 @@ impl Estimator for Likelihood {
 
     fn conclude(
         &mut self,
-        map: &PolarMap,
-        config: &Config,
-        scan: u32,
-        drive: &Drive<'_>,
+        scan: &MappedScan<'_>,
         mut past: Option<&mut History>,
         observer: &mut dyn Observer,
-    ) -> Outcome {
+        answer: &mut Answer,
+    ) -> Option<Sight> {
         let Phase::Rows(collector) = &mut self.phase else {
-            return Outcome::fault(Reason::Silent);
+            return None;
         };
+        let MappedScan {
+            map,
+            config,
+            number,
+            drive,
+        } = *scan;
         let p = self.params;
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
@@ -186,7 +191,7 @@ impl Estimator for Likelihood {
         let moved_m = moved_m.filter(|_| drive.memory == Retention::Kept);
         let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
         if let Some(past) = &mut past {
-            past.begin(scan, instrument, View::of(map), moved_m, rode_m);
+            past.begin(number, instrument, View::of(map), moved_m, rode_m);
         }
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
@@ -209,7 +214,7 @@ impl Estimator for Likelihood {
         if let Some(lobes) = lobes {
             observer.event(Event::Lobes(lobes));
         }
-        let mut outcome = match &mut self.phase {
+        let worth = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {
                     map,
@@ -223,38 +228,46 @@ impl Estimator for Likelihood {
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past, &mut self.floor_line);
                 let firm = floor.is_some_and(|floor| floor.firm(p));
-                ascend(echoes, (chart, firm), p, parts, observer)
+                ascend(echoes, (chart, firm), p, parts, (observer, answer))
             }
-            Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
-            Phase::Rows(_) => Outcome::fault(Reason::Silent),
+            Phase::Down(memory) => descend(echoes, geometry, p, memory, (observer, answer)),
+            Phase::Rows(_) => return None,
         };
         observer.event(Event::Done(Stage::Dimensions));
-        if !level {
-            outcome.doubt(Reasons::NONE.with(Reason::Mount));
-        }
+        let astray = worth.astray || !level;
         let stretched = lobes.is_some_and(|lobes| !lobes.fit(p));
-        if stretched {
-            outcome.doubt(Reasons::NONE.with(Reason::AngleJump));
-        }
-        let level = !outcome.reasons.has(Reason::Mount) && !stretched;
         let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
-        let changed = past.as_ref().is_some_and(|past| past.changed());
-        if changed {
-            outcome.reasons.add(Reason::SceneChanged);
+        let mut weak = worth.weak;
+        if past.as_ref().is_some_and(|past| past.changed()) {
+            weak.add(Reason::SceneChanged);
         }
         let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
-        let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
+        let placed = !astray && !stretched && agreement.placed();
+        let kept = heard && placed && geometry.plane == Plane::Depth;
         let forget = !kept || drive.memory == Retention::Off;
         if let Some(past) = past.as_mut().filter(|_| forget) {
             past.forget();
         }
-        if heard {
-            agreement.tell(&mut outcome);
-            outcome
-        } else {
-            Outcome::fault(Reason::NoEcho)
-        }
+        Some(Sight {
+            heard,
+            horizon_m: Some(worth.vouch.horizon_m),
+            confidence: Some(worth.vouch.confidence),
+            astray,
+            stretched,
+            agreement,
+            weak,
+        })
     }
+}
+
+/// What a search says of its answer.
+struct Worth {
+    /// How far it is valid.
+    vouch: Vouch,
+    /// Whether calibration or the first corner shows another mounting than is said.
+    astray: bool,
+    /// What is weak about it.
+    weak: Reasons,
 }
 
 /// The best stairs going up, if they explain the echoes better than everything else. Where the floor does not
@@ -270,8 +283,8 @@ fn ascend(
         Option<&mut History>,
         &mut FloorLine,
     ),
-    observer: &mut dyn Observer,
-) -> Outcome {
+    (observer, answer): (&mut dyn Observer, &mut Answer),
+) -> Worth {
     let geometry = chart.map.geometry();
     let found = online::calibrate(echoes, geometry, p);
     observer.event(Event::Calibration(found));
@@ -321,10 +334,10 @@ fn ascend(
     }
     let best = best.as_ref().map(|b| &b.0);
     if let Some(past) = &mut past {
-        let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
+        let steps = measured.as_mut().map(|m| m.answer.steps.as_mut_slice());
         past.combine(steps.unwrap_or(&mut []));
     }
-    let clear = measured.as_ref().is_none_or(|m| m.outcome.steps.is_empty());
+    let clear = measured.as_ref().is_none_or(|m| m.answer.steps.is_empty());
     if clear {
         floor_line.look(&chart, p);
     }
@@ -339,7 +352,7 @@ fn ascend(
         floor_line: (clear && p.rules.floor_line).then_some(&*floor_line),
     };
     ended.tell(echoes, observer);
-    ended.conclude(past.map(|past| &mut past.outlook), observer)
+    ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
 }
 
 /// Measures a flight into `out`, so that no second answer stands on the stack.
@@ -363,7 +376,7 @@ fn longer(
     measured: Option<&Measured>,
     posterior: &Posterior,
 ) -> Option<(Flight<ascending::AscentShape>, Estimate)> {
-    let next_m = posterior.next_step(&measured?.outcome.steps)?;
+    let next_m = posterior.next_step(&measured?.answer.steps)?;
     let mut flight = best?.0.longer(search.at(next_m))?;
     let (rise, score) = search.stairs.rise(&flight);
     flight.score = score;
@@ -377,8 +390,8 @@ fn descend(
     geometry: &Geometry,
     p: &Params,
     memory: &mut Beginnings<descending::DescentShape>,
-    observer: &mut dyn Observer,
-) -> Outcome {
+    (observer, answer): (&mut dyn Observer, &mut Answer),
+) -> Worth {
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.treads(echoes);
     let scene = &scene;
@@ -399,7 +412,7 @@ fn descend(
         floor_line: None,
     };
     ended.tell(echoes, observer);
-    ended.conclude(None, observer)
+    ended.conclude(None, observer, answer)
 }
 
 /// A search that has come to its end.
@@ -419,24 +432,35 @@ struct Ended<'s, S: Stairs> {
 }
 
 impl<S: Stairs> Ended<'_, S> {
-    /// The outcome and what it is worth: of a flight that was accepted and measured, or of none.
+    /// Makes the answer, of a flight that was accepted and measured or of none, and returns its worth.
     #[inline(never)]
-    fn conclude(mut self, outlook: Option<&mut Outlook>, observer: &mut dyn Observer) -> Outcome {
+    fn conclude(
+        mut self,
+        outlook: Option<&mut Outlook>,
+        observer: &mut dyn Observer,
+        answer: &mut Answer,
+    ) -> Worth {
         let scene = self.search.stairs.scene();
         let p = scene.params;
         let roles = self.roles();
         let astray = self.strained || !self.firm && self.corner_astray();
         let accepted = self.measured.is_some();
-        let (mut outcome, supports) = match self.measured.take() {
-            Some(measured) => (measured.outcome, measured.supports),
-            None => (Outcome::undecided(), heapless::Vec::new()),
-        };
+        let mut supports = heapless::Vec::new();
+        let mut weak = Reasons::NONE;
+        if let Some(measured) = self.measured.take() {
+            *answer = measured.answer;
+            supports = measured.supports;
+            if measured.may_be {
+                weak.add(Reason::CloseRival);
+            }
+        }
         let lead = match self.best.filter(|_| !supports.is_empty()) {
             Some(best) => {
                 let pairs = scene.marks.iter().zip(&roles);
                 let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
                 let lead = best.score - self.search.rival(best.chain.len());
-                verdict::judge(&mut outcome, lead, &supports, against, p);
+                let steps = &answer.steps;
+                weak = weak.and(verdict::judge(steps, lead, &supports, against, p));
                 lead
             }
             None => {
@@ -444,15 +468,15 @@ impl<S: Stairs> Ended<'_, S> {
                 let rival = self.best.filter(|_| !accepted);
                 let rival = rival.map_or(f32::NEG_INFINITY, |b| b.score);
                 let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
-                verdict::judge_none(&mut outcome, rival, strongest_db, p);
+                weak = weak.and(verdict::judge_none(rival, strongest_db, p));
                 rival
             }
         };
-        outcome.link();
+        answer.link();
         let ground = Ground {
             scene,
             roles: &roles,
-            steps: &outcome.steps,
+            steps: &answer.steps,
             supports: &supports,
             lead,
             open: self.best.is_some_and(|b| S::open(b.shape)),
@@ -465,12 +489,12 @@ impl<S: Stairs> Ended<'_, S> {
                 observer.event(Event::Cell(cell));
             }
         });
-        promise(&mut outcome, vouch);
-        if astray {
-            outcome.doubt(Reasons::NONE.with(Reason::Mount));
+        answer.maybes.clone_from(&self.belief.maybes);
+        Worth {
+            vouch,
+            astray,
+            weak,
         }
-        outcome.maybes.clone_from(&self.belief.maybes);
-        outcome
     }
 
     /// Whether the corner of floor and first riser, where there is one to rely on, is seen above the floor or
@@ -485,7 +509,7 @@ impl<S: Stairs> Ended<'_, S> {
         if !p.rules.corner_astray {
             return false;
         }
-        let Some(first) = measured.outcome.steps.first() else {
+        let Some(first) = measured.answer.steps.first() else {
             return false;
         };
         let foot = |(m, role): &(&Mark, &Role)| {
@@ -540,17 +564,5 @@ impl<S: Stairs> Ended<'_, S> {
                 winner: winner.is_some_and(|w| w.chain.len() == flight.chain.len()),
             }));
         }
-    }
-}
-
-/// Decides an answer by how far it is valid: `ok` if that is the first metre at least.
-fn promise(outcome: &mut Outcome, vouch: Vouch) {
-    outcome.horizon_m = Some(vouch.horizon_m);
-    outcome.confidence = Some(vouch.confidence);
-    if vouch.horizon_m < LEAST_HORIZON_M {
-        outcome.decide(Status::Degraded);
-        outcome.reasons.add(Reason::ShortHorizon);
-    } else {
-        outcome.decide(Status::Ok);
     }
 }

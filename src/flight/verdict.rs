@@ -2,10 +2,11 @@
 //! them but by the horizon.
 
 use super::scene::Mark;
-use crate::answer::{Outcome, Reason};
+use crate::answer::Step;
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
+use crate::verdict::{Reason, Reasons};
 
 /// So many echoes that stand where a flight leaves no room are more than chance.
 const IN_THE_WAY: usize = 3;
@@ -52,21 +53,21 @@ pub fn next_db<'m>(marks: impl Iterator<Item = (&'m Mark, bool)>, p: &Params) ->
     left.fold(f32::NEG_INFINITY, math::max)
 }
 
-/// Says what is weak about a flight: `lead` is the winner's score less that of the next best explanation, nats;
+/// Returns what is weak about a flight with these steps: `lead` is the winner's score less that of the next best explanation, nats;
 /// `against` are the echoes that contradict it.
 pub fn judge<'m>(
-    outcome: &mut Outcome,
+    steps: &[Step],
     lead: f32,
     supports: &[Support],
     against: impl Iterator<Item = &'m Mark>,
     p: &Params,
-) {
-    let mut reasons = outcome.reasons;
+) -> Reasons {
+    let mut reasons = Reasons::NONE;
     if lead < p.clear_lead_nats {
         reasons.add(Reason::CloseRival);
     }
     let regular = supports.iter().all(|s| s.off.value.abs() < p.regular_m);
-    for (k, (step, support)) in (1..).zip(outcome.steps.iter().zip(supports)) {
+    for (k, (step, support)) in (1..).zip(steps.iter().zip(supports)) {
         let last = k == supports.len();
         // A last riser that looks straight at the mirror hides its edge by its flash: if all steps
         // before it were measured and none seems to be odd, the flight's regularity may stand in
@@ -92,16 +93,18 @@ pub fn judge<'m>(
     if against.filter(|m| m.snr_db > p.in_the_way_db).count() >= IN_THE_WAY {
         reasons.add(Reason::BlockedView);
     }
-    outcome.reasons = reasons;
+    reasons
 }
 
-/// Says what is weak about the answer that there are no stairs: `rival` is the best flight's score less what it
+/// Returns what is weak about the answer that there are no stairs: `rival` is the best flight's score less what it
 /// takes to count, nats; `strongest_db` the strongest echo.
-pub fn judge_none(outcome: &mut Outcome, rival: f32, strongest_db: f32, p: &Params) {
+pub fn judge_none(rival: f32, strongest_db: f32, p: &Params) -> Reasons {
+    let mut reasons = Reasons::NONE;
     if rival > -p.clear_lead_nats {
-        outcome.reasons.add(Reason::CloseRival);
+        reasons.add(Reason::CloseRival);
     }
     if strongest_db < p.view_db {
-        outcome.reasons.add(Reason::WeakEchoes);
+        reasons.add(Reason::WeakEchoes);
     }
+    reasons
 }

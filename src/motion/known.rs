@@ -48,6 +48,11 @@ pub enum Input {
 }
 
 impl Input {
+    /// Whether there was an input, and a scan could not be put where it was seen by it.
+    pub const fn is_bad(self) -> bool {
+        !matches!(self, Self::Good | Self::Absent)
+    }
+
     /// Its name in sentences.
     pub const fn as_str(self) -> &'static str {
         match self {

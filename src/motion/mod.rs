@@ -23,5 +23,5 @@ pub use known::{Drive, Input, Mode, Retention};
 pub use odometer::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M, SAME_PLACE_M, same_place_m};
 pub use odometry::{Odometry, Reading};
 pub use place::Ride;
-pub use sweeps::{Agreement, Sweeps};
+pub use sweeps::{Agreement, Finding, Sweeps};
 pub use track::{RowPose, Track};

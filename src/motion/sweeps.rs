@@ -9,7 +9,6 @@
 use super::known::{Drive, Input, Mode};
 use super::odometer::{SAME_PLACE_M, same_place_m};
 use super::place::{Ride, row_of};
-use crate::answer::{Outcome, Reason, Status};
 use crate::config::{Config, Plane};
 use crate::math;
 use crate::signal::echoes::Echo;
@@ -35,12 +34,15 @@ type Marks = Vec<SweepEcho, MARKS>;
 /// What two sweeps say of the chair's motion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Agreement {
-    finding: Finding,
-    input: Input,
+    /// Whether they agree.
+    pub finding: Finding,
+    /// State of the motion input.
+    pub input: Input,
 }
 
-#[derive(Clone, Copy, Debug, PartialEq)]
-enum Finding {
+/// Whether two sweeps agree on the chair's motion.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Finding {
     /// The chair is known or seen to stand, or the sweeps agree.
     Agreed,
     /// There is no sweep to compare with, or too little in it.
@@ -52,6 +54,23 @@ enum Finding {
 }
 
 impl Agreement {
+    /// That of a chair which is known to stand.
+    pub const STANDING: Self = Self {
+        finding: Finding::Agreed,
+        input: Input::Absent,
+    };
+
+    /// Where no sweeps are compared: only a chair that is known to stand agrees.
+    pub fn untested(mode: Mode) -> Self {
+        match mode {
+            Mode::Standing => Self::STANDING,
+            _ => Self {
+                finding: Finding::Alone,
+                ..Self::STANDING
+            },
+        }
+    }
+
     /// The way from the sweep before to this one, metres, where it is known: by the motion input, or
     /// because both agree from the same place.
     pub fn moved_m(&self, drive: &Drive<'_>) -> Option<f32> {
@@ -77,25 +96,6 @@ impl Agreement {
     /// Whether the echoes are where they are taken to be.
     pub fn placed(&self) -> bool {
         matches!(self.finding, Finding::Agreed | Finding::Alone)
-    }
-
-    /// Says in an answer what it means for it.
-    pub fn tell(&self, outcome: &mut Outcome) {
-        let reason = match self.finding {
-            Finding::Agreed => None,
-            Finding::Alone => Some(Reason::Unconfirmed),
-            Finding::Moved => Some(Reason::Moving),
-            Finding::Missing => Some(Reason::MotionInput),
-        };
-        if let Some(reason) = reason {
-            outcome.reasons.add(reason);
-            if outcome.status == Status::Ok {
-                outcome.status = Status::Degraded;
-            }
-        }
-        if !matches!(self.input, Input::Good | Input::Absent) {
-            outcome.reasons.add(Reason::MotionInput);
-        }
     }
 }
 

@@ -1,10 +1,10 @@
 //! Echoes seen from a chair that drives: put where they lie, and compared from sweep to sweep.
 
 use super::*;
-use crate::answer::{Outcome, Reason, Status};
 use crate::config::Config;
 use crate::signal::echoes::{Echo, Echoes, Walk, tests};
 use crate::signal::grid::PolarMap;
+use crate::verdict::{Evidence, Outcome, Reason, Sight, Status};
 use std::vec::Vec;
 
 const ROW_S: f32 = 0.0046;
@@ -98,10 +98,17 @@ fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive
     }
 }
 
-/// An `ok` answer without steps.
-fn ok() -> Outcome {
-    let mut outcome = Outcome::undecided();
-    outcome.decide(Status::Ok);
+/// An answer that nothing but `agreement` keeps from being `ok`.
+fn under(agreement: Agreement) -> Outcome {
+    let mut outcome = Outcome::silent();
+    let sight = Sight {
+        heard: true,
+        ..Sight::nothing(agreement)
+    };
+    outcome.decide(&Evidence {
+        sight: Some(sight),
+        ..Evidence::default()
+    });
     outcome
 }
 
@@ -111,7 +118,7 @@ fn told(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outco
     let config = Config::default();
     let map = tests::map(&config, |_, _| 80);
     let mut compared = Sweeps::new();
-    let mut last = (ok(), Echoes::new());
+    let mut last = (Outcome::silent(), Echoes::new());
     for sweep in 0..sweeps {
         let (track, mut echoes) = chair.sweep(&map, &config, sweep);
         let mut told = Track::new();
@@ -128,8 +135,7 @@ fn told(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outco
             ..drive(&told, input, Some(way), sweep)
         };
         let agreement = compared.compare(&map, &config, &drive, &mut echoes);
-        last = (ok(), echoes);
-        agreement.tell(&mut last.0);
+        last = (under(agreement), echoes);
     }
     last
 }
@@ -163,7 +169,7 @@ fn every_echo_lies_where_it_was_seen_from() {
             let (outcome, echoes) = told(chair, sweep + 1, Input::Good, |m| m);
             let off = worst(chair, &echoes, sweep);
             assert!(off < 5e-4, "{speed}: {off}");
-            assert_eq!(outcome.status == Status::Ok, sweep > 0, "{speed}");
+            assert_eq!(outcome.status() == Status::Ok, sweep > 0, "{speed}");
         }
     }
     // The nose rises by a degree during the first sweep.
@@ -180,11 +186,11 @@ fn every_echo_lies_where_it_was_seen_from() {
 fn a_first_sweep_confirms_nothing_and_a_second_one_a_standing_chair() {
     for input in [Input::Absent, Input::Late, Input::Good] {
         let (first, _) = told(STANDING, 1, input, |m| m);
-        assert!(first.status == Status::Degraded && first.reasons.has(Reason::Unconfirmed));
+        assert!(first.status() == Status::Degraded && first.reasons().has(Reason::Unconfirmed));
         let (second, _) = told(STANDING, 2, input, |m| m);
-        assert_eq!(second.status, Status::Ok, "{input:?}");
+        assert_eq!(second.status(), Status::Ok, "{input:?}");
         assert_eq!(
-            second.reasons.has(Reason::MotionInput),
+            second.reasons().has(Reason::MotionInput),
             input == Input::Late
         );
     }
@@ -197,12 +203,12 @@ fn a_first_sweep_of_a_chair_that_is_said_and_seen_to_stand_needs_no_second() {
         ..STANDING
     };
     let (first, _) = told(seen, 1, Input::Good, |m| m);
-    assert!(first.status == Status::Ok && first.reasons.is_empty());
+    assert!(first.status() == Status::Ok && first.reasons().is_empty());
     let (unseen, _) = told(STANDING, 1, Input::Good, |m| m);
-    assert!(unseen.status == Status::Degraded && !unseen.reasons.is_empty());
+    assert!(unseen.status() == Status::Degraded && !unseen.reasons().is_empty());
     // A sweep before that contradicts the way from it, 30 cm here, does so all the same.
     let (second, _) = told(seen, 2, Input::Good, |_| 0.3);
-    assert!(second.status == Status::Degraded && !second.reasons.is_empty());
+    assert!(second.status() == Status::Degraded && !second.reasons().is_empty());
 }
 
 #[test]
@@ -210,13 +216,13 @@ fn odometers_that_stand_or_count_backward_are_contradicted() {
     for said in [(|_| 0.0) as fn(f32) -> f32, |m| -m] {
         for speed in [0.05, 0.2, 0.5] {
             let (outcome, _) = told(driving(speed), 2, Input::Good, said);
-            assert!(outcome.reasons.has(Reason::Moving), "{speed}");
-            assert_eq!(outcome.status, Status::Degraded);
+            assert!(outcome.reasons().has(Reason::Moving), "{speed}");
+            assert_eq!(outcome.status(), Status::Degraded);
         }
     }
     // Two per cent off are none.
     let (outcome, _) = told(driving(0.2), 2, Input::Good, |m| 1.02 * m);
-    assert_eq!(outcome.status, Status::Ok);
+    assert_eq!(outcome.status(), Status::Ok);
 }
 
 #[test]
@@ -225,8 +231,8 @@ fn a_steady_creep_is_seen_without_motion_input_and_is_no_ok() {
         let chair = driving(speed);
         for sweep in [1, 2] {
             let (outcome, echoes) = told(chair, sweep + 1, Input::Absent, |m| m);
-            assert!(outcome.reasons.has(Reason::Moving), "{speed}");
-            assert_eq!(outcome.status, Status::Degraded);
+            assert!(outcome.reasons().has(Reason::Moving), "{speed}");
+            assert_eq!(outcome.status(), Status::Degraded);
             let off = worst(chair, &echoes, sweep);
             assert!(off < 5e-3, "{speed}: {off}");
         }
@@ -241,9 +247,7 @@ fn a_chair_known_to_stand_is_not_compared() {
     let mut echoes = seen.clone();
     let mut sweeps = Sweeps::new();
     let agreement = sweeps.compare(&map, &config, &Drive::STANDING, &mut echoes);
-    let mut outcome = ok();
-    agreement.tell(&mut outcome);
-    assert_eq!((outcome, echoes), (ok(), seen));
+    assert_eq!((agreement, echoes), (Agreement::STANDING, seen));
 }
 
 #[test]

@@ -42,7 +42,8 @@ mod lines;
 mod live;
 mod writer;
 
-use crate::answer::{Direction, Outcome, Reason, Reasons, Status};
+use crate::answer::Direction;
+use crate::verdict::{Outcome, Reason, Reasons, Status};
 pub(super) use fields::Fields;
 pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
@@ -306,12 +307,12 @@ pub fn of_scan(
         return Some(Sentence::Scan(head));
     };
     if let Some(maybe) = step.checked_sub(head.steps) {
-        let told = outcome.maybes.get(usize::from(maybe));
+        let told = outcome.answer.maybes.get(usize::from(maybe));
         let told = told.filter(|_| maybe < head.maybes)?;
         let line = MaybeLine::new(scan, maybe.saturating_add(1), head.maybes, told);
         return Some(Sentence::Maybe(line));
     }
-    let told = outcome.steps.get(usize::from(step))?;
+    let told = outcome.answer.steps.get(usize::from(step))?;
     Some(Sentence::Step(StepLine::new(scan, k, head.steps, told)))
 }
 

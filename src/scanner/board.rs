@@ -2,8 +2,8 @@
 
 use super::settings::Settings;
 use super::store::StoreError;
-use crate::answer::Reasons;
 use crate::report::command::Measure;
+use crate::verdict::Reasons;
 
 /// Most bytes that are read of a port in one go, so that a module that never falls silent cannot hold the
 /// scanner up beyond a deadline: more than a port's queue holds.
@@ -129,13 +129,13 @@ pub struct Identity {
     /// The chip's own number.
     pub serial: [u32; 3],
     /// What `status` shows until a scan has succeeded: a reset by watchdog or crash. With
-    /// [`Reason::CrashLoop`](crate::answer::Reason::CrashLoop) the scanner stands still until it is
+    /// [`Reason::CrashLoop`](crate::verdict::Reason::CrashLoop) the scanner stands still until it is
     /// told to start.
     pub reasons: Reasons,
     /// What is wrong with the processor, its memory, clock and supply as long as this boot lasts. With
-    /// [`Reason::ImageUnsealed`](crate::answer::Reason::ImageUnsealed) no answer is `ok`; with any other the
+    /// [`Reason::ImageUnsealed`](crate::verdict::Reason::ImageUnsealed) no answer is `ok`; with any other the
     /// scanner does not scan, but for
-    /// [`Reason::InternalClock`](crate::answer::Reason::InternalClock) where the setting `internal-clock`
+    /// [`Reason::InternalClock`](crate::verdict::Reason::InternalClock) where the setting `internal-clock`
     /// allows it.
     pub standing: Reasons,
 }

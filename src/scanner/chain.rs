@@ -1,10 +1,10 @@
 //! The data's way through one scan, as the sweep drives it.
 
 use crate::Iq;
-use crate::answer::Outcome;
 use crate::config::{Config, ConfigError};
 use crate::motion::Drive;
 use crate::mount::Mounting;
+use crate::verdict::{Conditions, Outcome};
 
 /// From samples to steps: what a scan does with its chirps.
 ///
@@ -19,11 +19,11 @@ pub trait DataPath {
     fn row(&mut self, row: u16);
     /// Row `row` is lost: its chirp did not come after all retries.
     fn lost(&mut self, row: u16);
-    /// The steps, after the last row, with what is known of the chair's motion meanwhile.
-    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome;
-    /// The same for a chair that is known to stand.
+    /// The steps, after the last row, with what is known of the chair's motion meanwhile and of the scan's conditions.
+    fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome;
+    /// The same for a chair that is known to stand, under good conditions.
     fn finish(&mut self) -> Outcome {
-        self.conclude(&Drive::STANDING)
+        self.conclude(&Drive::STANDING, Conditions::GOOD)
     }
     /// How the scanner is mounted, after the last row of a scan of a flat floor and a wall `wall_m` from the
     /// mirror, instead of [`DataPath::conclude`].
@@ -53,8 +53,8 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
         (**self).lost(row);
     }
 
-    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
-        (**self).conclude(drive)
+    fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome {
+        (**self).conclude(drive, conditions)
     }
 
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {

@@ -1,7 +1,7 @@
 //! Whether processor, memory, clock and supply are fit to scan.
 
-use crate::answer::{Reason, Reasons};
 use crate::scanner::settings::{Settings, Switch};
+use crate::verdict::{Reason, Reasons};
 
 /// Why no scan may be made, if so: each of these holds until a reset, but for the internal oscillator, which
 /// a setting allows.

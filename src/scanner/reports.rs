@@ -1,11 +1,11 @@
 //! What the scanner says: which sentences tell a scan, a state, the answer to a command.
 
-use crate::answer::{Outcome, Reasons, Status};
 use crate::report::command;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
 use crate::report::{LiveLine, ScanLine, Sentence};
 use crate::scanner::board::{BytePort, Identity};
 use crate::scanner::outbox::Outbox;
+use crate::verdict::{Conditions, Outcome, Reasons};
 
 /// The last scan's answer and the sentences that wait for the port: some 3 KB.
 #[derive(Debug)]
@@ -24,6 +24,8 @@ pub(super) struct Telling {
     pub settings: u32,
     /// Rows that were lost.
     pub lost: u16,
+    /// Whether hardware ended the scan, or did not let it begin.
+    pub broken: bool,
     /// Sentences queued so far.
     pub queued: u8,
 }
@@ -33,7 +35,7 @@ impl Reports {
     pub const fn new() -> Self {
         Self {
             outbox: Outbox::new(),
-            outcome: Outcome::undecided(),
+            outcome: Outcome::silent(),
         }
     }
 
@@ -115,11 +117,7 @@ impl Reports {
 
     /// A failed self-test, told as scan 0; false when there is no room yet.
     pub(super) fn failed_test(&mut self, reasons: Reasons, settings: u32) -> bool {
-        let failed = Outcome {
-            status: Status::Fault,
-            reasons,
-            ..Outcome::undecided()
-        };
+        let failed = Outcome::broken(reasons, Conditions::GOOD);
         self.outbox
             .push(&Sentence::Scan(ScanLine::new(0, 0, &failed, settings)))
     }

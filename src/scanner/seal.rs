@@ -31,7 +31,7 @@ const MAGIC: u32 = u32::from_le_bytes(*b"STCI");
 
 /// What a seal says of its image.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+pub enum ImageState {
     /// The image is what was sealed.
     Whole,
     /// Nobody has sealed it.
@@ -52,20 +52,20 @@ pub fn seal(vectors: &[u8], code: &[u8]) -> Option<[u32; WORDS]> {
 
 /// Compares an image with its seal; `read` gives the bytes between two addresses, the first of which is
 /// [`VECTORS`] or [`CODE`] and the second within the bounds above.
-pub fn judge<'a>(seal: [u32; WORDS], read: impl Fn(u32, u32) -> &'a [u8]) -> Verdict {
+pub fn judge<'a>(seal: [u32; WORDS], read: impl Fn(u32, u32) -> &'a [u8]) -> ImageState {
     let [magic, vectors_end, code_end, crc] = seal;
     if seal == BLANK {
-        return Verdict::Blank;
+        return ImageState::Blank;
     }
     let vectors = (VECTORS..=VECTORS_END).contains(&vectors_end);
     let code = (CODE..=CODE_END).contains(&code_end);
     if magic != MAGIC || !vectors || !code {
-        return Verdict::Damaged;
+        return ImageState::Damaged;
     }
     let (vectors, code) = (read(VECTORS, vectors_end), read(CODE, code_end));
     match sum([vectors_end, code_end], vectors, code) == crc {
-        true => Verdict::Whole,
-        false => Verdict::Damaged,
+        true => ImageState::Whole,
+        false => ImageState::Damaged,
     }
 }
 
@@ -90,7 +90,7 @@ mod tests {
         (bytes(0x188), bytes(1000))
     }
 
-    fn judged(seal: [u32; WORDS], vectors: &[u8], code: &[u8]) -> Verdict {
+    fn judged(seal: [u32; WORDS], vectors: &[u8], code: &[u8]) -> ImageState {
         judge(seal, |from, to| {
             let bytes = if from == VECTORS { vectors } else { code };
             &bytes[..bytes.len().min((to - from) as usize)]
@@ -101,12 +101,16 @@ mod tests {
     fn an_image_is_whole_until_a_bit_of_it_changes() {
         let (vectors, code) = image();
         let good = seal(&vectors, &code).unwrap();
-        assert_eq!(judged(good, &vectors, &code), Verdict::Whole);
-        assert_eq!(judged(BLANK, &vectors, &code), Verdict::Blank);
+        assert_eq!(judged(good, &vectors, &code), ImageState::Whole);
+        assert_eq!(judged(BLANK, &vectors, &code), ImageState::Blank);
         for bit in 0..32 * WORDS {
             let mut bad = good;
             bad[bit / 32] ^= 1 << (bit % 32);
-            assert_eq!(judged(bad, &vectors, &code), Verdict::Damaged, "bit {bit}");
+            assert_eq!(
+                judged(bad, &vectors, &code),
+                ImageState::Damaged,
+                "bit {bit}"
+            );
         }
         for bit in 0..8 * (vectors.len() + code.len()) {
             let (mut vectors, mut code) = image();
@@ -115,7 +119,11 @@ mod tests {
                 None => &mut code[bit / 8 - 0x188],
             };
             *byte ^= 1 << (bit % 8);
-            assert_eq!(judged(good, &vectors, &code), Verdict::Damaged, "bit {bit}");
+            assert_eq!(
+                judged(good, &vectors, &code),
+                ImageState::Damaged,
+                "bit {bit}"
+            );
         }
     }
 

@@ -5,7 +5,6 @@ use core::task::Poll;
 use super::fitness;
 use super::keeper::{Keeper, ScanSettings};
 use super::reports::{Reports, Telling};
-use crate::answer::{Outcome, Reason, Reasons, Status};
 use crate::config::ConfigError;
 use crate::motion::{Drive, Odometry, Retention};
 use crate::report::Sentence;
@@ -19,6 +18,7 @@ use crate::scanner::settings::{Settings, Sweeping, Switch};
 use crate::scanner::sweep::{Rows, Sweep, link_reason, mirror_reason};
 use crate::scanner::time::Micros;
 use crate::signal::radar::module::RadarModule;
+use crate::verdict::{Conditions, Outcome, Reason, Reasons, Status};
 
 /// What the self-test is at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -317,7 +317,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.scans = self.scans.wrapping_add(1);
         self.scan = ScanSettings::of(&self.settings);
         if !self.settings.intact() {
-            return self.enter_reporting(Outcome::fault(Reason::SettingsDamaged), 0);
+            return self.report_broken(Reason::SettingsDamaged);
         }
         let backward = match self.settings.get().sweeping {
             Sweeping::Both => self.backward,
@@ -333,7 +333,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 self.backward = !backward;
                 self.state = ScannerState::Scanning(sweep);
             }
-            Err(reason) => self.enter_reporting(Outcome::fault(reason), 0),
+            Err(reason) => self.report_broken(reason),
         }
     }
 
@@ -484,8 +484,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             chirp_us,
             ..
         } = self.scan;
-        let mut outcome = match rows.fault {
-            Some(reason) => Outcome::fault(reason),
+        let conditions = Conditions {
+            board: fitness::doubts(self.identity.standing),
+            configured: self.scan.configured,
+            lost_rows: rows.lost > 0,
+        };
+        let outcome = match rows.fault {
+            Some(reason) => Outcome::broken(Reasons::NONE.with(reason), conditions),
             None => {
                 let memory = match fusion {
                     Switch::Off => Retention::Off,
@@ -495,32 +500,30 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 self.odometry.remember(memory);
                 self.forgets = false;
                 let drive = self.odometry.drive(motion, chirp_us);
-                self.data.conclude(&drive)
+                self.data.conclude(&drive, conditions)
             }
         };
-        if outcome.status != Status::Fault {
+        if outcome.status() != Status::Fault {
             self.answered = Some(now);
         }
-        outcome.doubt(fitness::doubts(self.identity.standing));
-        if !self.scan.configured {
-            outcome.doubt(Reasons::NONE.with(Reason::Unconfigured));
-        }
-        if rows.lost > 0 {
-            outcome.reasons.add(Reason::LostRows);
-            if outcome.status == Status::Ok {
-                outcome.status = Status::Degraded;
-            }
-        }
-        self.enter_reporting(outcome, rows.lost);
+        self.enter_reporting(outcome, rows.lost, rows.fault.is_some());
     }
 
-    fn enter_reporting(&mut self, outcome: Outcome, lost: u16) {
-        self.reasons = outcome.reasons;
+    /// Tells that hardware did not let the scan begin.
+    #[inline(never)]
+    fn report_broken(&mut self, reason: Reason) {
+        let faults = Reasons::NONE.with(reason);
+        self.enter_reporting(Outcome::broken(faults, Conditions::GOOD), 0, true);
+    }
+
+    fn enter_reporting(&mut self, outcome: Outcome, lost: u16, broken: bool) {
+        self.reasons = outcome.reasons();
         self.reports.outcome = outcome;
         self.state = ScannerState::Reporting(Telling {
             scan: self.scans,
             settings: self.scan.hash,
             lost,
+            broken,
             queued: 0,
         });
     }
@@ -535,8 +538,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         if !self.reports.tell(telling) {
             return;
         }
+        let broken = telling.broken;
         self.forget_crashes(now);
-        if self.reports.outcome.status == Status::Fault && self.broken() {
+        if broken {
             self.enter_fault(now, true);
         } else {
             self.resume(now);
@@ -545,27 +549,10 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
 
     /// Once the firmware has run for a minute, a scan has come to its end.
     fn forget_crashes(&mut self, now: Micros) {
-        let fault = self.reports.outcome.status == Status::Fault;
+        let fault = self.reports.outcome.status() == Status::Fault;
         if !fault && self.booted.is_some_and(|at| now.since(at) >= SURVIVED_US) {
             self.booted = None;
             self.hardware.board.survived();
         }
-    }
-
-    /// Whether hardware is at fault, rather than what the radar sees.
-    fn broken(&self) -> bool {
-        const HARDWARE: [Reason; 10] = [
-            Reason::TooManyLost,
-            Reason::LinkSilent,
-            Reason::ModuleError,
-            Reason::ModuleConfig,
-            Reason::MotorStall,
-            Reason::HomeNotFound,
-            Reason::MotorDriver,
-            Reason::MirrorSlipped,
-            Reason::EncoderSilent,
-            Reason::SettingsDamaged,
-        ];
-        HARDWARE.iter().any(|&reason| self.reasons.has(reason))
     }
 }

@@ -9,13 +9,13 @@ use std::rc::Rc;
 
 use crate::bench::{Bench, IDENTITY};
 use chip::{Chip, Mood};
-use stairscan::answer::{Reason, Status};
 use stairscan::report::Sentence;
 use stairscan::scanner::mirror::{PulseState, StepPort, Stepper};
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::tmc2209::Tmc2209;
 use stairscan::scanner::{BytePort, Settings};
+use stairscan::verdict::{Reason, Status};
 
 /// The chip, its wire, and the motor that it turns.
 #[derive(Clone)]

@@ -1,6 +1,5 @@
 //! Settings over commands, resets and a flash: who vouches for them, and who is told.
 
-use stairscan::answer::{Reason, Reasons, Status};
 use stairscan::estimate::Estimate;
 use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
@@ -9,6 +8,7 @@ use stairscan::scanner::record::MOUNTING;
 use stairscan::scanner::{Identity, Settings};
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::bench::{Bench, IDENTITY, World};
 

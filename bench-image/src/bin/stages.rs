@@ -17,7 +17,6 @@ mod image {
     use cortex_m_semihosting::hprintln;
     use microfft::Complex32;
     use stairscan::Iq;
-    use stairscan::answer::Outcome;
     use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
     use stairscan::motion::Drive;
     use stairscan::observer::{Event, Observer};
@@ -29,6 +28,7 @@ mod image {
     use stairscan::signal::range::packed::{Native, Packed};
     use stairscan::signal::range::window::{self, ChirpLevels, Window};
     use stairscan::signal::range::{RangeProcessor, fft, log};
+    use stairscan::verdict::{Conditions, Outcome};
     use stm32f4xx_hal as _;
 
     // What goes into a stage and what comes out is a `black_box`: inlined into the loop that counts
@@ -241,7 +241,7 @@ mod image {
             counter,
             counts: [0; 3],
         };
-        let outcome = pipeline.conclude_observed(&Drive::STANDING, &mut laps);
+        let outcome = pipeline.conclude_observed(&Drive::STANDING, Conditions::GOOD, &mut laps);
         let [echoes, search, dimensions] = laps.counts;
         let ((), report) = counter.once(|| report(&outcome));
         let post = counter.lap(&mut since);

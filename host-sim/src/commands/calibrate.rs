@@ -5,7 +5,6 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
-use stairscan::answer::Reason;
 use stairscan::estimate::Estimate;
 use stairscan::motion::Drive;
 use stairscan::mount::Mounting;
@@ -15,6 +14,7 @@ use stairscan::report::command::framed;
 use stairscan::scanner;
 use stairscan::scanner::settings::MotorConfig;
 use stairscan::signal::echoes::{Collector, Echoes};
+use stairscan::verdict::Reason;
 
 use super::{Format, Settings, emit};
 use crate::recording::Recording;

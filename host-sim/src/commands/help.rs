@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Command;
 use clap_complete::Shell;
 use clap_mangen::Man;
-use stairscan::answer::Reason;
+use stairscan::verdict::Reason;
 
 use super::emit;
 use crate::output::Overwrite;

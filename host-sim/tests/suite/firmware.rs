@@ -16,12 +16,12 @@ use host_sim::recording::{self, Recording};
 use host_sim::replay;
 use host_sim::scene::Scene;
 use host_sim::scene::driving::Drive;
-use stairscan::answer::{Reason, Status};
 use stairscan::config::Config;
 use stairscan::report::command::framed;
 use stairscan::report::{LiveLine, ScanLine, Sentence, Tenths};
 use stairscan::scanner::Settings;
 use stairscan::scanner::schedule::{Schedule, shaft_angle};
+use stairscan::verdict::{Reason, Status};
 
 use crate::common::{elf, replayed, tools};
 

@@ -4,13 +4,13 @@ use core::task::Poll;
 
 use super::Sweep;
 use super::rows::{LOST_STREAK, MARGIN_US, RowState, Rows, later, link_reason};
-use crate::answer::Reason;
 use crate::scanner::chain::DataPath;
 use crate::scanner::mirror::{Mirror, Motion};
 use crate::scanner::schedule::shaft_angle;
 use crate::scanner::settings::MotorConfig;
 use crate::scanner::time::Micros;
 use crate::signal::radar::module::{LinkError, RadarModule};
+use crate::verdict::Reason;
 
 /// A trigger that is later than this misses its row, microsteps: 0.02 degree, as much as a shaft at rest
 /// jitters (docs/accuracy.md).

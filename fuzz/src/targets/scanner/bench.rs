@@ -4,7 +4,6 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use host_sim::volatile::identity;
-use stairscan::answer::{Reasons, Status};
 use stairscan::motion::Odometry;
 use stairscan::report::Sentence;
 use stairscan::scanner::encoder::EncodedMirror;
@@ -12,6 +11,7 @@ use stairscan::scanner::mirror::Stepper;
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::FrameLink;
+use stairscan::verdict::{Reasons, Status};
 
 use super::world::{Module, RADAR, Rows, Shared, World};
 

@@ -19,6 +19,7 @@ use crate::scanner::pulser::Pulser;
 use crate::scanner::settings::MotorConfig;
 use crate::signal::radar::FrameLink;
 use crate::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use crate::verdict::Conditions;
 
 /// Core clocks in a microsecond.
 const MHZ: u64 = 168;
@@ -352,8 +353,8 @@ impl DataPath for Data {
         self.lost.push(row);
     }
 
-    fn conclude(&mut self, _: &Drive<'_>) -> crate::answer::Outcome {
-        crate::answer::Outcome::undecided()
+    fn conclude(&mut self, _: &Drive<'_>, _: Conditions) -> crate::verdict::Outcome {
+        crate::verdict::Outcome::silent()
     }
 
     fn calibrate(&mut self, _: f32) -> Result<Mounting, ConfigError> {
