@@ -7,138 +7,19 @@
 //! | module | holds |
 //! |---|---|
 //! | [`evidence`] | what a status rests on, as plain values |
+//! | [`status`] | evidence → verdict: one function |
 //! | [`outcome`] | an answer with its verdict, which nothing else can write |
 //! | [`reasons`] | the table of reasons: word, meaning, effect, condition |
 
 pub mod evidence;
 pub mod outcome;
 pub mod reasons;
+pub mod status;
 
 #[cfg(test)]
 mod tests;
 
-use crate::motion::Finding;
 pub use evidence::{Conditions, Evidence, Sight};
 pub use outcome::Outcome;
-pub use reasons::{Effect, Reason, Reasons};
-
-/// An `ok` is valid over at least this much of the way, metres: design contract.
-pub const LEAST_HORIZON_M: f32 = 1.0;
-
-/// What a controller may do with a scan.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// Trust it; zero steps then means that there are no stairs.
-    Ok,
-    /// Usable; the reasons say what is weak.
-    Degraded,
-    /// No answer; the reasons say why. Never holds steps.
-    Fault,
-}
-
-/// What an answer is worth.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Verdict {
-    /// How far it can be trusted.
-    pub status: Status,
-    /// Up to where it is valid, metres from the mirror; `None` if the estimator does not say.
-    pub horizon_m: Option<f32>,
-    /// Probability that nothing is wrong up to there; `None` if the estimator does not say.
-    pub confidence: Option<f32>,
-    /// Why it is not `ok`, and what is weak where it is.
-    pub reasons: Reasons,
-}
-
-/// Returns the verdict on `evidence`: faults of hardware, then of the signal, then no echo; doubts about the
-/// instrument, which leave nothing of the horizon; then what only keeps an answer from being `ok`.
-pub fn verdict(evidence: &Evidence) -> Verdict {
-    let Evidence {
-        faults,
-        unusable,
-        signs,
-        conditions,
-        sight,
-    } = evidence;
-    let mut verdict = match (unusable, sight) {
-        _ if !faults.is_empty() => Verdict::fault(*faults),
-        (Some(reason), _) => Verdict::fault(Reasons::NONE.with(*reason)),
-        (None, None) => Verdict::SILENT,
-        (None, Some(sight)) if !sight.heard => Verdict::fault(Reasons::NONE.with(Reason::NoEcho)),
-        (None, Some(sight)) => Verdict::of(sight),
-    };
-    verdict.doubt(*signs);
-    verdict.doubt(conditions.board);
-    if !conditions.configured {
-        verdict.doubt(Reasons::NONE.with(Reason::Unconfigured));
-    }
-    if conditions.lost_rows {
-        verdict.degrade(Reason::LostRows);
-    }
-    verdict
-}
-
-impl Verdict {
-    /// Where there is nothing to decide on.
-    pub const SILENT: Self = Self {
-        status: Status::Fault,
-        horizon_m: None,
-        confidence: None,
-        reasons: Reasons::NONE.with(Reason::Silent),
-    };
-
-    /// No answer.
-    fn fault(reasons: Reasons) -> Self {
-        Self {
-            reasons,
-            ..Self::SILENT
-        }
-    }
-
-    /// On what the estimator says alone: `ok` if its answer is valid far enough.
-    fn of(sight: &Sight) -> Self {
-        let mut verdict = Self {
-            status: Status::Ok,
-            horizon_m: sight.horizon_m,
-            confidence: sight.confidence,
-            reasons: sight.weak,
-        };
-        if sight.horizon_m.is_some_and(|end| end < LEAST_HORIZON_M) {
-            verdict.degrade(Reason::ShortHorizon);
-        }
-        if sight.astray {
-            verdict.doubt(Reasons::NONE.with(Reason::Mount));
-        }
-        if sight.stretched {
-            verdict.doubt(Reasons::NONE.with(Reason::AngleJump));
-        }
-        match sight.agreement.finding {
-            Finding::Agreed => {}
-            Finding::Alone => verdict.degrade(Reason::Unconfirmed),
-            Finding::Moved => verdict.degrade(Reason::Moving),
-            Finding::Missing => verdict.degrade(Reason::MotionInput),
-        }
-        if sight.agreement.input.is_bad() {
-            verdict.reasons.add(Reason::MotionInput);
-        }
-        verdict
-    }
-
-    /// Takes in doubts about the instrument: no estimator knows better than its instrument, so that nothing of the
-    /// horizon is left.
-    fn doubt(&mut self, doubts: Reasons) {
-        self.reasons = self.reasons.and(doubts);
-        if !doubts.is_empty() && self.status != Status::Fault {
-            self.status = Status::Degraded;
-            self.horizon_m = self.horizon_m.map(|_| 0.0);
-            self.confidence = self.confidence.map(|_| 0.0);
-        }
-    }
-
-    /// Keeps the answer from being `ok`, and leaves its horizon.
-    fn degrade(&mut self, reason: Reason) {
-        self.reasons.add(reason);
-        if self.status == Status::Ok {
-            self.status = Status::Degraded;
-        }
-    }
-}
+pub use reasons::{Reason, ReasonEffect, Reasons};
+pub use status::{LEAST_HORIZON_M, Status, Verdict, verdict};

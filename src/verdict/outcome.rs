@@ -2,7 +2,7 @@
 
 use super::evidence::{Conditions, Evidence};
 use super::reasons::Reasons;
-use super::{Status, Verdict, verdict};
+use super::status::{Status, Verdict, verdict};
 use crate::answer::Answer;
 
 /// The outcome of one scan.

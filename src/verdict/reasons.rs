@@ -7,7 +7,7 @@ use core::fmt;
 
 /// What a reason does to an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Effect {
+pub enum ReasonEffect {
     /// There is no answer.
     Fault,
     /// A doubt about the instrument: `degraded`, with a horizon and a confidence of 0.
@@ -18,7 +18,7 @@ pub enum Effect {
     Word,
 }
 
-impl Effect {
+impl ReasonEffect {
     /// Its word in documents.
     pub fn as_str(self) -> &'static str {
         match self {
@@ -55,8 +55,8 @@ macro_rules! reasons {
             }
 
             /// What it may do to an answer; which of several, its condition says.
-            pub fn effects(self) -> &'static [Effect] {
-                const EFFECTS: &[&[Effect]] = &[$(&[$(Effect::$effect),+]),*];
+            pub fn effects(self) -> &'static [ReasonEffect] {
+                const EFFECTS: &[&[ReasonEffect]] = &[$(&[$(ReasonEffect::$effect),+]),*];
                 EFFECTS.get(self as usize).copied().unwrap_or(&[])
             }
 

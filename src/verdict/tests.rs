@@ -1,7 +1,7 @@
 //! The verdict over all combinations of evidence, and against the table of reasons.
 
 use super::*;
-use crate::motion::{Agreement, Input};
+use crate::motion::{Agreement, Finding, Input};
 use std::vec::Vec;
 
 /// An estimator's word that makes an `ok`.
@@ -85,7 +85,7 @@ fn all() -> Vec<Evidence> {
 }
 
 /// Whether one of the reasons may have this effect.
-fn may(reasons: Reasons, effect: Effect) -> bool {
+fn may(reasons: Reasons, effect: ReasonEffect) -> bool {
     reasons.iter().any(|r| r.effects().contains(&effect))
 }
 
@@ -108,13 +108,14 @@ fn each_status_has_a_reason_whose_effect_it_is() {
     for evidence in all() {
         let found = verdict(&evidence);
         match found.status {
-            Status::Fault => assert!(may(found.reasons, Effect::Fault), "{evidence:?}"),
+            Status::Fault => assert!(may(found.reasons, ReasonEffect::Fault), "{evidence:?}"),
             Status::Degraded => assert!(
-                may(found.reasons, Effect::Doubt) || may(found.reasons, Effect::Degraded),
+                may(found.reasons, ReasonEffect::Doubt)
+                    || may(found.reasons, ReasonEffect::Degraded),
                 "{evidence:?}"
             ),
             Status::Ok => {
-                let word = |r: Reason| r.effects().contains(&Effect::Word);
+                let word = |r: Reason| r.effects().contains(&ReasonEffect::Word);
                 assert!(found.reasons.iter().all(word), "{evidence:?}");
             }
         }
@@ -201,10 +202,10 @@ fn what_is_decided_by_a_plain_value_has_the_effect_of_the_table() {
         let found = verdict(&evidence);
         assert_eq!(found.reasons, Reasons::NONE.with(reason));
         let effect = match (found.status, found.horizon_m) {
-            (Status::Ok, _) => Effect::Word,
-            (Status::Degraded, Some(0.0)) => Effect::Doubt,
-            (Status::Degraded, _) => Effect::Degraded,
-            (Status::Fault, _) => Effect::Fault,
+            (Status::Ok, _) => ReasonEffect::Word,
+            (Status::Degraded, Some(0.0)) => ReasonEffect::Doubt,
+            (Status::Degraded, _) => ReasonEffect::Degraded,
+            (Status::Fault, _) => ReasonEffect::Fault,
         };
         assert!(
             reason.effects().contains(&effect),
