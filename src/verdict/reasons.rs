@@ -84,7 +84,7 @@ reasons! {
         "A step's strongest echo is below `weak_step_db`, the next riser's would be below `next_seen_db`, or, without steps, no echo reaches `view_db`.",
     /// Something stands in the line of sight.
     BlockedView = "blocked-view" [Doubt, Word]
-        "Something shines right before the mirror in more than `near_rows` rows (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
+        "Something shines right before the mirror in more than `near_rows` rows, or at one range nearer than `blocked_m` in all rows (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
     /// The answer does not vouch for the first metre of the way.
     ShortHorizon = "short-horizon" [Degraded]
         "The horizon is below 1.0 m.",
@@ -126,7 +126,7 @@ reasons! {
         "No echo reaches `sure_echo_db`; in the paper's estimator no more cells than false alarms.",
     /// A bit of the converter never changes.
     AdcBit = "adc-bit" [Doubt]
-        "A bit of the samples is the same in all of them.",
+        "A bit of the samples stays the same in more rows than its limit.",
     /// I and Q have changed places, or one has the wrong sign: echoes beat backwards.
     IqSwapped = "iq-swapped" [Fault]
         "The image of the mirror's echo is stronger than the echo in more than half of the rows.",
@@ -138,28 +138,28 @@ reasons! {
         "The image of the mirror's echo is too strong in more than three quarters of the rows.",
     /// The converter's offset walks during the scan.
     DcDrift = "dc-drift" [Doubt]
-        "The mean of the samples walks from row to row by more than its limit.",
+        "The mean of the samples walks by more than its limit during the scan.",
     /// Samples are cut off below the converter's full scale.
     Clipped = "clipped" [Doubt]
-        "Samples gather at one value below full scale.",
+        "Samples gather at one value below full scale in more than 35 % of the rows looked at.",
     /// The level of the mirror's own echo changes during the scan.
     GainDrift = "gain-drift" [Doubt]
-        "The scanner's own echo is `inside_drift_db` off its first level in more than `strayed_rows` rows.",
+        "What the scanner shows of itself is `inside_drift_db` off its first level in more than `strayed_rows` rows, or the mirror's own echo that much off its calibrated level.",
     /// Rows were set aside because something else transmits, or a tone stands in all of them.
     Interference = "interference" [Doubt]
-        "The noise of a row jumps by `burst_db`, or a line of power stands in all rows.",
+        "The noise of a row jumps by more than `burst_db`, or one level stands at one range in a share of the rows above `line_share`.",
     /// The mirror's own echo is not where the mirror's offset says: the range scale is not true.
     RangeScale = "range-scale" [Doubt]
-        "The mirror's own echo is away from the mirror's offset by more than its limit.",
+        "The mirror's own echo is more than `mirror_place_m` off the mirror's offset, or `mirror_moved_m` off its calibrated place.",
     /// The same chirp came more than once.
     StaleChirp = "stale-chirp" [Doubt]
         "A chirp came more than once.",
     /// Echoes do not change though the mirror should have turned.
     MirrorStuck = "mirror-stuck" [Doubt]
-        "Neighbouring rows are alike as a mirror that turns does not make them.",
+        "Rows stay alike for longer than the beam's width of turning.",
     /// Echoes change faster or slower over the rows than the beam's width says: rows are not at their angles.
     AngleJump = "angle-jump" [Doubt]
-        "The lobes of strong echoes are narrower or broader over the rows than the beam, or rows change as no turning mirror makes them.",
+        "Neighbouring rows differ by more than `jump_db` beyond the usual, or the lobes of strong echoes are narrower or broader over the rows than the beam.",
     /// The floor is not where mount height, angle and offset say that it must be.
     Mount = "mount" [Doubt]
         "The floor is elsewhere than the mounting says, calibration takes out more than it may, or the first riser's corner is off the ground.",

@@ -1,7 +1,7 @@
 //! The rules of the house, checked on the sources of the firmware and of the host's programs: no circles among
 //! files, no folder that outgrows the others; on the firmware's alone: no arrow back up the way of the data, no
-//! tuned number outside its table, no two types of one name, no status that is written outside `verdict`; and on the documents: no link that leads nowhere, and as
-//! many tuned numbers as there are.
+//! tuned number outside its table, no two types of one name, no status that is written outside `verdict`; and on
+//! the documents: no link that leads nowhere, and as many tuned numbers as there are.
 
 mod documents;
 mod graph;

@@ -99,8 +99,7 @@ impl<'ast> Visit<'ast> for Finder {
     }
 
     fn visit_macro(&mut self, call: &'ast syn::Macro) {
-        let compares = |name: &&str| call.path.is_ident(name);
-        if !COMPARING.iter().any(|name| compares(&name)) {
+        if !COMPARING.iter().any(|name| call.path.is_ident(name)) {
             self.tokens(call.tokens.clone());
         }
     }
