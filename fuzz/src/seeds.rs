@@ -8,7 +8,7 @@ use stairscan::motion::Agreement;
 use stairscan::report::sentence::write_scan;
 use stairscan::report::{LiveLine, Sentence};
 use stairscan::scanner::Settings;
-use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight};
+use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight, Validity};
 
 /// An input: its target, its name, its bytes.
 pub type Seed = (&'static str, String, Vec<u8>);
@@ -207,8 +207,10 @@ fn commands() -> Vec<(&'static str, Vec<u8>)> {
 fn sentences() -> Vec<(&'static str, Vec<u8>)> {
     let sight = Sight {
         heard: true,
-        horizon_m: Some(1.2),
-        confidence: Some(0.993),
+        valid: Some(Validity {
+            horizon_m: 1.2,
+            confidence: 0.993,
+        }),
         ..Sight::nothing(Agreement::STANDING)
     };
     let evidence = Evidence {

@@ -58,15 +58,15 @@ use crate::params::measured;
 use crate::posterior::View;
 use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
-use crate::verdict::{Reason, Reasons, Sight};
+use crate::verdict::{Reason, Reasons, Sight, Validity};
 use ascending::Ascending;
 use belief::{Chosen, Posterior};
 use chart::Chart;
 use descending::Descending;
 use dimensions::Measured;
 use floor_line::FloorLine;
+use horizon::Ground;
 pub use horizon::Reach;
-use horizon::{Ground, Vouch};
 use judgement::Belief;
 use readings::Roles;
 use roles::Role;
@@ -250,8 +250,7 @@ impl Estimator for Likelihood {
         }
         Some(Sight {
             heard,
-            horizon_m: Some(worth.vouch.horizon_m),
-            confidence: Some(worth.vouch.confidence),
+            valid: Some(worth.valid),
             astray,
             stretched,
             agreement,
@@ -263,7 +262,7 @@ impl Estimator for Likelihood {
 /// What a search says of its answer.
 struct Worth {
     /// How far it is valid.
-    vouch: Vouch,
+    valid: Validity,
     /// Whether calibration or the first corner shows another mounting than is said.
     astray: bool,
     /// What is weak about it.
@@ -484,14 +483,14 @@ impl<S: Stairs> Ended<'_, S> {
             doubts: self.belief.doubts,
             floor_line: self.floor_line,
         };
-        let vouch = Vouch::of(&ground, outlook, &mut |cell| {
+        let valid = horizon::validity(&ground, outlook, &mut |cell| {
             if observer.listens() {
                 observer.event(Event::Cell(cell));
             }
         });
         answer.maybes.clone_from(&self.belief.maybes);
         Worth {
-            vouch,
+            valid,
             astray,
             weak,
         }

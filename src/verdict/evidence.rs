@@ -44,15 +44,30 @@ impl Default for Conditions {
     }
 }
 
+/// How far an answer is valid, and how likely.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Validity {
+    /// Up to where, metres from the mirror.
+    pub horizon_m: f32,
+    /// Probability that nothing is wrong up to the horizon, or over the first metre where that is farther.
+    pub confidence: f32,
+}
+
+impl Validity {
+    /// Nowhere.
+    pub const NONE: Self = Self {
+        horizon_m: 0.0,
+        confidence: 0.0,
+    };
+}
+
 /// What an estimator says of its answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
     /// Whether any echo stands out of the noise for sure.
     pub heard: bool,
-    /// Up to where the answer is valid, metres from the mirror; `None` if the estimator does not say.
-    pub horizon_m: Option<f32>,
-    /// Probability that nothing is wrong up to there; `None` if the estimator does not say.
-    pub confidence: Option<f32>,
+    /// How far the answer is valid; `None` if the estimator does not say.
+    pub valid: Option<Validity>,
     /// Whether the floor, or the first riser's corner, is elsewhere than the mounting says.
     pub astray: bool,
     /// Whether lobes are narrower or broader over the rows than the beam.
@@ -68,8 +83,7 @@ impl Sight {
     pub fn nothing(agreement: Agreement) -> Self {
         Self {
             heard: false,
-            horizon_m: None,
-            confidence: None,
+            valid: None,
             astray: false,
             stretched: false,
             agreement,

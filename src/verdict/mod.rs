@@ -19,7 +19,7 @@ pub mod status;
 #[cfg(test)]
 mod tests;
 
-pub use evidence::{Conditions, Evidence, Sight};
+pub use evidence::{Conditions, Evidence, Sight, Validity};
 pub use outcome::Outcome;
 pub use reasons::{Reason, ReasonEffect, Reasons};
 pub use status::{LEAST_HORIZON_M, Status, Verdict, verdict};

@@ -10,14 +10,15 @@ use crate::answer::Answer;
 /// ```
 /// use stairscan::answer::{Direction, Step};
 /// use stairscan::motion::Agreement;
-/// use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight, Status};
+/// use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight, Status, Validity};
 ///
 /// let mut outcome = Outcome::silent();
 /// outcome.answer.direction = Direction::Up;
 /// outcome.answer.steps.push(Step { distance_m: 0.5, height_m: 0.17, ..Step::default() }).unwrap();
 /// assert_eq!(outcome.status(), Status::Fault);
 ///
-/// let sight = Sight { heard: true, horizon_m: Some(1.2), ..Sight::nothing(Agreement::STANDING) };
+/// let valid = Some(Validity { horizon_m: 1.2, confidence: 0.995 });
+/// let sight = Sight { heard: true, valid, ..Sight::nothing(Agreement::STANDING) };
 /// outcome.decide(&Evidence { sight: Some(sight), ..Evidence::default() });
 /// assert!(outcome.status() == Status::Ok && outcome.reasons().is_empty());
 ///
@@ -73,12 +74,12 @@ impl Outcome {
     /// Up to where the answer is valid, metres from the mirror; `None` if the estimator does not say, and
     /// then it claims the whole range.
     pub fn horizon_m(&self) -> Option<f32> {
-        self.verdict.horizon_m
+        self.verdict.valid.map(|valid| valid.horizon_m)
     }
 
     /// Probability that nothing is wrong up to the horizon, or over the first metre where that is
     /// farther; `None` if the estimator does not say.
     pub fn confidence(&self) -> Option<f32> {
-        self.verdict.confidence
+        self.verdict.valid.map(|valid| valid.confidence)
     }
 }

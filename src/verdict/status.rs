@@ -1,6 +1,6 @@
 //! The verdict: status, horizon, confidence and reasons of an answer.
 
-use super::evidence::{Evidence, Sight};
+use super::evidence::{Evidence, Sight, Validity};
 use super::reasons::{Reason, Reasons};
 use crate::motion::Finding;
 
@@ -23,10 +23,8 @@ pub enum Status {
 pub struct Verdict {
     /// How far it can be trusted.
     pub status: Status,
-    /// Up to where it is valid, metres from the mirror; `None` if the estimator does not say.
-    pub horizon_m: Option<f32>,
-    /// Probability that nothing is wrong up to there; `None` if the estimator does not say.
-    pub confidence: Option<f32>,
+    /// How far it is valid; `None` if the estimator does not say.
+    pub valid: Option<Validity>,
     /// Why it is not `ok`, and what is weak where it is.
     pub reasons: Reasons,
 }
@@ -63,8 +61,7 @@ impl Verdict {
     /// Where there is nothing to decide on.
     pub const SILENT: Self = Self {
         status: Status::Fault,
-        horizon_m: None,
-        confidence: None,
+        valid: None,
         reasons: Reasons::NONE.with(Reason::Silent),
     };
 
@@ -80,11 +77,11 @@ impl Verdict {
     fn of(sight: &Sight) -> Self {
         let mut verdict = Self {
             status: Status::Ok,
-            horizon_m: sight.horizon_m,
-            confidence: sight.confidence,
+            valid: sight.valid,
             reasons: sight.weak,
         };
-        if sight.horizon_m.is_some_and(|end| end < LEAST_HORIZON_M) {
+        let short = |valid: Validity| valid.horizon_m < LEAST_HORIZON_M;
+        if sight.valid.is_some_and(short) {
             verdict.degrade(Reason::ShortHorizon);
         }
         if sight.astray {
@@ -111,8 +108,7 @@ impl Verdict {
         self.reasons = self.reasons.and(doubts);
         if !doubts.is_empty() && self.status != Status::Fault {
             self.status = Status::Degraded;
-            self.horizon_m = self.horizon_m.map(|_| 0.0);
-            self.confidence = self.confidence.map(|_| 0.0);
+            self.valid = self.valid.map(|_| Validity::NONE);
         }
     }
 

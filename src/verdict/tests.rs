@@ -4,12 +4,19 @@ use super::*;
 use crate::motion::{Agreement, Finding, Input};
 use std::vec::Vec;
 
+fn valid_to(horizon_m: f32) -> Validity {
+    let confidence = 0.995;
+    Validity {
+        horizon_m,
+        confidence,
+    }
+}
+
 /// An estimator's word that makes an `ok`.
 fn sure() -> Sight {
     Sight {
         heard: true,
-        horizon_m: Some(1.4),
-        confidence: Some(0.995),
+        valid: Some(valid_to(1.4)),
         ..Sight::nothing(Agreement::STANDING)
     }
 }
@@ -42,8 +49,7 @@ fn sights() -> Vec<Option<Sight>> {
                 for input in [Input::Absent, Input::Late] {
                     sights.push(Some(Sight {
                         heard: bit(0),
-                        horizon_m,
-                        confidence: horizon_m.map(|_| 0.99),
+                        valid: horizon_m.map(valid_to),
                         astray: bit(1),
                         stretched: bit(2),
                         agreement: Agreement { finding, input },
@@ -99,7 +105,7 @@ fn without_evidence_there_is_no_answer() {
 #[test]
 fn a_sure_answer_is_ok_up_to_its_horizon() {
     let verdict = verdict(&seen(sure()));
-    assert_eq!((verdict.status, verdict.horizon_m), (Status::Ok, Some(1.4)));
+    assert_eq!((verdict.status, verdict.valid), (Status::Ok, sure().valid));
     assert!(verdict.reasons.is_empty());
 }
 
@@ -135,11 +141,11 @@ fn a_fault_has_no_horizon_a_doubt_leaves_nothing_of_it_and_an_ok_has_a_metre() {
             || !evidence.signs.is_empty();
         let expected = match (found.status, doubt) {
             (Status::Fault, _) => None,
-            (_, true) => sight.horizon_m.map(|_| 0.0),
-            (_, false) => sight.horizon_m,
+            (_, true) => sight.valid.map(|_| Validity::NONE),
+            (_, false) => sight.valid,
         };
-        assert_eq!(found.horizon_m, expected, "{evidence:?}");
-        let least = found.horizon_m.unwrap_or(LEAST_HORIZON_M);
+        assert_eq!(found.valid, expected, "{evidence:?}");
+        let least = found.valid.map_or(LEAST_HORIZON_M, |v| v.horizon_m);
         assert!(found.status != Status::Ok || least >= LEAST_HORIZON_M);
     }
 }
@@ -161,7 +167,7 @@ fn what_is_decided_by_a_plain_value_has_the_effect_of_the_table() {
         (
             Reason::ShortHorizon,
             seen(Sight {
-                horizon_m: Some(0.9),
+                valid: Some(valid_to(0.9)),
                 ..sure()
             }),
         ),
@@ -201,7 +207,7 @@ fn what_is_decided_by_a_plain_value_has_the_effect_of_the_table() {
     for (reason, evidence) in cases {
         let found = verdict(&evidence);
         assert_eq!(found.reasons, Reasons::NONE.with(reason));
-        let effect = match (found.status, found.horizon_m) {
+        let effect = match (found.status, found.valid.map(|v| v.horizon_m)) {
             (Status::Ok, _) => ReasonEffect::Word,
             (Status::Degraded, Some(0.0)) => ReasonEffect::Doubt,
             (Status::Degraded, _) => ReasonEffect::Degraded,
