@@ -15,7 +15,7 @@
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
 //! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
-//! | [`flight`] | echoes → the staircase that explains them best, its steps with their σ, status |
+//! | [`flight`] | echoes → the staircase that explains them best, its steps with their σ, how far it is valid |
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
@@ -27,9 +27,10 @@
 //!
 //! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
 //!
-//! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`params`], [`math`] and
+//! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`] and
 //! [`scanner::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
 //! [`signal::echoes`], then [`mount`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
+//! Estimators, pipeline and scanner hand their evidence to [`verdict`], which knows none of them.
 //! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. [`observer`] names what
 //! [`flight::trace`] and `paper` have to tell.
 //!

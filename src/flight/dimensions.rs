@@ -8,7 +8,7 @@ use super::nosings;
 use super::readings::{self, Readings, Roles};
 use super::roles::Role;
 use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
-use super::verdict::{Support, next_db};
+use super::support::{Support, next_db};
 use crate::answer::{Answer, Direction, Step};
 use crate::estimate::Estimate;
 use crate::math;

@@ -11,8 +11,8 @@
 use super::floor_line::{FloorLine, NEAREST_END_M};
 use super::roles::Role;
 use super::scene::Scene;
+use super::support::Support;
 use super::trace::Cell;
-use super::verdict::Support;
 use crate::answer::Step;
 use crate::config::Plane;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};

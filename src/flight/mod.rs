@@ -14,7 +14,7 @@
 //! | `dimensions` | steps with their standard deviations |
 //! | `chart` | the map with what it takes to read it |
 //! | `floor_line` | what the ground shows along its line, and where it is missing |
-//! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
+//! | `support`, `horizon` | what each step rests on and is weak about the answer, and how far it is valid |
 //! | `belief`, `judgement` | hypotheses weighed by the posterior; what its particles say of the answer |
 //! | [`trace`] | what it thought on the way |
 
@@ -37,8 +37,8 @@ mod roles;
 mod scene;
 mod search;
 mod stairs;
+mod support;
 pub mod trace;
-mod verdict;
 
 #[cfg(test)]
 mod tests;
@@ -459,7 +459,7 @@ impl<S: Stairs> Ended<'_, S> {
                 let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
                 let lead = best.score - self.search.rival(best.chain.len());
                 let steps = &answer.steps;
-                weak = weak.and(verdict::judge(steps, lead, &supports, against, p));
+                weak = weak.and(support::judge(steps, lead, &supports, against, p));
                 lead
             }
             None => {
@@ -467,7 +467,7 @@ impl<S: Stairs> Ended<'_, S> {
                 let rival = self.best.filter(|_| !accepted);
                 let rival = rival.map_or(f32::NEG_INFINITY, |b| b.score);
                 let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
-                weak = weak.and(verdict::judge_none(rival, strongest_db, p));
+                weak = weak.and(support::judge_none(rival, strongest_db, p));
                 rival
             }
         };

@@ -1,7 +1,7 @@
 //! The estimator on maps made by hand: the answers known, the rest merely sane.
 
 use super::heights::{self, Fusion};
-use super::verdict::Support;
+use super::support::Support;
 use super::*;
 use crate::answer::{Direction, Maybe, Step};
 use crate::estimate::{Estimate, expanded};
@@ -207,7 +207,7 @@ fn regularity_stands_in_for_nothing_where_a_step_may_be_odd() {
             });
         }
         let none = [].into_iter();
-        let weak = verdict::judge(&steps, 9.0, &supports, none, &Params::DEFAULT);
+        let weak = support::judge(&steps, 9.0, &supports, none, &Params::DEFAULT);
         weak.has(Reason::InferredStep)
     };
     assert_eq!((inferred(0.0), inferred(0.004)), (false, true));

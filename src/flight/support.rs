@@ -1,5 +1,5 @@
-//! What is weak about an answer: reasons for people and logs. Whether it is `ok` is not decided by
-//! them but by the horizon.
+//! What each step rests on, and what is weak about an answer: words for people and logs, which decide nothing
+//! ([`crate::verdict`]).
 
 use super::scene::Mark;
 use crate::answer::Step;
