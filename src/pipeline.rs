@@ -112,6 +112,8 @@ impl Pipeline {
     }
 
     /// [`DataPath::conclude`] while somebody looks.
+    // Out of line: inlined, a second outcome would lie beneath the estimator.
+    #[inline(never)]
     pub fn conclude_observed(
         &mut self,
         drive: &Drive<'_>,

@@ -29,6 +29,8 @@ pub struct Measured {
 }
 
 impl Measured {
+    // Out of line: inlined, a second answer would lie on the stack.
+    #[inline(never)]
     fn new(direction: Direction, roles: Roles) -> Self {
         Self {
             answer: Answer {
@@ -75,11 +77,11 @@ pub fn ascending(
         let _ = steps.push(face.level);
     }
     let levels = heights::fit(&steps, &readings.slopes, p);
+    let mut measured = Measured::new(Direction::Up, roles);
     if let Some(may_be) = no_stair(&readings, rise, &levels, p) {
-        return Measured {
-            may_be,
-            ..Measured::new(Direction::None, roles)
-        };
+        measured.answer.direction = Direction::None;
+        measured.may_be = may_be;
+        return measured;
     }
     let overhang_known = readings.faces.iter().any(|f| f.overhang_seen);
     let mut nosings = nosings::locate(scene, flight, &levels);
@@ -91,7 +93,6 @@ pub fn ascending(
     let landings = landings(&flight.chain, p.most_going_m);
     let regular = nosings.iter().zip(&landings);
     let line = fit_line(regular.map(|(x, landing)| x.map(|x| x.value - landing)));
-    let mut measured = Measured::new(Direction::Up, roles);
     let faces = readings.faces.iter().zip(&flight.chain);
     let faces = faces.zip(&levels).zip(nosings.iter().zip(&landings));
     for (k, (((face, link), level), (nosing, landing))) in faces.enumerate() {

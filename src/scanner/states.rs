@@ -317,7 +317,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.scans = self.scans.wrapping_add(1);
         self.scan = ScanSettings::of(&self.settings);
         if !self.settings.intact() {
-            return self.report_broken(Reason::SettingsDamaged);
+            return self.report_broken(Reason::SettingsDamaged, Conditions::GOOD, 0);
         }
         let backward = match self.settings.get().sweeping {
             Sweeping::Both => self.backward,
@@ -333,7 +333,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 self.backward = !backward;
                 self.state = ScannerState::Scanning(sweep);
             }
-            Err(reason) => self.report_broken(reason),
+            Err(reason) => self.report_broken(reason, Conditions::GOOD, 0),
         }
     }
 
@@ -489,31 +489,30 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             configured: self.scan.configured,
             lost_rows: rows.lost > 0,
         };
-        let outcome = match rows.fault {
-            Some(reason) => Outcome::broken(Reasons::NONE.with(reason), conditions),
-            None => {
-                let memory = match fusion {
-                    Switch::Off => Retention::Off,
-                    Switch::On if self.forgets => Retention::Anew,
-                    Switch::On => Retention::Kept,
-                };
-                self.odometry.remember(memory);
-                self.forgets = false;
-                let drive = self.odometry.drive(motion, chirp_us);
-                self.data.conclude(&drive, conditions)
-            }
+        if let Some(reason) = rows.fault {
+            return self.report_broken(reason, conditions, rows.lost);
+        }
+        let memory = match fusion {
+            Switch::Off => Retention::Off,
+            Switch::On if self.forgets => Retention::Anew,
+            Switch::On => Retention::Kept,
         };
+        self.odometry.remember(memory);
+        self.forgets = false;
+        let drive = self.odometry.drive(motion, chirp_us);
+        let outcome = self.data.conclude(&drive, conditions);
         if outcome.status() != Status::Fault {
             self.answered = Some(now);
         }
-        self.enter_reporting(outcome, rows.lost, rows.fault.is_some());
+        self.enter_reporting(outcome, rows.lost, false);
     }
 
-    /// Tells that hardware did not let the scan begin.
+    /// Tells that hardware did not let the scan begin, or ended it.
+    // Out of line: its outcome would lie beneath the estimator beside the one that the estimator makes.
     #[inline(never)]
-    fn report_broken(&mut self, reason: Reason) {
+    fn report_broken(&mut self, reason: Reason, conditions: Conditions, lost: u16) {
         let faults = Reasons::NONE.with(reason);
-        self.enter_reporting(Outcome::broken(faults, Conditions::GOOD), 0, true);
+        self.enter_reporting(Outcome::broken(faults, conditions), lost, true);
     }
 
     fn enter_reporting(&mut self, outcome: Outcome, lost: u16, broken: bool) {
