@@ -16,7 +16,7 @@ use serde_json::Value;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, to_fixed};
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::DataPath;
+use stairscan::scanner::DataPath;
 
 /// Units of the configuration's fixed-point numbers.
 const METRES: f64 = 1e-5;
@@ -89,15 +89,15 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let outcome = pipeline.finish();
 
-    let (status, direction) = (outcome.status.as_str(), outcome.direction.as_str());
+    let (status, direction) = (outcome.status().as_str(), outcome.answer.direction.as_str());
     println!(
         "{status}, direction {direction}, {} steps",
-        outcome.steps.len()
+        outcome.answer.steps.len()
     );
-    for reason in outcome.reasons.iter() {
+    for reason in outcome.reasons().iter() {
         println!("because: {}", reason.as_str());
     }
-    for (k, step) in (1..).zip(&outcome.steps) {
+    for (k, step) in (1..).zip(&outcome.answer.steps) {
         println!(
             "step {k}: distance {:.3} m ± {:.3}, height {:.3} m ± {:.3} (1σ), quality {} %",
             step.distance_m,

@@ -1,17 +1,18 @@
 //! The map and the estimators that read it, in one block of memory.
 
-use crate::answer::{Outcome, Reason};
+use crate::answer::Answer;
 use crate::config::{Config, ConfigError, EstimatorKind};
-use crate::drive::Drive;
-use crate::estimator::Estimator;
+use crate::estimator::{Estimator, MappedScan};
 use crate::flight::Likelihood;
 use crate::fusion::History;
+use crate::motion::Drive;
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
 use crate::paper::Paper;
 use crate::params::current;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::{PolarMap, Row};
+use crate::verdict::Sight;
 
 /// What one estimator keeps beside the map, during the scan and after it. Only one works at a
 /// time, so they share their memory.
@@ -111,22 +112,29 @@ impl StairFinder {
         }
     }
 
-    /// The answer of scan number `scan` with the configuration that it began with, what is known of the
-    /// chair's motion, and the evidence of earlier scans (`past`), while `observer` looks.
+    /// Makes the answer of scan number `number` with the configuration that it began with, what is known of the
+    /// chair's motion, and the evidence of earlier scans (`past`), while `observer` looks. Returns what the
+    /// estimator says of its worth; `None` without an estimator.
     pub fn finish(
         &mut self,
         config: &Config,
-        scan: u32,
-        drive: &Drive<'_>,
+        (number, drive): (u32, &Drive<'_>),
         past: Option<&mut History>,
         observer: &mut dyn Observer,
-    ) -> Outcome {
-        let Some(estimator) = self.scratch.estimator() else {
-            return Outcome::fault(Reason::Silent);
+        answer: &mut Answer,
+    ) -> Option<Sight> {
+        let scan = MappedScan {
+            map: &self.map,
+            config,
+            number,
+            drive,
         };
-        let mut outcome = estimator.conclude(&self.map, config, scan, drive, past, observer);
-        outcome.link();
-        outcome
+        let sight = self
+            .scratch
+            .estimator()?
+            .conclude(&scan, past, observer, answer);
+        answer.link();
+        sight
     }
 
     /// The echoes of the map after the last row, placed as the configuration has it and with nothing taken

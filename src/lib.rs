@@ -10,26 +10,28 @@
 //! |---|---|
 //! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
-//! | [`scan`] | schedule of angles, mirror motor, the scanner's loop |
-//! | [`drive`] | what the chair's controller says of its motion → where each row was seen |
+//! | [`scanner`] | schedule of angles, mirror motor, the scanner's loop |
+//! | [`motion`] | what the chair's controller says of its motion → where each row was seen, and whether two sweeps agree |
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
 //! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
-//! | [`flight`] | echoes → the staircase that explains them best, its steps with their σ, status |
+//! | [`flight`] | echoes → the staircase that explains them best, its steps with their σ, how far it is valid |
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
-//! | [`answer`] | steps, status, reasons: the answer of a scan |
+//! | [`answer`] | steps, direction, what may stand there besides: the answer of a scan |
+//! | [`verdict`] | evidence → status, horizon, confidence, reasons: the only writer of a status |
 //! | [`report`] | sentences out, commands and motion in |
 //! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
 //!
 //! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
 //!
-//! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`params`], [`math`] and
-//! [`scan::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
+//! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`] and
+//! [`scanner::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
 //! [`signal::echoes`], then [`mount`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
-//! [`scan`]'s loop drives any [`scan::DataPath`], and `pipeline` is one. [`observer`] names what
+//! Estimators, pipeline and scanner hand their evidence to [`verdict`], which knows none of them.
+//! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. [`observer`] names what
 //! [`flight::trace`] and `paper` have to tell.
 //!
 //! Where to begin: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
@@ -40,7 +42,6 @@
 
 pub mod answer;
 pub mod config;
-pub mod drive;
 pub mod estimate;
 pub mod estimator;
 pub mod finder;
@@ -48,6 +49,7 @@ pub mod flight;
 pub mod fusion;
 pub mod health;
 pub mod math;
+pub mod motion;
 pub mod mount;
 pub mod observer;
 #[cfg(feature = "paper")]
@@ -56,10 +58,11 @@ pub mod params;
 pub mod pipeline;
 pub mod posterior;
 pub mod report;
-pub mod scan;
+pub mod scanner;
 pub mod setting;
 pub mod signal;
 pub mod sort;
+pub mod verdict;
 
 /// The git revision that this was built from, `unknown` without git; a changed tree says so (`-dirty`).
 pub const REVISION: &str = env!("STAIRSCAN_REVISION");

@@ -18,11 +18,11 @@ fn main() {
 #[rtic::app(device = stm32f4xx_hal::pac, peripherals = true)]
 mod app {
     use defmt_rtt as _;
-    use stairscan::drive::Odometry;
+    use stairscan::motion::Odometry;
     use stairscan::pipeline::Pipeline;
-    use stairscan::scan::encoder::EncodedMirror;
-    use stairscan::scan::mirror::Stepper;
-    use stairscan::scan::{Hardware, Reports, Scanner};
+    use stairscan::scanner::encoder::EncodedMirror;
+    use stairscan::scanner::mirror::Stepper;
+    use stairscan::scanner::{Hardware, Reports, Scanner};
     use stm32f4xx_hal::pac;
 
     use crate::board::motor::{Locked, Motor};

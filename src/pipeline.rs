@@ -1,19 +1,20 @@
 //! All stages in one value: chirp, row of the map, health, estimator, outcome.
 
 use crate::Iq;
-use crate::answer::{Outcome, Reason};
+use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, Retention, Track};
 use crate::finder::StairFinder;
 use crate::fusion;
 use crate::health::Health;
+use crate::motion::{Drive, Retention, Track};
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
 use crate::observer::Observer;
 use crate::params::current;
-use crate::scan::DataPath;
+use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
+use crate::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -22,10 +23,10 @@ use crate::signal::range::{Profile, RangeProcessor};
 ///
 /// ```
 /// use stairscan::Iq;
-/// use stairscan::answer::{Reason, Status};
+/// use stairscan::verdict::{Reason, Status};
 /// use stairscan::config::Config;
 /// use stairscan::pipeline::Pipeline;
-/// use stairscan::scan::DataPath;
+/// use stairscan::scanner::DataPath;
 ///
 /// let config = Config::default();
 /// let mut pipeline = Box::new(Pipeline::new());
@@ -35,8 +36,8 @@ use crate::signal::range::{Profile, RangeProcessor};
 ///     pipeline.row(row);
 /// }
 /// let outcome = pipeline.finish();
-/// assert_eq!(outcome.status, Status::Fault);
-/// assert!(outcome.reasons.has(Reason::Silent));
+/// assert_eq!(outcome.status(), Status::Fault);
+/// assert!(outcome.reasons().has(Reason::Silent));
 /// # Ok::<(), stairscan::config::ConfigError>(())
 /// ```
 ///
@@ -111,30 +112,48 @@ impl Pipeline {
     }
 
     /// [`DataPath::conclude`] while somebody looks.
-    pub fn conclude_observed(&mut self, drive: &Drive<'_>, observer: &mut dyn Observer) -> Outcome {
-        if let Some(reason) = self.health.verdict(self.config.mount.mirror_offset > 0) {
-            return Outcome::fault(reason);
+    // Out of line: inlined, a second outcome would lie beneath the estimator.
+    #[inline(never)]
+    pub fn conclude_observed(
+        &mut self,
+        drive: &Drive<'_>,
+        conditions: Conditions,
+        observer: &mut dyn Observer,
+    ) -> Outcome {
+        let mut outcome = Outcome::silent();
+        let mut evidence = Evidence {
+            unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
+            conditions,
+            ..Evidence::default()
+        };
+        if evidence.unusable.is_none() {
+            let stands = !drive.known().is_some_and(moves);
+            evidence.signs = self.health.doubts(&self.config, self.finder.map(), stands);
+            evidence.sight = self.look(drive, evidence.signs, observer, &mut outcome.answer);
         }
-        let stands = !drive.known().is_some_and(moves);
-        let doubts = self.health.doubts(&self.config, self.finder.map(), stands);
-        let drive = &Drive {
+        outcome.decide(&evidence);
+        outcome
+    }
+
+    /// Lets the estimator make `answer`, and returns what it says of its worth.
+    fn look(
+        &mut self,
+        drive: &Drive<'_>,
+        signs: Reasons,
+        observer: &mut dyn Observer,
+        answer: &mut Answer,
+    ) -> Option<Sight> {
+        let well = signs.is_empty();
+        let drive = Drive {
             // What an instrument in doubt says is not carried on.
-            memory: match doubts.is_empty() {
-                true => drive.memory,
-                false => Retention::Off,
-            },
+            memory: if well { drive.memory } else { Retention::Off },
             stood: self.stood(drive),
             ..*drive
         };
-        let mut outcome = self.finder.finish(
-            &self.config,
-            self.scan,
-            drive,
-            Some(&mut self.past),
-            observer,
-        );
-        outcome.doubt(doubts);
-        outcome
+        let scan = (self.scan, &drive);
+        let past = Some(&mut self.past);
+        self.finder
+            .finish(&self.config, scan, past, observer, answer)
     }
 
     /// Whether motion input and echoes agree that the chair stood during the last scan.
@@ -195,8 +214,8 @@ impl DataPath for Pipeline {
         self.complete(row);
     }
 
-    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
-        self.conclude_observed(drive, &mut ())
+    fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome {
+        self.conclude_observed(drive, conditions, &mut ())
     }
 
     #[inline(never)]

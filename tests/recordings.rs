@@ -4,10 +4,11 @@
 use std::path::Path;
 
 use stairscan::Iq;
-use stairscan::answer::{Direction, Outcome, Status};
+use stairscan::answer::Direction;
 use stairscan::config::{Config, EstimatorKind, MountConfig, Plane};
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::DataPath;
+use stairscan::scanner::DataPath;
+use stairscan::verdict::{Outcome, Status};
 
 /// The samples of a recording in `recordings/`: 281 chirps of 200.
 fn chirps(name: &str) -> Vec<Vec<Iq>> {
@@ -60,10 +61,10 @@ fn scan(name: &str, config: &Config, order: impl Iterator<Item = u16>) -> Outcom
 /// Every true step is found within 10 cm and 4 cm, nothing else is, and no error exceeds six standard
 /// deviations.
 fn is_exact(outcome: &Outcome, direction: Direction, truth: &[(f32, f32)]) {
-    assert_ne!(outcome.status, Status::Fault, "{outcome:?}");
-    assert_eq!(outcome.direction, direction, "{outcome:?}");
-    assert_eq!(outcome.steps.len(), truth.len(), "{outcome:?}");
-    for (step, &(distance, height)) in outcome.steps.iter().zip(truth) {
+    assert_ne!(outcome.status(), Status::Fault, "{outcome:?}");
+    assert_eq!(outcome.answer.direction, direction, "{outcome:?}");
+    assert_eq!(outcome.answer.steps.len(), truth.len(), "{outcome:?}");
+    for (step, &(distance, height)) in outcome.answer.steps.iter().zip(truth) {
         let (d, h) = (step.distance_m - distance, step.height_m - height);
         assert!(
             d.abs() < 0.10 && d.abs() < 6.0 * step.distance_sigma_m,
@@ -92,8 +93,9 @@ fn the_paper_s_three_staircases() {
 fn treads_and_risers_lie_between_the_steps() {
     let outcome = scan("stair_a", &config(EstimatorKind::default()), 0..281);
     let mut before = 0.0;
-    for (k, step) in outcome.steps.iter().enumerate() {
+    for (k, step) in outcome.answer.steps.iter().enumerate() {
         let next = outcome
+            .answer
             .steps
             .get(k + 1)
             .map(|next| next.distance_m - step.distance_m);
@@ -116,13 +118,11 @@ fn stairs_down() {
 #[test]
 fn an_empty_room_is_clear() {
     let outcome = scan("empty", &config(EstimatorKind::default()), 0..281);
-    let Outcome {
-        direction, steps, ..
-    } = &outcome;
-    assert_eq!((direction, steps.len()), (&Direction::None, 0));
-    assert_ne!(outcome.status, Status::Fault);
+    let answer = &outcome.answer;
+    assert_eq!((answer.direction, answer.steps.len()), (Direction::None, 0));
+    assert_ne!(outcome.status(), Status::Fault);
     assert!(
-        outcome.horizon_m.is_some_and(|end| end > 0.0),
+        outcome.horizon_m().is_some_and(|end| end > 0.0),
         "{outcome:?}"
     );
 }
@@ -152,8 +152,8 @@ fn blind_scanners_say_so() {
             pipeline.row(row);
         }
         let outcome = pipeline.finish();
-        assert_eq!(outcome.status, Status::Fault, "{sample:?}");
-        assert!(outcome.steps.is_empty() && !outcome.reasons.is_empty());
+        assert_eq!(outcome.status(), Status::Fault, "{sample:?}");
+        assert!(outcome.answer.steps.is_empty() && !outcome.reasons().is_empty());
     }
 }
 

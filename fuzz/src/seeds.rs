@@ -3,10 +3,12 @@
 //! `cargo run -p stairscan-fuzz --example mutate -- --write-corpus` writes them, which is needed when a target
 //! reads its bytes in another way than before.
 
-use stairscan::answer::{Direction, Maybe, Outcome, Reason, Reasons, Status, Step};
+use stairscan::answer::{Direction, Maybe, Step};
+use stairscan::motion::Agreement;
 use stairscan::report::sentence::write_scan;
 use stairscan::report::{LiveLine, Sentence};
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
+use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight, Validity};
 
 /// An input: its target, its name, its bytes.
 pub type Seed = (&'static str, String, Vec<u8>);
@@ -203,9 +205,21 @@ fn commands() -> Vec<(&'static str, Vec<u8>)> {
 }
 
 fn sentences() -> Vec<(&'static str, Vec<u8>)> {
-    let mut outcome = Outcome::undecided();
-    outcome.decide(Status::Ok);
-    outcome.direction = Direction::Up;
+    let sight = Sight {
+        heard: true,
+        valid: Some(Validity {
+            horizon_m: 1.2,
+            confidence: 0.993,
+        }),
+        ..Sight::nothing(Agreement::STANDING)
+    };
+    let evidence = Evidence {
+        sight: Some(sight),
+        ..Evidence::default()
+    };
+    let mut outcome = Outcome::silent();
+    outcome.decide(&evidence);
+    outcome.answer.direction = Direction::Up;
     for k in 1..=3 {
         let step = Step {
             distance_m: 0.5 + 0.28 * k as f32,
@@ -216,18 +230,21 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
             ..Step::default()
         };
         // There is room for sixteen.
-        let _ = outcome.steps.push(step);
+        let _ = outcome.answer.steps.push(step);
     }
-    outcome.link();
-    (outcome.horizon_m, outcome.confidence) = (Some(1.2), Some(0.993));
+    outcome.answer.link();
     let mut degraded = outcome.clone();
-    degraded.doubt(Reasons::NONE.with(Reason::Moving).with(Reason::Mount));
+    degraded.decide(&Evidence {
+        signs: Reasons::NONE.with(Reason::Moving).with(Reason::Mount),
+        ..evidence
+    });
+    let fault = Outcome::broken(Reasons::NONE.with(Reason::NoEcho), Conditions::GOOD);
     let maybe = Maybe {
         distance_m: 1.5,
         height_m: -0.1,
         probability: 0.2,
     };
-    let _ = degraded.maybes.push(maybe);
+    let _ = degraded.answer.maybes.push(maybe);
     // Without CRC and line end, so that a change of the text does not end at the CRC.
     let bare = |line: &str| {
         let body = line
@@ -293,7 +310,7 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
     vec![
         ("scan", lines(&outcome, 0)),
         ("degraded", lines(&degraded, 3)),
-        ("fault", lines(&Outcome::fault(Reason::NoEcho), 0)),
+        ("fault", lines(&fault, 0)),
         ("framed", whole),
         ("others", others.into_bytes()),
     ]

@@ -7,8 +7,9 @@ use std::fmt::Write as _;
 
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
-use stairscan::answer::{Direction, Status};
+use stairscan::answer::Direction;
 use stairscan::report::{MaybeLine, ScanLine, Sentence, StepLine, Tenths};
+use stairscan::verdict::Status;
 
 /// One scan's sentences and what they say.
 #[derive(Clone, Debug)]

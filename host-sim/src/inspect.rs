@@ -4,17 +4,18 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::answer::{Direction, Maybe, Outcome, Status};
+use stairscan::answer::{Direction, Maybe};
 use stairscan::config::Config;
-use stairscan::drive::Drive;
-use stairscan::estimator::Estimator;
+use stairscan::estimator::{Estimator, MappedScan};
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
+use stairscan::motion::Drive;
 use stairscan::mount::Floor;
 use stairscan::observer::{Event, Observer};
 use stairscan::signal::echoes::Lobes;
 use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
 use stairscan::signal::range::FULL_SCALE;
+use stairscan::verdict::{Outcome, Status};
 
 use crate::answer::Answer;
 use crate::plots::{
@@ -161,7 +162,13 @@ pub fn repeat_with(
     for k in 0..map.rows() {
         estimator.row(map, k);
     }
-    estimator.conclude(map, config, scan, drive, None, observer)
+    let scan = MappedScan {
+        map,
+        config,
+        number: scan,
+        drive,
+    };
+    estimator.outcome(&scan, None, observer)
 }
 
 impl Inspection {
@@ -302,7 +309,7 @@ impl Inspection {
     /// What may stand there though the answer does not hold it, as a table for people.
     fn maybes(&self) -> String {
         let mut text = String::new();
-        for maybe in &self.outcome.maybes {
+        for maybe in &self.outcome.answer.maybes {
             if text.is_empty() {
                 text.push_str("\n  probability  maybe\n");
             }
@@ -362,7 +369,7 @@ impl Inspection {
             "narrowest_lobe": self.lobes.map(|l| decimal(l.least.into())),
             "median_lobe": self.lobes.map(|l| decimal(l.median.into())),
             "posterior": self.posterior().map(posterior::json),
-            "maybe": self.outcome.maybes.iter().map(maybe).collect::<Vec<_>>(),
+            "maybe": self.outcome.answer.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
             "scatterers": self.echoes(),
         })

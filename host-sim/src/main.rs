@@ -80,6 +80,8 @@ enum Command {
     Convergence(commands::convergence::Args),
     /// Scan the paper's stairs A, B and C and compare with its table I
     Table1(commands::table1::Args),
+    /// Print the table of reasons: what each does to an answer, and when it is told
+    Reasons,
     /// Print what lets a shell complete the program's commands and options
     Completions(commands::help::CompletionsArgs),
     /// Write the manual's pages
@@ -116,6 +118,7 @@ fn main() -> ExitCode {
         Command::Sirad(args) => commands::sirad::run(&args),
         Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
+        Command::Reasons => commands::reasons::run(),
         Command::Fit(args) => commands::fit::run(&args),
         Command::Sequences(args) => commands::sequences::run(&args),
         Command::Score(args) => commands::score::run(&args),
@@ -140,7 +143,7 @@ fn main() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use commands::help::{EXAMPLES, GROUPS};
-    use stairscan::answer::Reason;
+    use stairscan::verdict::Reason;
 
     use super::*;
 

@@ -7,9 +7,9 @@ pub mod inlet;
 use std::collections::VecDeque;
 
 use clap::ValueEnum;
-use stairscan::drive::Reading;
+use stairscan::motion::Reading;
 use stairscan::report::motion;
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 
 use crate::recording::Recording;
 use by_trigger::ByTrigger;

@@ -8,9 +8,9 @@ use std::task::Poll;
 use anyhow::Result;
 use stairscan::Iq;
 use stairscan::config::{Config, Plane, RadarConfig};
-use stairscan::drive::Mode;
-use stairscan::scan::settings::{MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing};
-use stairscan::scan::{Micros, Mirror, MirrorError, Motion, Settings};
+use stairscan::motion::Mode;
+use stairscan::scanner::settings::{MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing};
+use stairscan::scanner::{Micros, Mirror, MirrorError, Motion, Settings};
 use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::{LinkError, RadarModule};
 

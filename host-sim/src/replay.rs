@@ -6,13 +6,13 @@ use std::rc::Rc;
 
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::Iq;
-use stairscan::answer::Outcome;
 use stairscan::config::{Config, ConfigError};
-use stairscan::drive::{Drive, Mode, Odometry, Track};
+use stairscan::motion::{Drive, Mode, Odometry, Track};
 use stairscan::mount::Mounting;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::scan::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
+use stairscan::verdict::{Conditions, Outcome};
 
 use crate::answer::Answer;
 use crate::motion::inlet::Inlet;
@@ -176,14 +176,14 @@ impl DataPath for Noting {
         self.pipeline.lost(row);
     }
 
-    fn conclude(&mut self, drive: &Drive<'_>) -> Outcome {
+    fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome {
         self.track = drive.track.cloned();
         self.drive = Drive {
             track: None,
             stood: self.pipeline.stood(drive),
             ..*drive
         };
-        self.pipeline.conclude(drive)
+        self.pipeline.conclude(drive, conditions)
     }
 
     fn calibrate(&mut self, wall_m: f32) -> std::result::Result<Mounting, ConfigError> {

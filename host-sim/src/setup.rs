@@ -3,7 +3,7 @@
 
 use anyhow::{Result, anyhow, ensure};
 use stairscan::config::{Config, MountConfig, Plane, RadarConfig, SweepConfig, to_fixed};
-use stairscan::drive::Mode;
+use stairscan::motion::Mode;
 
 use crate::recording::{META_SUFFIX, Recording};
 

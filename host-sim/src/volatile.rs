@@ -1,9 +1,9 @@
 //! A board without any memory of its own, for scanners on the host.
 
-use stairscan::answer::Reasons;
 use stairscan::report::command::Measure;
-use stairscan::scan::store::StoreError;
-use stairscan::scan::{Board, Identity, Settings};
+use stairscan::scanner::store::StoreError;
+use stairscan::scanner::{Board, Identity, Settings};
+use stairscan::verdict::Reasons;
 
 /// A board that nothing survives: no reset, no flash.
 #[derive(Clone, Copy, Debug)]

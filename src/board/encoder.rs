@@ -1,7 +1,7 @@
 //! The pins that lead to the encoder on the mirror's shaft.
 
 use embedded_hal::delay::DelayNs;
-use stairscan::scan::encoder::bus::PinBus;
+use stairscan::scanner::encoder::bus::PinBus;
 use stm32f4xx_hal::gpio::{OpenDrain, Output, PB8, PB9, PinState};
 
 /// Nanoseconds of a microsecond.

@@ -7,8 +7,8 @@
 use core::panic::PanicInfo;
 
 use cortex_m::peripheral::SCB;
-use stairscan::answer::Reason;
 use stairscan::report::Sentence;
+use stairscan::verdict::Reason;
 use stm32f4xx_hal::pac;
 
 use super::clock;

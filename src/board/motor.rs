@@ -5,10 +5,10 @@ use core::sync::atomic::{AtomicBool, Ordering};
 use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use rtic::Mutex;
-use stairscan::scan::mirror::{PulseState, StepPort};
-use stairscan::scan::pulser::Pulser;
-use stairscan::scan::ramp::Ramp;
-use stairscan::scan::settings::{DriverConfig, WireLevel};
+use stairscan::scanner::mirror::{PulseState, StepPort};
+use stairscan::scanner::pulser::Pulser;
+use stairscan::scanner::ramp::Ramp;
+use stairscan::scanner::settings::{DriverConfig, WireLevel};
 use stm32f4xx_hal::gpio::{Edge, ExtiPin, Input, Output, PB0, PB1, PC6, PC7, PC8, Pull};
 use stm32f4xx_hal::pac::EXTI;
 

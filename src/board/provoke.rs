@@ -4,7 +4,7 @@
 
 use core::hint::black_box;
 
-use stairscan::scan::BytePort;
+use stairscan::scanner::BytePort;
 
 /// Overflows the stack.
 const OVERFLOW: u8 = 0x01;

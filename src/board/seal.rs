@@ -2,7 +2,7 @@
 
 use core::ptr;
 
-use stairscan::scan::seal::{BLANK, Verdict, WORDS, judge};
+use stairscan::scanner::seal::{BLANK, ImageState, WORDS, judge};
 
 // SAFETY: the section is the seal's alone, within flash and behind the vector table (`memory.x`).
 #[used]
@@ -10,7 +10,7 @@ use stairscan::scan::seal::{BLANK, Verdict, WORDS, judge};
 static SEAL: [u32; WORDS] = BLANK;
 
 /// What the seal says of this image.
-pub fn verdict() -> Verdict {
+pub fn verdict() -> ImageState {
     // SAFETY: a static; volatile, since what stands there is put in after the compiler has seen it.
     let seal = unsafe { ptr::read_volatile(&raw const SEAL) };
     judge(seal, |from, to| {

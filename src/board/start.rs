@@ -3,16 +3,16 @@
 use core::sync::atomic::AtomicU16;
 
 use cortex_m::peripheral::{MPU, SCB, SYST};
-use stairscan::answer::{Reason, Reasons};
 use stairscan::report::command::Measure;
-use stairscan::scan::encoder::as5600::As5600;
-use stairscan::scan::seal::Verdict;
-use stairscan::scan::settings::WireLevel;
-use stairscan::scan::store::{Store, StoreError};
-use stairscan::scan::tmc2209::{self, Tmc2209};
-use stairscan::scan::{Board, Identity, Micros, Settings};
+use stairscan::scanner::encoder::as5600::As5600;
+use stairscan::scanner::seal::ImageState;
+use stairscan::scanner::settings::WireLevel;
+use stairscan::scanner::store::{Store, StoreError};
+use stairscan::scanner::tmc2209::{self, Tmc2209};
+use stairscan::scanner::{Board, Identity, Micros, Settings};
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::wire::LINK_BAUD;
+use stairscan::verdict::{Reason, Reasons};
 use stm32f4xx_hal::gpio::{
     Edge, ExtiPin, Input, Output, PB0, PB1, PC9, PinState, PushPull, Speed, gpioc,
 };
@@ -241,8 +241,8 @@ fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Reasons) {
 fn standing(internal: bool, supplied: bool) -> Reasons {
     let verdict = seal::verdict();
     let found = [
-        (verdict == Verdict::Damaged, Reason::ImageDamaged),
-        (verdict == Verdict::Blank, Reason::ImageUnsealed),
+        (verdict == ImageState::Damaged, Reason::ImageDamaged),
+        (verdict == ImageState::Blank, Reason::ImageUnsealed),
         (!march::passed(), Reason::MemoryDamaged),
         (!supplied, Reason::Supply),
         (internal, Reason::InternalClock),

@@ -1,6 +1,6 @@
 //! Microseconds from a timer.
 
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 use stm32f4xx_hal::pac;
 
 use super::clock::{Clocks, prescaler};

@@ -4,7 +4,7 @@ use core::sync::atomic::{AtomicU16, Ordering};
 
 use super::clock::Clocks;
 use heapless::spsc::{Consumer, Producer, Queue};
-use stairscan::scan::BytePort;
+use stairscan::scanner::BytePort;
 use stm32f4xx_hal::gpio::{Output, PC9};
 use stm32f4xx_hal::nb;
 use stm32f4xx_hal::pac::{self, Interrupt};

@@ -1,6 +1,7 @@
 //! The map with what it takes to read it at places of the scene.
 
-use crate::signal::echoes::{Ride, two_way_sigma};
+use crate::motion::Ride;
+use crate::signal::echoes::two_way_sigma;
 use crate::signal::grid::PolarMap;
 
 /// What the map is read with.

@@ -6,8 +6,8 @@ use super::descending::{self, Descending};
 use super::nosings;
 use super::roles::{Role, Roles};
 use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
-use super::verdict::{Support, next_db};
-use crate::answer::{Direction, Outcome, Reason, Step};
+use super::support::{Support, next_db};
+use crate::answer::{Answer, Direction, Step};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::params::Params;
@@ -19,7 +19,9 @@ use heapless::Vec;
 #[derive(Clone, Debug)]
 pub struct Measured {
     /// The steps; none if the flight turns out to be something that is no stair.
-    pub outcome: Outcome,
+    pub answer: Answer,
+    /// Whether what turned out to be no stair may be a step as well.
+    pub may_be: bool,
     /// One for each step.
     pub supports: Vec<Support, MAX_FLIGHT>,
     /// In the order of the scene's marks.
@@ -27,12 +29,15 @@ pub struct Measured {
 }
 
 impl Measured {
+    // Out of line: inlined, a second answer would lie on the stack.
+    #[inline(never)]
     fn new(direction: Direction, roles: Roles) -> Self {
         Self {
-            outcome: Outcome {
+            answer: Answer {
                 direction,
-                ..Outcome::undecided()
+                ..Answer::NONE
             },
+            may_be: false,
             supports: Vec::new(),
             roles,
         }
@@ -41,7 +46,7 @@ impl Measured {
     fn push(&mut self, mut step: Step, support: Support, p: &Params) {
         step.quality = support.quality(p);
         // A flight is no longer than a report.
-        let _ = self.outcome.steps.push(step);
+        let _ = self.answer.steps.push(step);
         let _ = self.supports.push(support);
     }
 }
@@ -71,11 +76,11 @@ pub fn ascending(
         p,
         (&mut levels, &mut readings),
     );
-    if let Some(outcome) = no_stair(&readings, rise, &levels, p) {
-        return Measured {
-            outcome,
-            ..Measured::new(Direction::None, roles)
-        };
+    let mut measured = Measured::new(Direction::Up, roles);
+    if let Some(may_be) = no_stair(&readings, rise, &levels, p) {
+        measured.answer.direction = Direction::None;
+        measured.may_be = may_be;
+        return measured;
     }
     let overhang_known = readings.faces.iter().any(|f| f.overhang_seen());
     let mut nosings = nosings::locate(scene, flight, &levels);
@@ -88,7 +93,6 @@ pub fn ascending(
     let landings = landings(&flight.chain, p.most_going_m);
     let regular = nosings.iter().zip(&landings);
     let line = fit_line(regular.map(|(x, landing)| x.map(|x| x.value - landing)));
-    let mut measured = Measured::new(Direction::Up, roles);
     let faces = readings.faces.iter().zip(&flight.chain);
     let faces = faces.zip(&levels).zip(nosings.iter().zip(&landings));
     for (k, (((face, link), level), (nosing, landing))) in faces.enumerate() {
@@ -140,13 +144,9 @@ fn landings(chain: &[ChainLink], most_going_m: f32) -> Vec<f32, MAX_FLIGHT> {
     landings
 }
 
-/// The answer if a single riser is too high or too low for a step: an obstacle or a threshold.
-fn no_stair(
-    readings: &Readings,
-    rise: Estimate,
-    levels: &TreadLevels,
-    p: &Params,
-) -> Option<Outcome> {
+/// Whether a single riser that is too high or too low for a step, an obstacle or a threshold, may be one as well;
+/// `None` for a step.
+fn no_stair(readings: &Readings, rise: Estimate, levels: &TreadLevels, p: &Params) -> Option<bool> {
     let ([_], [first, ..]) = (readings.faces.as_slice(), levels.as_slice()) else {
         return None;
     };
@@ -155,14 +155,9 @@ fn no_stair(
     if climbable && rise.value >= p.lowest_step_m {
         return None;
     }
-    let mut outcome = Outcome::undecided();
     // What shows no top may be a threshold as well as a kerb.
     let reach = 2.0 * p.height_sigma_scale * height.sigma();
-    let may_be = height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m;
-    if may_be {
-        outcome.reasons.add(Reason::CloseRival);
-    }
-    Some(outcome)
+    Some(height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m)
 }
 
 /// The steps of a descending flight.

@@ -330,8 +330,7 @@ fn linear(level: u8) -> f32 {
 mod tests {
     use super::*;
     use crate::config::Config;
-    use crate::drive::{Drive, Input, RowPose, Track};
-    use crate::signal::echoes::Ride;
+    use crate::motion::{Drive, Input, Ride, RowPose, Track};
     use crate::signal::echoes::tests::{map, scene};
     use crate::signal::grid::PolarMap;
 

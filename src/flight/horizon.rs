@@ -11,8 +11,8 @@
 use super::floor_line::{FloorLine, NEAREST_END_M};
 use super::roles::Role;
 use super::scene::Scene;
+use super::support::Support;
 use super::trace::Cell;
-use super::verdict::Support;
 use crate::answer::Step;
 use crate::config::Plane;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};
@@ -23,6 +23,7 @@ use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::params::{counted, fitted};
 use crate::posterior::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT, RIGHT_M};
 use crate::signal::grid::Geometry;
+use crate::verdict::{LEAST_HORIZON_M, Validity};
 
 /// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
 /// off and still be right.
@@ -32,8 +33,6 @@ const AMBIGUOUS_M: f32 = RIGHT_M;
 const RIGHT_UP_TO_HORIZON: f32 = 0.995;
 /// What rounding makes of a cell's end, metres.
 const ROUNDING_M: f32 = 1e-3;
-/// An `ok` vouches for at least this much of the way, metres: design contract.
-pub const LEAST_HORIZON_M: f32 = 1.0;
 
 /// Features of a cell behind the last step, and of one that holds a step.
 const BEHIND_FEATURES: usize = 7;
@@ -411,63 +410,50 @@ impl FeatureWriter {
     }
 }
 
-/// What an answer vouches for.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Vouch {
-    /// Up to where it is right with the probability that `ok` promises, metres from the mirror; 0 if
-    /// not even over the nearest cell.
-    pub horizon_m: f32,
-    /// Probability that nothing is wrong up to [`LEAST_HORIZON_M`], or up to the horizon if that is
-    /// farther.
-    pub confidence: f32,
-}
-
-impl Vouch {
-    /// Goes along the cells until the probability of being right falls below what `ok` promises.
-    /// `outlook` is what earlier scans say; each cell is told to `each`.
-    #[inline(never)]
-    pub fn of(
-        ground: &Ground<'_>,
-        mut outlook: Option<&mut Outlook>,
-        each: &mut dyn FnMut(&Cell),
-    ) -> Self {
-        let weights = match ground.geometry.plane {
-            Plane::Depth => &fitted::UP,
-            Plane::Height => &fitted::DOWN,
-        };
-        let mut log_right = 0.0;
-        let mut vouch = Self::default();
-        let mut reach = Reach::new(ground.steps);
-        for (k, mut cell) in ground.cells().enumerate() {
-            let odds = weights.log_odds(&cell.features);
-            if let Some(outlook) = &mut outlook {
-                let step = ground.step_in(cell.end_m - CELL_M, cell.end_m);
-                let step = step.map(|(_, step, _)| step);
-                let last_m = ground.steps.last().map(|s| s.distance_m - RIGHT_M);
-                let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
-                cell.past = outlook.look(k, odds, step, behind);
-            }
-            each(&cell);
-            let (odds, maps, ok_from) = match &cell.past {
-                None => (odds, &weights.maps, &weights.ok_from),
-                Some(past) => {
-                    let table = &counted::UP;
-                    (table.log_odds(past), &table.maps, &table.ok_from)
-                }
-            };
-            log_right += log_survival(odds);
-            let stairs = !ground.steps.is_empty();
-            let right = probability(maps, log_right, stairs);
-            let [clear_from, stairs_from] = *ok_from;
-            let ok_from = if stairs { stairs_from } else { clear_from };
-            let valid = reach.take(cell.end_m, right, ok_from);
-            if valid || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
-                vouch.confidence = right;
-            }
+/// Returns how far an answer is valid: along the cells until the probability of being right falls below what `ok` promises.
+/// `outlook` is what earlier scans say; each cell is told to `each`.
+#[inline(never)]
+pub fn validity(
+    ground: &Ground<'_>,
+    mut outlook: Option<&mut Outlook>,
+    each: &mut dyn FnMut(&Cell),
+) -> Validity {
+    let weights = match ground.geometry.plane {
+        Plane::Depth => &fitted::UP,
+        Plane::Height => &fitted::DOWN,
+    };
+    let mut log_right = 0.0;
+    let mut valid_to = Validity::NONE;
+    let mut reach = Reach::new(ground.steps);
+    for (k, mut cell) in ground.cells().enumerate() {
+        let odds = weights.log_odds(&cell.features);
+        if let Some(outlook) = &mut outlook {
+            let step = ground.step_in(cell.end_m - CELL_M, cell.end_m);
+            let step = step.map(|(_, step, _)| step);
+            let last_m = ground.steps.last().map(|s| s.distance_m - RIGHT_M);
+            let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
+            cell.past = outlook.look(k, odds, step, behind);
         }
-        vouch.horizon_m = reach.horizon_m(ground.scene.params);
-        vouch
+        each(&cell);
+        let (odds, maps, ok_from) = match &cell.past {
+            None => (odds, &weights.maps, &weights.ok_from),
+            Some(past) => {
+                let table = &counted::UP;
+                (table.log_odds(past), &table.maps, &table.ok_from)
+            }
+        };
+        log_right += log_survival(odds);
+        let stairs = !ground.steps.is_empty();
+        let right = probability(maps, log_right, stairs);
+        let [clear_from, stairs_from] = *ok_from;
+        let ok_from = if stairs { stairs_from } else { clear_from };
+        let valid = reach.take(cell.end_m, right, ok_from);
+        if valid || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
+            valid_to.confidence = right;
+        }
     }
+    valid_to.horizon_m = reach.horizon_m(ground.scene.params);
+    valid_to
 }
 
 /// How far an answer is valid, cell by cell: as far as it is right with the probability that the contract asks of each

@@ -49,7 +49,7 @@ impl Posterior {
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
         if let Some(m) = measured {
-            let steps = &m.outcome.steps;
+            let steps = &m.answer.steps;
             let begins = |b: &&Base| {
                 let first = steps.first().map_or(0.0, |s| s.distance_m);
                 (b.staircase.x(0) - first).abs() < SAME_M

@@ -12,7 +12,7 @@
 //! | `dimensions` | steps with their standard deviations |
 //! | `chart` | the map with what it takes to read it |
 //! | `floor_line` | what the ground shows along its line, and where it is missing |
-//! | `verdict`, `horizon` | what the answer is worth, and how far ahead |
+//! | `support`, `horizon` | what each step rests on and is weak about the answer, and how far it is valid |
 //! | `belief`, `judgement` | hypotheses weighed by the posterior; what its particles say of the answer |
 //! | [`trace`] | what it thought on the way |
 
@@ -33,35 +33,36 @@ mod roles;
 mod scene;
 mod search;
 mod stairs;
+mod support;
 pub mod trace;
-mod verdict;
 
 #[cfg(test)]
 mod tests;
 
-use crate::answer::{Outcome, Reason, Reasons, Status};
+use crate::answer::Answer;
 use crate::config::{Config, Plane};
-use crate::drive::{self, Drive};
 use crate::estimate::Estimate;
-use crate::estimator::Estimator;
+use crate::estimator::{Estimator, MappedScan};
 use crate::fusion::{History, Outlook};
 use crate::math;
+use crate::motion::{Drive, Retention, Ride, Sweeps};
 use crate::mount::{Floor, online};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
 use crate::params::measured;
 use crate::posterior::View;
-use crate::signal::echoes::{Collector, Echo, Echoes, Lobes, Ride, Sweeps};
+use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
+use crate::verdict::{Reason, Reasons, Sight, Validity};
 use ascending::Ascending;
 use belief::{Chosen, Posterior};
 use chart::Chart;
 use descending::Descending;
 use dimensions::Measured;
 use floor_line::FloorLine;
+use horizon::Ground;
 pub use horizon::Reach;
-use horizon::{Ground, LEAST_HORIZON_M, Vouch};
 use judgement::Belief;
 use roles::{Role, Roles};
 use scene::{Mark, Scene};
@@ -162,26 +163,30 @@ impl Estimator for Likelihood {
 
     fn conclude(
         &mut self,
-        map: &PolarMap,
-        config: &Config,
-        scan: u32,
-        drive: &Drive<'_>,
+        scan: &MappedScan<'_>,
         mut past: Option<&mut History>,
         observer: &mut dyn Observer,
-    ) -> Outcome {
+        answer: &mut Answer,
+    ) -> Option<Sight> {
         let Phase::Rows(collector) = &mut self.phase else {
-            return Outcome::fault(Reason::Silent);
+            return None;
         };
+        let MappedScan {
+            map,
+            config,
+            number,
+            drive,
+        } = *scan;
         let p = self.params;
         let echoes = &mut self.echoes;
         let noise = collector.finish(map, config, p, drive, echoes);
         let agreement = self.sweeps.compare(map, config, drive, echoes);
         let instrument = (config.mount, config.radar);
         let moved_m = agreement.moved_m(drive);
-        let moved_m = moved_m.filter(|_| drive.memory == drive::Retention::Kept);
+        let moved_m = moved_m.filter(|_| drive.memory == Retention::Kept);
         let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
         if let Some(past) = &mut past {
-            past.begin(scan, instrument, View::of(map), moved_m, rode_m);
+            past.begin(number, instrument, View::of(map), moved_m, rode_m);
         }
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
@@ -204,7 +209,7 @@ impl Estimator for Likelihood {
         if let Some(lobes) = lobes {
             observer.event(Event::Lobes(lobes));
         }
-        let mut outcome = match &mut self.phase {
+        let worth = match &mut self.phase {
             Phase::Up(memory) => {
                 let chart = Chart {
                     map,
@@ -214,42 +219,49 @@ impl Estimator for Likelihood {
                     ride: Ride::of(drive, &config.radar),
                 };
                 let posterior = (&mut self.posterior, self.particles);
-                let off = drive.memory == drive::Retention::Off;
+                let off = drive.memory == Retention::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
                 let parts = (memory, posterior, past, &mut self.floor_line);
                 let firm = floor.is_some_and(|floor| floor.firm(p));
-                ascend(echoes, (chart, firm), p, parts, observer)
+                ascend(echoes, (chart, firm), p, parts, (observer, answer))
             }
-            Phase::Down(memory) => descend(echoes, geometry, p, memory, observer),
-            Phase::Rows(_) => Outcome::fault(Reason::Silent),
+            Phase::Down(memory) => descend(echoes, geometry, p, memory, (observer, answer)),
+            Phase::Rows(_) => return None,
         };
         observer.event(Event::Done(Stage::Dimensions));
-        if !level {
-            outcome.doubt(Reasons::NONE.with(Reason::Mount));
-        }
+        let astray = worth.astray || !level;
         let stretched = lobes.is_some_and(|lobes| !lobes.fit(p));
-        if stretched {
-            outcome.doubt(Reasons::NONE.with(Reason::AngleJump));
-        }
-        let level = !outcome.reasons.has(Reason::Mount) && !stretched;
         let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
-        let changed = past.as_ref().is_some_and(|past| past.changed());
-        if changed {
-            outcome.reasons.add(Reason::SceneChanged);
+        let mut weak = worth.weak;
+        if past.as_ref().is_some_and(|past| past.changed()) {
+            weak.add(Reason::SceneChanged);
         }
         let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
-        let kept = heard && level && agreement.placed() && geometry.plane == Plane::Depth;
-        let forget = !kept || drive.memory == drive::Retention::Off;
+        let placed = !astray && !stretched && agreement.placed();
+        let kept = heard && placed && geometry.plane == Plane::Depth;
+        let forget = !kept || drive.memory == Retention::Off;
         if let Some(past) = past.as_mut().filter(|_| forget) {
             past.forget();
         }
-        if heard {
-            agreement.tell(&mut outcome);
-            outcome
-        } else {
-            Outcome::fault(Reason::NoEcho)
-        }
+        Some(Sight {
+            heard,
+            valid: Some(worth.valid),
+            astray,
+            stretched,
+            agreement,
+            weak,
+        })
     }
+}
+
+/// What a search says of its answer.
+struct Worth {
+    /// How far it is valid.
+    valid: Validity,
+    /// Whether calibration or the first corner shows another mounting than is said.
+    astray: bool,
+    /// What is weak about it.
+    weak: Reasons,
 }
 
 /// The best stairs going up, if they explain the echoes better than everything else. Where the floor does not
@@ -265,8 +277,8 @@ fn ascend(
         Option<&mut History>,
         &mut FloorLine,
     ),
-    observer: &mut dyn Observer,
-) -> Outcome {
+    (observer, answer): (&mut dyn Observer, &mut Answer),
+) -> Worth {
     let geometry = chart.map.geometry();
     let found = online::calibrate(echoes, geometry, p);
     observer.event(Event::Calibration(found));
@@ -330,10 +342,10 @@ fn ascend(
     }
     let best = best.as_ref().map(|b| &b.0.flight);
     if let Some(past) = &mut past {
-        let steps = measured.as_mut().map(|m| m.outcome.steps.as_mut_slice());
+        let steps = measured.as_mut().map(|m| m.answer.steps.as_mut_slice());
         past.combine(steps.unwrap_or(&mut []));
     }
-    let clear = measured.as_ref().is_none_or(|m| m.outcome.steps.is_empty());
+    let clear = measured.as_ref().is_none_or(|m| m.answer.steps.is_empty());
     if clear {
         floor_line.look(&chart, p);
     }
@@ -348,7 +360,7 @@ fn ascend(
         floor_line: (clear && p.rules.floor_line).then_some(&*floor_line),
     };
     ended.tell(echoes, observer);
-    ended.conclude(past.map(|past| &mut past.outlook), observer)
+    ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
 }
 
 /// Measures a flight into `out`, so that no second answer stands on the stack.
@@ -374,7 +386,7 @@ fn longer(
     measured: Option<&Measured>,
     posterior: &Posterior,
 ) -> Option<(Chosen, Estimate)> {
-    let next_m = posterior.next_step(&measured?.outcome.steps)?;
+    let next_m = posterior.next_step(&measured?.answer.steps)?;
     let before = &best?.0;
     let mut flight = before.flight.longer(search.at(next_m))?;
     let (rise, score) = search.stairs.rise(&flight);
@@ -389,8 +401,8 @@ fn descend(
     geometry: &Geometry,
     p: &Params,
     memory: &mut Beginnings<descending::DescentShape>,
-    observer: &mut dyn Observer,
-) -> Outcome {
+    (observer, answer): (&mut dyn Observer, &mut Answer),
+) -> Worth {
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.treads(echoes);
     let scene = &scene;
@@ -411,7 +423,7 @@ fn descend(
         floor_line: None,
     };
     ended.tell(echoes, observer);
-    ended.conclude(None, observer)
+    ended.conclude(None, observer, answer)
 }
 
 /// A search that has come to its end.
@@ -431,24 +443,35 @@ struct Ended<'s, S: Stairs> {
 }
 
 impl<S: Stairs> Ended<'_, S> {
-    /// The outcome and what it is worth: of a flight that was accepted and measured, or of none.
+    /// Makes the answer, of a flight that was accepted and measured or of none, and returns its worth.
     #[inline(never)]
-    fn conclude(mut self, outlook: Option<&mut Outlook>, observer: &mut dyn Observer) -> Outcome {
+    fn conclude(
+        mut self,
+        outlook: Option<&mut Outlook>,
+        observer: &mut dyn Observer,
+        answer: &mut Answer,
+    ) -> Worth {
         let scene = self.search.stairs.scene();
         let p = scene.params;
         let roles = self.roles();
         let astray = self.strained || !self.firm && self.corner_astray();
         let accepted = self.measured.is_some();
-        let (mut outcome, supports) = match self.measured.take() {
-            Some(measured) => (measured.outcome, measured.supports),
-            None => (Outcome::undecided(), heapless::Vec::new()),
-        };
+        let mut supports = heapless::Vec::new();
+        let mut weak = Reasons::NONE;
+        if let Some(measured) = self.measured.take() {
+            *answer = measured.answer;
+            supports = measured.supports;
+            if measured.may_be {
+                weak.add(Reason::CloseRival);
+            }
+        }
         let lead = match self.best.filter(|_| !supports.is_empty()) {
             Some(best) => {
                 let pairs = scene.marks.iter().zip(&roles);
                 let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
                 let lead = best.score - self.search.rival(best.chain.len());
-                verdict::judge(&mut outcome, lead, &supports, against, p);
+                let steps = &answer.steps;
+                weak = weak.and(support::judge(steps, lead, &supports, against, p));
                 lead
             }
             None => {
@@ -456,15 +479,15 @@ impl<S: Stairs> Ended<'_, S> {
                 let rival = self.best.filter(|_| !accepted);
                 let rival = rival.map_or(f32::NEG_INFINITY, |b| b.score);
                 let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
-                verdict::judge_none(&mut outcome, rival, strongest_db, p);
+                weak = weak.and(support::judge_none(rival, strongest_db, p));
                 rival
             }
         };
-        outcome.link();
+        answer.link();
         let ground = Ground {
             scene,
             roles: &roles,
-            steps: &outcome.steps,
+            steps: &answer.steps,
             supports: &supports,
             lead,
             open: self.best.is_some_and(|b| S::open(b.shape)),
@@ -472,17 +495,17 @@ impl<S: Stairs> Ended<'_, S> {
             doubts: self.belief.doubts,
             floor_line: self.floor_line,
         };
-        let vouch = Vouch::of(&ground, outlook, &mut |cell| {
+        let valid = horizon::validity(&ground, outlook, &mut |cell| {
             if observer.listens() {
                 observer.event(Event::Cell(cell));
             }
         });
-        promise(&mut outcome, vouch);
-        if astray {
-            outcome.doubt(Reasons::NONE.with(Reason::Mount));
+        answer.maybes.clone_from(&self.belief.maybes);
+        Worth {
+            valid,
+            astray,
+            weak,
         }
-        outcome.maybes.clone_from(&self.belief.maybes);
-        outcome
     }
 
     /// Whether the corner of floor and first riser, where there is one to rely on, is seen above the floor or
@@ -497,7 +520,7 @@ impl<S: Stairs> Ended<'_, S> {
         if !p.rules.corner_astray {
             return false;
         }
-        let Some(first) = measured.outcome.steps.first() else {
+        let Some(first) = measured.answer.steps.first() else {
             return false;
         };
         let foot = |(m, role): &(&Mark, &Role)| {
@@ -552,17 +575,5 @@ impl<S: Stairs> Ended<'_, S> {
                 winner: winner.is_some_and(|w| w.chain.len() == flight.chain.len()),
             }));
         }
-    }
-}
-
-/// Decides an answer by how far it is valid: `ok` if that is the first metre at least.
-fn promise(outcome: &mut Outcome, vouch: Vouch) {
-    outcome.horizon_m = Some(vouch.horizon_m);
-    outcome.confidence = Some(vouch.confidence);
-    if vouch.horizon_m < LEAST_HORIZON_M {
-        outcome.decide(Status::Degraded);
-        outcome.reasons.add(Reason::ShortHorizon);
-    } else {
-        outcome.decide(Status::Ok);
     }
 }

@@ -12,9 +12,9 @@
 //! ```
 
 use crate::answer::Step;
-use crate::drive::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M, same_place_m};
 use crate::estimate::Estimate;
 use crate::math;
+use crate::motion::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M, same_place_m};
 use crate::params::carried::Correlation;
 use crate::params::counted;
 use crate::params::current;

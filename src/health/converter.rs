@@ -3,9 +3,9 @@
 
 use super::sign::{PER_CENT, Sign};
 use crate::Iq;
-use crate::answer::Reason;
 use crate::params::current as p;
 use crate::signal::range::RowStats;
+use crate::verdict::Reason;
 
 /// Chirps back to which one is compared.
 const REMEMBERED: usize = 16;
@@ -166,8 +166,8 @@ fn offset_walk() -> i32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::answer::Reasons;
     use crate::math::sin_cos;
+    use crate::verdict::Reasons;
 
     /// A chirp of 200 samples: a strong tone with the noise of a few units.
     fn chirp(row: u32) -> Vec<Iq> {

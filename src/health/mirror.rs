@@ -1,8 +1,8 @@
 //! The mirror's own echo: where it is, and how strong, over a whole scan.
 
-use crate::answer::Reason;
 use crate::config::Config;
 use crate::params::current;
+use crate::verdict::Reason;
 
 /// Unit of places in settings and signs, metres, and its reciprocal.
 const STEP_M: f32 = 1e-5;

@@ -21,11 +21,11 @@ mod standing;
 mod turning;
 
 use crate::Iq;
-use crate::answer::{Reason, Reasons};
 use crate::config::Config;
 use crate::params::current as p;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};
+use crate::verdict::{Reason, Reasons};
 use converter::Converter;
 pub use mirror::MirrorEcho;
 pub use sign::Sign;

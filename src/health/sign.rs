@@ -1,7 +1,7 @@
 //! What is looked at, and in which units.
 
-use crate::answer::Reason;
 use crate::signal::grid::DB_PER_UNIT;
+use crate::verdict::Reason;
 
 /// Per cent of rows.
 pub const PER_CENT: u32 = 100;

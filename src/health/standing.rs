@@ -6,9 +6,9 @@
 //! 94 GHz. What is told is the mean of 1 - cos φ over φ, the turns between neighbouring rows.
 
 use super::sign::{Sign, units};
-use crate::answer::Reason;
 use crate::params::current as p;
 use crate::signal::grid::PolarMap;
+use crate::verdict::Reason;
 
 /// Rows for which one echo is followed: less than a lobe.
 const FOLLOWED: u8 = 8;

@@ -9,10 +9,10 @@
 //! Rows are compared as they come, cell by cell where CA-CFAR found something in either.
 
 use super::sign::{Sign, units};
-use crate::answer::Reason;
 use crate::config::Config;
 use crate::params::current as p;
 use crate::signal::grid::{Geometry, PolarMap};
+use crate::verdict::Reason;
 
 /// Rows to both sides at which what lies around is looked at: a null is narrower.
 const AROUND: usize = 4;

@@ -2,7 +2,7 @@
 
 use super::cluster::{Extent, Fate};
 use super::particles::{Moments, PointParticle};
-use crate::answer::{Direction, Outcome, Step};
+use crate::answer::{Answer, Direction, Step};
 use crate::config::{ParticleConfig, Plane};
 use crate::math;
 use crate::signal::grid::Geometry;
@@ -109,26 +109,24 @@ fn linear_power(below: u16) -> u16 {
     eighth.checked_shr(u32::from(below / 8)).unwrap_or(0)
 }
 
-/// The answer that the clusters `kept` make, nearest step first, undecided.
-pub fn outcome<'a>(
+/// Makes `answer` of the clusters `kept`, nearest step first.
+pub fn steps<'a>(
     kept: impl Iterator<Item = &'a ClusterShape>,
     geometry: &Geometry,
-    unit_m: f32,
-    config: &ParticleConfig,
-) -> Outcome {
-    let mut outcome = Outcome::undecided();
+    (unit_m, config): (f32, &ParticleConfig),
+    answer: &mut Answer,
+) {
     for shape in kept {
         // A full list has no room for another step, whichever it is.
-        let _ = outcome.steps.push(shape.step(geometry, unit_m, config));
+        let _ = answer.steps.push(shape.step(geometry, unit_m, config));
     }
-    shell_sort(&mut outcome.steps, |a, b| a.distance_m < b.distance_m);
-    if !outcome.steps.is_empty() {
-        outcome.direction = match geometry.plane {
+    shell_sort(&mut answer.steps, |a, b| a.distance_m < b.distance_m);
+    if !answer.steps.is_empty() {
+        answer.direction = match geometry.plane {
             Plane::Depth => Direction::Up,
             Plane::Height => Direction::Down,
         };
     }
-    outcome
 }
 
 #[cfg(test)]
@@ -223,13 +221,20 @@ mod tests {
             (Plane::Height, Direction::Down),
         ] {
             let kept = [far, near];
-            let outcome = outcome(kept.iter(), &geometry(plane), UNIT_M, &config);
-            assert_eq!(outcome.direction, direction);
-            let distances: std::vec::Vec<f32> =
-                outcome.steps.iter().map(|s| s.distance_m).collect();
+            let mut answer = Answer::NONE;
+            steps(
+                kept.iter(),
+                &geometry(plane),
+                (UNIT_M, &config),
+                &mut answer,
+            );
+            assert_eq!(answer.direction, direction);
+            let distances: std::vec::Vec<f32> = answer.steps.iter().map(|s| s.distance_m).collect();
             assert!(distances.is_sorted() && distances.len() == 2);
         }
-        let none = outcome([].iter(), &geometry(Plane::Depth), UNIT_M, &config);
-        assert_eq!(none, Outcome::undecided());
+        let mut none = Answer::NONE;
+        let geometry = geometry(Plane::Depth);
+        steps([].iter(), &geometry, (UNIT_M, &config), &mut none);
+        assert_eq!(none, Answer::NONE);
     }
 }

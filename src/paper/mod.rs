@@ -19,14 +19,15 @@ use heapless::Vec;
 use rand_core::SeedableRng;
 use rand_xoshiro::Xoshiro128PlusPlus;
 
-use crate::answer::{Outcome, Reason, Status};
+use crate::answer::Answer;
 use crate::config::{Config, ParticleConfig, Spread};
-use crate::drive::{Drive, Mode};
-use crate::estimator::Estimator;
+use crate::estimator::{Estimator, MappedScan};
 use crate::fusion::History;
 use crate::math;
+use crate::motion::Agreement;
 use crate::observer::{CloudStage, Event, Observer};
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
+use crate::verdict::Sight;
 use bright::{Field, HIGH_INTENSITY_DB, MapLevels};
 use cluster::{Extent, Fate, FuzzyArt, MAX_CLUSTERS, NO_CLUSTER};
 use dimension::ClusterShape;
@@ -106,18 +107,19 @@ impl Estimator for Paper {
 
     fn conclude(
         &mut self,
-        map: &PolarMap,
-        config: &Config,
-        scan: u32,
-        drive: &Drive<'_>,
+        scan: &MappedScan<'_>,
         _past: Option<&mut History>,
         observer: &mut dyn Observer,
-    ) -> Outcome {
+        answer: &mut Answer,
+    ) -> Option<Sight> {
         let Self { levels, cloud } = self;
+        let (map, config) = (scan.map, scan.config);
+        // It has no echoes to compare from sweep to sweep, and does not say how sure it is.
+        let sight = Sight::nothing(Agreement::untested(scan.drive.mode));
         if levels.hits() as f32 <= FALSE_ALARM_MARGIN * expected_false_alarms(map, config) {
-            return Outcome::fault(Reason::NoEcho);
+            return Some(sight);
         }
-        let seed = u64::from(config.seed) << 32 | u64::from(scan);
+        let seed = u64::from(config.seed) << 32 | u64::from(scan.number);
         let mut rng = Xoshiro128PlusPlus::seed_from_u64(seed);
         let field = Field::new(map, levels, config.particles.spread);
         converge(&field, &config.particles, &mut rng, cloud, observer);
@@ -138,16 +140,16 @@ impl Estimator for Paper {
         let kept = (extents.iter().zip(&shapes))
             .filter(|(extent, _)| extent.fate == Fate::Kept)
             .map(|(_, shape)| shape);
-        let mut outcome =
-            dimension::outcome(kept, map.geometry(), places.unit_m, &config.particles);
-        if drive.mode == Mode::Standing {
-            outcome.decide(Status::Ok);
-        } else {
-            // It has no echoes to compare from sweep to sweep.
-            outcome.decide(Status::Degraded);
-            outcome.reasons.add(Reason::Unconfirmed);
-        }
-        outcome
+        dimension::steps(
+            kept,
+            map.geometry(),
+            (places.unit_m, &config.particles),
+            answer,
+        );
+        Some(Sight {
+            heard: true,
+            ..sight
+        })
     }
 }
 
@@ -344,8 +346,9 @@ fn join(cloud: &mut PointCloud, extents: &mut [Extent], shapes: &mut [ClusterSha
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::answer::{Direction, Status};
+    use crate::answer::Direction;
     use crate::config::Plane;
+    use crate::verdict::{Reason, Reasons, Status};
     use proptest::prelude::*;
 
     /// A scan of `config` whose cells come from `cell(range, angle)`: level, and whether CFAR lets
@@ -403,8 +406,8 @@ mod tests {
             let config = Config { seed, ..config };
             let (map, mut paper) = staircase(&config, &steps);
             let outcome = paper.finish(&map, &config, 1, &mut ());
-            assert_eq!(outcome.direction, Direction::Up);
-            for (step, &(distance, _, top)) in outcome.steps.iter().zip(&steps) {
+            assert_eq!(outcome.answer.direction, Direction::Up);
+            for (step, &(distance, _, top)) in outcome.answer.steps.iter().zip(&steps) {
                 errors.push((
                     (step.distance_m - distance).abs(),
                     (step.height_m - top).abs(),
@@ -458,7 +461,8 @@ mod tests {
         });
         assert!(paper.levels.hits() > 20);
         let outcome = paper.finish(&map, &config, 1, &mut ());
-        assert_eq!(outcome, Outcome::fault(Reason::NoEcho));
+        assert_eq!(outcome.reasons(), Reasons::NONE.with(Reason::NoEcho));
+        assert!(outcome.status() == Status::Fault && outcome.answer == Answer::NONE);
     }
 
     #[test]
@@ -531,10 +535,10 @@ mod tests {
                 (level, particles::uniform(&mut rng, 100) < density)
             });
             let outcome = paper.finish(&map, &config, 7, &mut ());
-            prop_assert!(outcome.status == Status::Fault || outcome.reasons.is_empty());
-            prop_assert!(outcome.status != Status::Fault || outcome.steps.is_empty());
+            prop_assert!(outcome.status() == Status::Fault || outcome.reasons().is_empty());
+            prop_assert!(outcome.status() != Status::Fault || outcome.answer.steps.is_empty());
             let farthest = map.geometry().range_m(map.bins() as f32);
-            for step in &outcome.steps {
+            for step in &outcome.answer.steps {
                 prop_assert!(step.distance_m.abs() <= 1.1 * farthest, "{:?}", step);
                 prop_assert!((step.height_m - map.geometry().mount_height_m).abs() <= 1.1 * farthest);
                 prop_assert!(step.distance_sigma_m > 0.0 && step.distance_sigma_m < farthest);

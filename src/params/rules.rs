@@ -6,7 +6,7 @@
 
 use super::switches::Rules;
 use super::table::Params;
-use crate::answer::Reason;
+use crate::verdict::Reason;
 
 /// A value that no measured quantity reaches.
 const NEVER: f32 = 1e9;

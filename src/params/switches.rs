@@ -1,6 +1,6 @@
 //! Switches of the estimator's rules that no number turns off.
 
-use crate::answer::Reasons;
+use crate::verdict::Reasons;
 
 /// A rule's switch.
 #[derive(Clone, Copy, Debug)]

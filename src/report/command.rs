@@ -16,8 +16,8 @@
 //! | `selftest` | arithmetic, home, link, when stopped | `DONE` once passed, else `FAIL` |
 //! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
 //! | `get,KEY` | | `CONF` |
-//! | `set,KEY,VALUE` | framed; from the next scan on ([`crate::scan::settings`] lists the keys) | `CONF` |
-//! | `save` | framed, when stopped: the settings outlive the power ([`crate::scan::store`]) | `DONE` |
+//! | `set,KEY,VALUE` | framed; from the next scan on ([`crate::scanner::settings`] lists the keys) | `CONF` |
+//! | `save` | framed, when stopped: the settings outlive the power ([`crate::scanner::store`]) | `DONE` |
 //! | `calibrate,WALL_MM,DATE` | framed, when stopped: a scan of a flat floor and a wall, date as YYYYMMDD; sets and saves how the scanner is mounted ([`crate::mount::command`]) | later `CONF` with the range scale (1e-6), `DONE`, else `FAIL` |
 //! | `reset` | forgets what earlier scans said: the next answer is a first one | `DONE` |
 //! | `MOTION,…` | the chair's own motion, always framed ([`super::motion`]) | none |
@@ -30,8 +30,8 @@ use core::str::Split;
 use super::motion;
 use super::sentence::{Line, ParseError, Writer, crc32};
 use crate::config::ConfigError;
-use crate::drive::Reading;
-use crate::scan::settings::Settings;
+use crate::motion::Reading;
+use crate::scanner::settings::Settings;
 
 /// Longest command line, bytes.
 pub const MAX_COMMAND: usize = 96;

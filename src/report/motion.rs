@@ -5,7 +5,7 @@
 //! hundred a second; `docs/motion.md` says the rest.
 
 use super::sentence::{Fields, Line, ParseError, Tenths, Writer};
-use crate::drive::Reading;
+use crate::motion::Reading;
 
 /// What a motion sentence begins with.
 pub const PREFIX: &str = "$PSTC,MOTION";
@@ -15,7 +15,7 @@ const STEEPEST: i32 = 45_000;
 /// The sentence that says `reading`, with its CRC and line end.
 ///
 /// ```
-/// use stairscan::drive::Reading;
+/// use stairscan::motion::Reading;
 /// use stairscan::report::motion;
 ///
 /// let reading = Reading { sequence: 7, travel: 1234, pitch: Some(-250) };

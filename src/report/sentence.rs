@@ -30,7 +30,7 @@
 //! `LIVE` comes by itself five times a second, in every state, and may stand between any two sentences.
 //! Only there stand times. Its counters count since boot and stay at 65535.
 //!
-//! Settings are the CRC-32 of the values that decide an answer ([`crate::scan::Settings::hash`]), in
+//! Settings are the CRC-32 of the values that decide an answer ([`crate::scanner::Settings::hash`]), in
 //! eight hex digits: whoever set the scanner up sees at every scan that it still is.
 //!
 //! Numbers are written digit by digit rather than through `core::fmt`, which would be the largest
@@ -42,7 +42,8 @@ mod lines;
 mod live;
 mod writer;
 
-use crate::answer::{Direction, Outcome, Reason, Reasons, Status};
+use crate::answer::Direction;
+use crate::verdict::{Outcome, Reason, Reasons, Status};
 pub(super) use fields::Fields;
 pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
@@ -306,12 +307,12 @@ pub fn of_scan(
         return Some(Sentence::Scan(head));
     };
     if let Some(maybe) = step.checked_sub(head.steps) {
-        let told = outcome.maybes.get(usize::from(maybe));
+        let told = outcome.answer.maybes.get(usize::from(maybe));
         let told = told.filter(|_| maybe < head.maybes)?;
         let line = MaybeLine::new(scan, maybe.saturating_add(1), head.maybes, told);
         return Some(Sentence::Maybe(line));
     }
-    let told = outcome.steps.get(usize::from(step))?;
+    let told = outcome.answer.steps.get(usize::from(step))?;
     Some(Sentence::Step(StepLine::new(scan, k, head.steps, told)))
 }
 

@@ -6,21 +6,21 @@ use std::rc::Rc;
 use std::task::Poll;
 
 use stairscan::Iq;
-use stairscan::answer::{Outcome, Reasons, Status};
 use stairscan::config::{Config, ConfigError, RadarConfig};
-use stairscan::drive::{Drive, Odometry};
+use stairscan::motion::{Agreement, Drive, Odometry};
 use stairscan::mount::Mounting;
 use stairscan::report::command::{Measure, framed};
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::settings::{MotorConfig, SweepMode};
-use stairscan::scan::store::StoreError;
-use stairscan::scan::{
+use stairscan::scanner::settings::{MotorConfig, SweepMode};
+use stairscan::scanner::store::StoreError;
+use stairscan::scanner::{
     Board, BytePort, DataPath, Hardware, Identity, Micros, Mirror, MirrorError, Motion, Scanner,
     Settings,
 };
 use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::wire::Wire;
 use stairscan::signal::radar::{LinkError, RadarModule};
+use stairscan::verdict::{Conditions, Evidence, Outcome, Reasons, Sight};
 
 /// Everything outside the scanner, shared between its traits and the test.
 #[derive(Default)]
@@ -211,9 +211,17 @@ impl DataPath for Data {
     fn lost(&mut self, row: u16) {
         self.0.0.borrow_mut().lost.push(row);
     }
-    fn conclude(&mut self, _: &Drive<'_>) -> Outcome {
-        let mut outcome = Outcome::undecided();
-        outcome.decide(Status::Ok);
+    fn conclude(&mut self, _: &Drive<'_>, conditions: Conditions) -> Outcome {
+        let sight = Sight {
+            heard: true,
+            ..Sight::nothing(Agreement::STANDING)
+        };
+        let mut outcome = Outcome::silent();
+        outcome.decide(&Evidence {
+            conditions,
+            sight: Some(sight),
+            ..Evidence::default()
+        });
         outcome
     }
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {

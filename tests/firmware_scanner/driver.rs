@@ -1,6 +1,6 @@
 //! The scanner with a TMC2209 at the other end of its wire.
 
-#[path = "../../src/scan/tmc2209/chip.rs"]
+#[path = "../../src/scanner/tmc2209/chip.rs"]
 #[allow(dead_code, reason = "the driver's own tests need more of it")]
 mod chip;
 
@@ -9,13 +9,13 @@ use std::rc::Rc;
 
 use crate::bench::{Bench, IDENTITY};
 use chip::{Chip, Mood};
-use stairscan::answer::{Reason, Status};
 use stairscan::report::Sentence;
-use stairscan::scan::mirror::{PulseState, StepPort, Stepper};
-use stairscan::scan::ramp::Ramp;
-use stairscan::scan::settings::SweepMode;
-use stairscan::scan::tmc2209::Tmc2209;
-use stairscan::scan::{BytePort, Settings};
+use stairscan::scanner::mirror::{PulseState, StepPort, Stepper};
+use stairscan::scanner::ramp::Ramp;
+use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::tmc2209::Tmc2209;
+use stairscan::scanner::{BytePort, Settings};
+use stairscan::verdict::{Reason, Status};
 
 /// The chip, its wire, and the motor that it turns.
 #[derive(Clone)]

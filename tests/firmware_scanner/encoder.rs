@@ -4,14 +4,14 @@ use std::cell::Cell;
 use std::rc::Rc;
 
 use crate::bench::{Bench, IDENTITY, Shared};
-use stairscan::answer::{Reason, Status};
 use stairscan::estimate::Estimate;
 use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
-use stairscan::scan::encoder::{AngleEncoder, EncodedMirror, EncoderError};
-use stairscan::scan::settings::SweepMode;
-use stairscan::scan::{MICROSTEPS_PER_TURN, Settings};
+use stairscan::scanner::encoder::{AngleEncoder, EncodedMirror, EncoderError};
+use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::{MICROSTEPS_PER_TURN, Settings};
+use stairscan::verdict::{Reason, Status};
 
 /// Sees where the shaft is, which the pulses do not.
 #[derive(Clone)]

@@ -6,13 +6,13 @@ mod encoder;
 mod settings;
 
 use bench::{Bench, IDENTITY, World};
-use stairscan::answer::{Reason, Reasons, Status};
 use stairscan::config::RadarConfig;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
-use stairscan::scan::{Identity, Settings};
+use stairscan::scanner::{Identity, Settings};
 use stairscan::signal::radar::LinkError;
+use stairscan::verdict::{Reason, Reasons, Status};
 
 #[test]
 fn starts_by_itself_and_sweeps_both_ways_over_the_same_positions() {

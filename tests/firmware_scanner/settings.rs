@@ -1,14 +1,14 @@
 //! Settings over commands, resets and a flash: who vouches for them, and who is told.
 
-use stairscan::answer::{Reason, Reasons, Status};
 use stairscan::estimate::Estimate;
 use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
-use stairscan::scan::record::MOUNTING;
-use stairscan::scan::{Identity, Settings};
+use stairscan::scanner::record::MOUNTING;
+use stairscan::scanner::{Identity, Settings};
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::bench::{Bench, IDENTITY, World};
 

@@ -17,18 +17,18 @@ mod image {
     use cortex_m_semihosting::hprintln;
     use microfft::Complex32;
     use stairscan::Iq;
-    use stairscan::answer::Outcome;
     use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
-    use stairscan::drive::Drive;
+    use stairscan::motion::Drive;
     use stairscan::observer::{Event, Observer};
     use stairscan::pipeline::Pipeline;
     use stairscan::report::sentence::write_scan;
-    use stairscan::scan::DataPath;
+    use stairscan::scanner::DataPath;
     use stairscan::signal::grid::{BinWindow, Row};
     use stairscan::signal::range::cfar::Cfar;
     use stairscan::signal::range::packed::{Native, Packed};
     use stairscan::signal::range::window::{self, ChirpLevels, Window};
     use stairscan::signal::range::{RangeProcessor, fft, log};
+    use stairscan::verdict::{Conditions, Outcome};
     use stm32f4xx_hal as _;
 
     // What goes into a stage and what comes out is a `black_box`: inlined into the loop that counts
@@ -241,7 +241,7 @@ mod image {
             counter,
             counts: [0; 3],
         };
-        let outcome = pipeline.conclude_observed(&Drive::STANDING, &mut laps);
+        let outcome = pipeline.conclude_observed(&Drive::STANDING, Conditions::GOOD, &mut laps);
         let [echoes, search, dimensions] = laps.counts;
         let ((), report) = counter.once(|| report(&outcome));
         let post = counter.lap(&mut since);

@@ -1,13 +1,14 @@
 //! What the Rust parsers make of a line, in the words of `controller/test/verdict.c`.
 
-use stairscan::answer::{Direction, Reasons, Status};
-use stairscan::drive::Reading;
+use stairscan::answer::Direction;
+use stairscan::motion::Reading;
 use stairscan::report::command::{
     self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
 };
 use stairscan::report::{
     LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
 };
+use stairscan::verdict::{Reasons, Status};
 
 use super::Way;
 
@@ -139,7 +140,7 @@ fn of_live(live: &LiveLine<'_>) -> String {
 }
 
 fn words(reasons: Reasons) -> String {
-    let word = |reason: stairscan::answer::Reason| format!("<{}>", reason.as_str());
+    let word = |reason: stairscan::verdict::Reason| format!("<{}>", reason.as_str());
     reasons.iter().map(word).collect()
 }
 

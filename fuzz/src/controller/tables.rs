@@ -3,9 +3,9 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use stairscan::answer::Reason;
 use stairscan::report::command::Measure;
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
+use stairscan::verdict::Reason;
 
 const BEGIN: &str =
     "/* begin generated: `cargo run -p stairscan-fuzz --example controller -- --write` */\n";

@@ -2,12 +2,13 @@
 
 use std::path::PathBuf;
 
-use stairscan::answer::{Direction, Reason, Reasons, Status};
-use stairscan::drive::Reading;
+use stairscan::answer::Direction;
+use stairscan::motion::Reading;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion};
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
+use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::{Way, oracle, tables};
 

@@ -15,7 +15,7 @@ use std::task::Poll;
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
 use host_sim::modules::bgt60::{Chip, Fault};
 use stairscan::Iq;
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 use stairscan::signal::radar::bgt60::Bgt60;
 use stairscan::signal::radar::module::{ModuleKind, Wish};
 

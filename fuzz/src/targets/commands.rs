@@ -6,7 +6,7 @@
 
 use stairscan::report::command::{self, Command, LineReader, ParserEvent};
 use stairscan::report::sentence::crc32;
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 
 /// Reads the lines.
 pub fn run(data: &[u8]) {

@@ -15,9 +15,9 @@
 //! | 7 | | a damaged sentence |
 
 use stairscan::config::MAX_ROWS;
-use stairscan::drive::{Mode, Odometry, Reading};
+use stairscan::motion::{Mode, Odometry, Reading};
 use stairscan::report::motion;
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 
 use crate::input::Input;
 

@@ -18,13 +18,13 @@
 //! | 7 | u8 | has every sample shifted left by this, wrapping |
 
 use stairscan::Iq;
-use stairscan::answer::{Outcome, Status};
 use stairscan::config::{Config, EstimatorKind, Plane};
-use stairscan::drive::{Drive, Mode};
+use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
 use stairscan::report::sentence::write_scan;
-use stairscan::scan::{DataPath, Settings};
+use stairscan::scanner::{DataPath, Settings};
+use stairscan::verdict::{Conditions, Outcome, Status};
 
 use crate::input::Input;
 
@@ -160,16 +160,16 @@ fn spoil(input: &mut Input<'_>, left: &mut u8, chirp: &mut [Iq], before: &[Iq]) 
 }
 
 fn check(outcome: &Outcome, config: &Config) {
-    let fault = outcome.status == Status::Fault;
+    let fault = outcome.status() == Status::Fault;
     assert!(
-        !fault || (outcome.steps.is_empty() && outcome.maybes.is_empty()),
+        !fault || (outcome.answer.steps.is_empty() && outcome.answer.maybes.is_empty()),
         "{outcome:?}"
     );
     assert!(
-        !fault || !outcome.reasons.is_empty(),
+        !fault || !outcome.reasons().is_empty(),
         "a fault without a reason"
     );
-    for step in &outcome.steps {
+    for step in &outcome.answer.steps {
         let lengths = [
             step.distance_m,
             step.height_m,
@@ -187,15 +187,21 @@ fn check(outcome: &Outcome, config: &Config) {
         assert!(step.tread_m.is_none_or(|v| v >= 0.0), "{step:?}");
     }
     let probability = |p: f32| (0.0..=1.0).contains(&p);
-    assert!(outcome.confidence.is_none_or(probability), "{outcome:?}");
+    assert!(outcome.confidence().is_none_or(probability), "{outcome:?}");
     assert!(
-        outcome.maybes.iter().all(|m| probability(m.probability)),
+        outcome
+            .answer
+            .maybes
+            .iter()
+            .all(|m| probability(m.probability)),
         "{outcome:?}"
     );
-    let vouches = outcome.horizon_m.is_some_and(|h| h.is_finite() && h >= 1.0);
+    let vouches = outcome
+        .horizon_m()
+        .is_some_and(|h| h.is_finite() && h >= 1.0);
     let likelihood = config.estimator == EstimatorKind::Likelihood;
     assert!(
-        outcome.status != Status::Ok || !likelihood || vouches,
+        outcome.status() != Status::Ok || !likelihood || vouches,
         "{outcome:?}"
     );
     write_scan((1, 0), 0, outcome, |line| {
@@ -240,6 +246,6 @@ pub fn run(data: &[u8]) {
             },
             ..Drive::STANDING
         };
-        check(&pipeline.conclude(&drive), &config);
+        check(&pipeline.conclude(&drive, Conditions::GOOD), &config);
     }
 }

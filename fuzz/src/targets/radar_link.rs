@@ -16,7 +16,7 @@ use std::rc::Rc;
 use std::task::Poll;
 
 use stairscan::Iq;
-use stairscan::scan::{BytePort, Micros};
+use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::FrameLink;
 use stairscan::signal::radar::RadarModule;
 use stairscan::signal::radar::frame::{self, Decoder, FrameKind, MAX_FRAME, Progress};

@@ -5,7 +5,7 @@ use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::setup;
 use stairscan::config::Config;
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 
 /// Reads the pair.
 pub fn run(data: &[u8]) {

@@ -20,8 +20,8 @@
 mod bench;
 mod world;
 
-use stairscan::drive::Odometry;
-use stairscan::scan::Reports;
+use stairscan::motion::Odometry;
+use stairscan::scanner::Reports;
 
 use crate::input::Input;
 use bench::Bench;

@@ -17,7 +17,7 @@ use std::task::Poll;
 
 use host_sim::modules::sirad::{binary, table};
 use stairscan::Iq;
-use stairscan::scan::{BytePort, Micros};
+use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::module::{ModuleKind, Wish};
 use stairscan::signal::radar::sirad::SiRad;
 

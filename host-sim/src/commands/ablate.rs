@@ -292,7 +292,7 @@ fn heading(args: &Args, base: &[SceneScore], faulty: &[SceneScore]) -> String {
     let exact = base.iter().filter(|s| s.exact).count();
     let ok = base
         .iter()
-        .filter(|s| s.status == stairscan::answer::Status::Ok)
+        .filter(|s| s.status == stairscan::verdict::Status::Ok)
         .count();
     let wrong = |scores: &[SceneScore]| scores.iter().filter(|s| s.ok_and_wrong()).count();
     format!(

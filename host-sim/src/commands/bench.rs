@@ -11,7 +11,7 @@ use bench_image::head;
 use serde_json::json;
 use stairscan::config::Config;
 use stairscan::params::{Params, Rules};
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 
 use super::{Format, emit};
 use crate::budgets::{CHIRP, CHIRP_REAL, FFT256, FLASH, POST, RAM};

@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use serde_json::json;
 use stairscan::config::EstimatorKind;
 use stairscan::report::Sentence;
-use stairscan::scan::Settings as ScannerSettings;
+use stairscan::scanner::Settings as ScannerSettings;
 
 use super::{Format, Settings, emit, progress};
 use crate::budgets;

@@ -5,16 +5,16 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
-use stairscan::answer::Reason;
-use stairscan::drive::Drive;
 use stairscan::estimate::Estimate;
+use stairscan::motion::Drive;
 use stairscan::mount::Mounting;
 use stairscan::mount::command::{Refusal, calibrate};
 use stairscan::params::Params;
 use stairscan::report::command::framed;
-use stairscan::scan;
-use stairscan::scan::settings::MotorConfig;
+use stairscan::scanner;
+use stairscan::scanner::settings::MotorConfig;
 use stairscan::signal::echoes::{Collector, Echoes};
+use stairscan::verdict::Reason;
 
 use super::{Format, Settings, emit};
 use crate::recording::Recording;
@@ -108,7 +108,7 @@ fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
 
 /// The settings to make, as commands with their CRC.
 fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
-    let mut settings = scan::Settings::default();
+    let mut settings = scanner::Settings::default();
     settings.motor.home_angle = home_angle;
     settings.calibrate(mounting);
     settings.validate()?;
@@ -116,7 +116,7 @@ fn commands(mounting: &Mounting, home_angle: i32) -> Result<Vec<String>> {
         let value = settings.get(key)?;
         Some(framed(&["set", key, value.as_str()]).trim_end().to_owned())
     };
-    let keys = scan::Settings::CALIBRATED;
+    let keys = scanner::Settings::CALIBRATED;
     Ok(keys.iter().filter_map(line).collect())
 }
 

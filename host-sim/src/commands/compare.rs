@@ -6,7 +6,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 use serde::{Deserialize, Serialize};
-use stairscan::answer::Status;
+use stairscan::verdict::Status;
 
 use super::emit;
 use crate::score::{Change, SceneScore};

@@ -10,8 +10,8 @@ use anyhow::{Context, Result, ensure};
 use indicatif::ParallelProgressIterator;
 use rayon::prelude::*;
 use serde_json::json;
-use stairscan::answer::Status;
 use stairscan::config::to_fixed;
+use stairscan::verdict::Status;
 
 use super::harness::{self, Drawn};
 use super::{Format, Settings, emit, progress};

@@ -10,7 +10,7 @@ use anyhow::{Context, Result, ensure};
 use clap::Command;
 use clap_complete::Shell;
 use clap_mangen::Man;
-use stairscan::answer::Reason;
+use stairscan::verdict::Reason;
 
 use super::emit;
 use crate::output::Overwrite;
@@ -47,7 +47,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
         "The image",
         &["budget", "timing", "bench", "snr", "twins", "seal"],
     ),
-    ("This program", &["completions", "man"]),
+    ("This program", &["reasons", "completions", "man"]),
 ];
 
 /// What is typed after `cargo sim`, by command.
@@ -140,6 +140,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("ablate", &["ablate", "ablate clear_of_steps --scenes 20"]),
     ("compare", &["compare before.jsonl after.jsonl"]),
     ("params", &["params", "params --sensitivity"]),
+    ("reasons", &["reasons"]),
     ("fit", &["fit --force", "fit -o hazards.rs"]),
     (
         "budget",

@@ -19,6 +19,7 @@ pub mod live;
 pub mod modes;
 pub mod params;
 pub mod profile;
+pub mod reasons;
 pub mod record;
 pub mod replay;
 pub mod report;

@@ -5,8 +5,8 @@ use std::process::ExitCode;
 use anyhow::{Result, anyhow, ensure};
 use serde_json::{Value, json};
 use stairscan::config::Config;
-use stairscan::scan::pace::Cruise;
-use stairscan::scan::{MICROSTEPS_PER_TURN, Schedule, Settings};
+use stairscan::scanner::pace::Cruise;
+use stairscan::scanner::{MICROSTEPS_PER_TURN, Schedule, Settings};
 use stairscan::signal::radar::wire::Wire;
 
 use super::{Format, emit, harness};

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 use std::process::ExitCode;
 
 use anyhow::Result;
-use stairscan::answer::Status;
 use stairscan::params::Params;
+use stairscan::verdict::Status;
 
 use super::emit;
 use super::harness::{self, Drawn};

@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Result, ensure};
 use stairscan::config::EstimatorKind;
-use stairscan::drive::Mode;
+use stairscan::motion::Mode;
 
 use super::{Format, Settings, emit, progress_aside, recordings};
 use crate::answer::Answer;
@@ -58,7 +58,7 @@ pub struct Args {
 }
 
 fn parse_mode(word: &str) -> Result<Mode, String> {
-    let mut settings = stairscan::scan::Settings::default();
+    let mut settings = stairscan::scanner::Settings::default();
     match settings.set("motion", word) {
         Ok(()) => Ok(settings.motion),
         Err(error) => Err(format!("expected {}", error.expected)),

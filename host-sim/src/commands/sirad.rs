@@ -9,7 +9,7 @@ use anyhow::{Context, Result, anyhow, bail, ensure};
 use serde_json::json;
 use stairscan::Iq;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 use stairscan::signal::radar::module::{LinkError, ModuleKind, Wish};
 use stairscan::signal::radar::sirad::SiRad;
 use stairscan::signal::range::{Profile, RangeProcessor};

@@ -4,9 +4,9 @@ use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
 use serde_json::{Map, Value, json};
-use stairscan::scan::pace::Cruise;
-use stairscan::scan::ramp::Ramp;
-use stairscan::scan::{Schedule, Settings};
+use stairscan::scanner::pace::Cruise;
+use stairscan::scanner::ramp::Ramp;
+use stairscan::scanner::{Schedule, Settings};
 use stairscan::signal::radar::wire::{SLACK_US, Wire};
 
 use super::{Format, emit};
@@ -264,7 +264,7 @@ mod tests {
         );
     }
 
-    /// The same scans over the bench of `src/scan/sweep/tests`, where steps, bytes and arithmetic take their
+    /// The same scans over the bench of `src/scanner/sweep/tests`, where steps, bytes and arithmetic take their
     /// time and what it measures is asserted.
     #[test]
     fn they_are_those_of_the_sweep_over_simulated_time() {

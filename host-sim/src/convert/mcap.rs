@@ -19,7 +19,7 @@ use mcap::records::MessageHeader;
 use mcap::{WriteOptions, Writer};
 use plotters::style::RGBColor;
 use serde_json::{Value, json};
-use stairscan::answer::Status;
+use stairscan::verdict::Status;
 
 use super::ros::{
     Colour, DiagnosticArray, DiagnosticStatus, Header, KeyValue, Marker, MarkerArray, Message,

@@ -1,4 +1,4 @@
-//! Sealing an image: the checksum by which it knows at boot that it is whole (`stairscan::scan::seal`).
+//! Sealing an image: the checksum by which it knows at boot that it is whole (`stairscan::scanner::seal`).
 
 use std::fs::{self, OpenOptions};
 use std::io::{Seek, SeekFrom, Write};
@@ -8,7 +8,7 @@ use anyhow::{Context, Result, bail, ensure};
 use object::Endianness;
 use object::read::elf::{ElfFile32, ProgramHeader};
 use object::read::{Object, ObjectSection};
-use stairscan::scan::seal::{CODE, SECTION, VECTORS, WORDS, seal as of_parts};
+use stairscan::scanner::seal::{CODE, SECTION, VECTORS, WORDS, seal as of_parts};
 
 use crate::recording::regular;
 

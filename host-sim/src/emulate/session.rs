@@ -9,8 +9,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
-use stairscan::scan::Settings;
-use stairscan::scan::record::MOUNTING;
+use stairscan::scanner::Settings;
+use stairscan::scanner::record::MOUNTING;
 
 use super::module::{Module, Request, Trigger};
 use super::qemu::{Input, Qemu, read_some, write_all};

@@ -1,7 +1,7 @@
 //! Every kind of fault, with its strengths and the reasons that name it.
 
 use anyhow::{Result, ensure};
-use stairscan::answer::Reason::{self, *};
+use stairscan::verdict::Reason::{self, *};
 
 use super::{converter, mounting, rows, signal::Signal, world};
 use crate::recording::Recording;

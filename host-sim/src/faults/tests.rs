@@ -3,7 +3,7 @@ use crate::recording::Recording;
 use crate::replay;
 use crate::scene::command::random_scan;
 use crate::scene::random::Kind;
-use stairscan::answer::{Reason, Reasons, Status};
+use stairscan::verdict::{Reason, Reasons, Status};
 
 fn clean() -> Recording {
     random_scan(Kind::Ascending, Kind::Ascending.variety(), 3).unwrap()

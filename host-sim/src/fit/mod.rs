@@ -13,7 +13,7 @@ pub mod sequences;
 mod table;
 
 use anyhow::Result;
-use stairscan::answer::{Outcome, Reason, Reasons, Step};
+use stairscan::answer::Step;
 use stairscan::config::Plane;
 use stairscan::flight::trace::Cell;
 use stairscan::flight::{Likelihood, Reach};
@@ -24,6 +24,7 @@ use stairscan::params::{Params, measured};
 use stairscan::posterior::View;
 use stairscan::report::sentence::write_scan;
 use stairscan::signal::echoes::Echo;
+use stairscan::verdict::{Outcome, Reason, Reasons};
 
 use crate::answer::Answer;
 use crate::inspect;
@@ -105,7 +106,7 @@ fn witness<R>(
         let (map, config) = (scanned.pipeline.map(), scanned.config);
         let mut outcome =
             inspect::repeat_with(estimator, map, config, scan, &scanned.drive, &mut listener);
-        outcome.link();
+        outcome.answer.link();
         seen = Some(look(scanned, truth, outcome, listener));
     })?;
     seen.transpose()
@@ -147,8 +148,8 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
             cells: listener.cells,
             stairs: !answer.steps.is_empty(),
             wrong,
-            reach_m: reach_m(&outcome),
-            steps: outcome.steps.to_vec(),
+            reach_m: reach_m(outcome.reasons()),
+            steps: outcome.answer.steps.to_vec(),
             judged: (answer, truth),
         })
     })
@@ -172,8 +173,8 @@ fn may_be_ok(reasons: Reasons) -> bool {
 }
 
 /// How far the horizon of an `ok` must reach, metres: farther than any where something else keeps the answer from it.
-fn reach_m(outcome: &Outcome) -> f32 {
-    if !may_be_ok(outcome.reasons) {
+fn reach_m(reasons: Reasons) -> f32 {
+    if !may_be_ok(reasons) {
         return f32::INFINITY;
     }
     OK_REACH_M
@@ -347,13 +348,6 @@ pub fn calibration(lessons: &[&Lesson], weights: &Weights) -> LogisticFit {
 mod tests {
     use super::*;
 
-    /// How far an answer with these reasons must reach to be `ok`, metres.
-    fn reach(reasons: Reasons) -> f32 {
-        let mut outcome = Outcome::undecided();
-        outcome.reasons = reasons;
-        reach_m(&outcome)
-    }
-
     #[test]
     fn three_wrong_ones_pass_the_first_test_and_four_do_not() {
         assert!(
@@ -367,9 +361,9 @@ mod tests {
         let hints = Reasons::NONE
             .with(Reason::CloseRival)
             .with(Reason::ShortHorizon);
-        assert!(reach(Reasons::NONE) < 1.0 && reach(hints) < 1.0);
+        assert!(reach_m(Reasons::NONE) < 1.0 && reach_m(hints) < 1.0);
         for doubt in [Reason::Unconfirmed, Reason::Moving, Reason::Mount] {
-            assert!(reach(hints.with(doubt)) > 100.0, "{}", doubt.as_str());
+            assert!(reach_m(hints.with(doubt)) > 100.0, "{}", doubt.as_str());
         }
     }
 }

@@ -5,14 +5,15 @@ use crate::fit::portable::Portable as _;
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use stairscan::answer::{Outcome, Step};
-use stairscan::estimator::Estimator;
+use stairscan::answer::Step;
+use stairscan::estimator::{Estimator, MappedScan};
 use stairscan::flight::Likelihood;
 use stairscan::flight::trace::Cell;
 use stairscan::fusion::History;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::carried::{Carried, Correlation, PAST_FEATURES, PastFeatures};
 use stairscan::params::hazard::{Map, log_survival, probability};
+use stairscan::verdict::Outcome;
 
 use super::{Course, PRIOR_SIGMA, answer_of, first_wrong, least, reach_m, rights};
 use crate::answer::Answer;
@@ -126,8 +127,14 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
             for k in 0..map.rows() {
                 estimator.row(map, k);
             }
-            let mut outcome = estimator.conclude(map, config, number, drive, past, &mut listener);
-            outcome.link();
+            let scan = MappedScan {
+                map,
+                config,
+                number,
+                drive,
+            };
+            let mut outcome = estimator.outcome(&scan, past, &mut listener);
+            outcome.answer.link();
             (outcome, listener)
         };
         let (outcome, listener) = run(&mut carrying, Some(&mut past));
@@ -137,7 +144,7 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
         let travel_m = recording.meta.sequence.truth_travel_m.get(scan);
         if let Some(&travel_m) = travel_m {
             let (alone, _) = run(&mut Likelihood::new(), None);
-            let now: Vec<Told> = (alone.steps.iter())
+            let now: Vec<Told> = (alone.answer.steps.iter())
                 .filter_map(|s| told(s, truth, travel_m))
                 .collect();
             for a in before.iter().flatten() {
@@ -170,8 +177,8 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
                 name: format!("{} scan {}", recording.name, scan + 1),
                 wrong: first_wrong(&answer, truth, &listener.cells),
                 stairs: !answer.steps.is_empty(),
-                reach_m: reach_m(&outcome),
-                steps: outcome.steps.to_vec(),
+                reach_m: reach_m(outcome.reasons()),
+                steps: outcome.answer.steps.to_vec(),
                 judged: (answer, truth.clone()),
                 cells,
             }),
@@ -409,7 +416,7 @@ mod tests {
             wrong: wrong.then_some(5),
             reach_m,
             steps: Vec::new(),
-            judged: (answer_of("scan", &Outcome::undecided()).unwrap(), truth),
+            judged: (answer_of("scan", &Outcome::silent()).unwrap(), truth),
         }
     }
 

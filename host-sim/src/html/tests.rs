@@ -73,7 +73,7 @@ fn a_name_is_no_markup() {
 
 #[test]
 fn every_reason_has_a_meaning() {
-    for reason in stairscan::answer::Reason::ALL {
+    for reason in stairscan::verdict::Reason::ALL {
         let meaning = reason.meaning();
         assert!(meaning.ends_with('.') && meaning.len() > 15, "{meaning}");
     }

@@ -4,11 +4,11 @@ use anyhow::Result;
 use base64::Engine as _;
 use base64::engine::general_purpose::STANDARD;
 use serde_json::{Value, json};
-use stairscan::answer::Status;
 use stairscan::config::{EstimatorKind, Plane};
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 use stairscan::signal::grid::{DB_PER_UNIT, PolarMap};
 use stairscan::signal::range::FULL_SCALE;
+use stairscan::verdict::Status;
 
 use super::index::{Entry, Rank};
 use crate::answer::Answer;

@@ -9,9 +9,9 @@ use std::time::{Duration, Instant};
 
 use anyhow::Result;
 use stairscan::config::Config;
-use stairscan::drive::Odometry;
+use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner};
 
 use super::lines::Splitter;
 use super::model::Event;

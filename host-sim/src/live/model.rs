@@ -2,8 +2,8 @@
 
 use std::collections::VecDeque;
 
-use stairscan::answer::Reason;
 use stairscan::report::{LiveLine, ParseError, ScanLine, Sentence};
+use stairscan::verdict::Reason;
 
 use super::Ms;
 use super::trouble::{Strange, Trouble};

@@ -5,7 +5,7 @@ use ratatui::layout::{Constraint, Layout, Position, Rect};
 use ratatui::style::{Color, Modifier, Style};
 use ratatui::text::{Line, Span};
 use ratatui::widgets::{Block, Paragraph, Wrap};
-use stairscan::answer::Status;
+use stairscan::verdict::Status;
 
 use super::Ms;
 use super::model::{Entry, Link, Pulse, Standing, State, Way};

@@ -10,7 +10,7 @@ mod scene;
 use std::collections::VecDeque;
 
 use embedded_hal::spi::{ErrorKind, ErrorType, Operation, SpiDevice};
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 
 pub use chirp::Chirp;
 pub use scene::chirps;

@@ -6,7 +6,7 @@ use std::fmt;
 use std::rc::Rc;
 
 use stairscan::Iq;
-use stairscan::scan::BytePort;
+use stairscan::scanner::BytePort;
 
 /// One sample as the module's converter gives it: I and Q of 12 bits.
 pub type Sample = [i16; 2];
@@ -239,7 +239,7 @@ mod tests {
     use std::task::Poll;
 
     use stairscan::config::RadarConfig;
-    use stairscan::scan::Micros;
+    use stairscan::scanner::Micros;
     use stairscan::signal::radar::module::{LinkError, ModuleKind, Wish};
     use stairscan::signal::radar::sirad::SiRad;
 

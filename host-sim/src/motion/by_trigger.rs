@@ -5,7 +5,7 @@
 //! chirp is under way, and goes on to the place of the next one before that is triggered: a row then lies
 //! between two sentences that say the same, and its place does not depend on when they came.
 
-use stairscan::drive::Reading;
+use stairscan::motion::Reading;
 use stairscan::report::motion;
 
 use crate::recording::Recording;

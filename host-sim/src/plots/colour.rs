@@ -2,7 +2,7 @@
 
 use plotters::prelude::*;
 use plotters::style::colors::colormaps::{ColorMap, ViridisRGB};
-use stairscan::answer::Status;
+use stairscan::verdict::Status;
 
 /// Blue, vermilion, green, purple, orange, sky, brown, indigo: the hues of Okabe and Ito, deepened to stand
 /// on white, and moved apart in brightness until people without the green cones tell every two apart, and from

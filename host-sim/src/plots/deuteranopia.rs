@@ -7,7 +7,7 @@
 use palette::color_difference::Ciede2000;
 use palette::{FromColor, Lab, LinSrgb, Srgb};
 use plotters::style::RGBColor;
-use stairscan::answer::Status;
+use stairscan::verdict::Status;
 
 use super::colour::{self, HUES, TRUE};
 use super::inspect::MARKS;

@@ -1,6 +1,5 @@
 //! Looks over the shoulder of the paper's estimator.
 
-use stairscan::answer::Outcome;
 use stairscan::config::{Config, ParticleConfig, Plane, Spread};
 use stairscan::estimator::Estimator;
 use stairscan::observer::{CloudStage, Event, Observer};
@@ -8,6 +7,7 @@ use stairscan::paper::cluster::{Extent, Fate};
 use stairscan::paper::particles::{PointCloud, PointParticle, UNITS_PER_CELL};
 use stairscan::paper::{Paper, Places};
 use stairscan::signal::grid::PolarMap;
+use stairscan::verdict::Outcome;
 
 use super::PaperView;
 use super::particles::{BeamView, ClusterView, ParticleView, Point};
@@ -172,5 +172,5 @@ fn beams(plane: Plane, outcome: &Outcome, kept: &[ClusterView]) -> Vec<BeamView>
         };
         Some(BeamView { end, edge })
     };
-    outcome.steps.iter().filter_map(beam).collect()
+    outcome.answer.steps.iter().filter_map(beam).collect()
 }

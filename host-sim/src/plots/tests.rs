@@ -2,10 +2,11 @@ use super::*;
 use crate::output::Outputs;
 use crate::recording::{Metadata, MirrorSetup, TrueStep, Truth};
 use stairscan::Iq;
-use stairscan::answer::{Direction, Reason, Reasons, Status};
+use stairscan::answer::Direction;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
 use stairscan::paper::cluster::Fate;
 use stairscan::report::{ScanLine, StepLine, Tenths};
+use stairscan::verdict::{Reason, Reasons, Status};
 
 /// Chirps with one echo at 1 m in noise, of a radar with `samples` a chirp.
 fn recording(samples: usize, mirror: Option<Plane>, chirps: usize) -> Recording {

@@ -1,6 +1,6 @@
 //! Two sets of answers to the same scenes, compared scene by scene.
 
-use stairscan::answer::Status;
+use stairscan::verdict::Status;
 
 use super::judge::{Match, SceneScore};
 use super::set::quantile;

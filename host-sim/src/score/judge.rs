@@ -1,7 +1,8 @@
 //! The score of one answer against the truth.
 
-use stairscan::answer::{Direction, Status};
+use stairscan::answer::Direction;
 use stairscan::report::MaybeLine;
+use stairscan::verdict::Status;
 
 use super::reliability::Prediction;
 use crate::answer::{Answer, metres};

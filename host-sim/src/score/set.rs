@@ -2,7 +2,8 @@
 
 use super::share::upper_bound;
 use serde_json::{Value, json};
-use stairscan::answer::{Direction, Status};
+use stairscan::answer::Direction;
+use stairscan::verdict::Status;
 
 use super::judge::{Match, SceneScore, is_strong};
 use super::reliability::Reliability;

@@ -1,8 +1,9 @@
 use super::*;
 use crate::answer::Answer;
 use crate::recording::{TrueStep, Truth};
-use stairscan::answer::{Direction, Reasons, Status};
+use stairscan::answer::Direction;
 use stairscan::report::{MaybeLine, ScanLine, StepLine, Tenths};
+use stairscan::verdict::{Reasons, Status};
 
 fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
     let tenths = |m: f64| Tenths((m * 10_000.0).round() as i32);

@@ -4,11 +4,11 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use anyhow::{Context, Result, bail, ensure};
-use stairscan::drive::Odometry;
+use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::framed;
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 
 use super::stage::{Link, Shaft, Shared, Stage};
 use crate::volatile::{Volatile, identity};

@@ -11,14 +11,14 @@ mod stage;
 use std::rc::Rc;
 
 use anyhow::{Result, ensure};
-use stairscan::answer::{Reason, Status};
 use stairscan::config::{Config, EstimatorKind};
-use stairscan::drive::{Drive, Mode};
+use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::write_scan;
-use stairscan::scan::settings::SweepMode;
-use stairscan::scan::{DataPath, Settings};
+use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::{DataPath, Settings};
+use stairscan::verdict::{Conditions, Reason, Status};
 
 use crate::faults;
 use crate::recording::Recording;
@@ -346,13 +346,11 @@ fn fresh(reel: &Reel, config: &Config, of: (u32, u32), shown: &[(usize, bool)]) 
             }
         }
     }
-    let mut outcome = pipeline.conclude(&Drive::STANDING);
-    if lost > 0 {
-        outcome.reasons.add(Reason::LostRows);
-        if outcome.status == Status::Ok {
-            outcome.status = Status::Degraded;
-        }
-    }
+    let conditions = Conditions {
+        lost_rows: lost > 0,
+        ..Conditions::GOOD
+    };
+    let outcome = pipeline.conclude(&Drive::STANDING, conditions);
     let mut lines = Vec::new();
     write_scan(of, lost, &outcome, |line| {
         lines.push(line.trim_end().to_owned())

@@ -9,8 +9,8 @@ use std::task::Poll;
 use anyhow::{Result, anyhow};
 use stairscan::Iq;
 use stairscan::config::{Config, RadarConfig};
-use stairscan::scan::settings::MotorConfig;
-use stairscan::scan::{BytePort, Micros, Mirror, MirrorError, Motion, Settings};
+use stairscan::scanner::settings::MotorConfig;
+use stairscan::scanner::{BytePort, Micros, Mirror, MirrorError, Motion, Settings};
 use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::{LinkError, RadarModule};
 

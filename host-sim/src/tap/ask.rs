@@ -11,7 +11,7 @@ use std::time::Duration;
 use anyhow::{Result, bail};
 use serialport::SerialPort;
 use stairscan::Iq;
-use stairscan::scan::{BytePort, Micros};
+use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::FrameLink;
 use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::{LinkError, RadarModule};

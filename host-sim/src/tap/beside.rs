@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use stairscan::config::{Config, Plane, SweepConfig};
-use stairscan::drive::Mode;
+use stairscan::motion::Mode;
 use stairscan::report::Sentence;
-use stairscan::scan::Settings;
+use stairscan::scanner::Settings;
 
 use super::gather::Mounting;
 use crate::live::Ms;

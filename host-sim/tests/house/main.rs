@@ -1,13 +1,14 @@
 //! The rules of the house, checked on the sources of the firmware and of the host's programs: no circles among
 //! files, no folder that outgrows the others; on the firmware's alone: no arrow back up the way of the data, no
-//! tuned number outside its table, no two types of one name; and on the documents: no link that leads nowhere, and as
-//! many tuned numbers as there are.
+//! tuned number outside its table, no two types of one name, no status that is written outside `verdict`; and on
+//! the documents: no link that leads nowhere, and as many tuned numbers as there are.
 
 mod documents;
 mod graph;
 mod literals;
 mod names;
 mod sources;
+mod statuses;
 
 use std::path::Path;
 
@@ -20,6 +21,8 @@ const WAY: &[&str] = &["signal", "mount", "flight"];
 /// The folders and files of `src/` in which a number stands in `params*.rs` or in a constant with a comment.
 const TUNED: &[&str] = &[
     "signal/echoes",
+    "motion/place",
+    "motion/sweeps",
     "mount/online",
     "mount/floor",
     "flight",
@@ -27,6 +30,8 @@ const TUNED: &[&str] = &[
     "fusion",
     "health",
 ];
+/// The folder that writes a status, and the one that writes and parses its words.
+const STATUSES: &[&str] = &["verdict", "report"];
 /// No folder of `src/` holds a larger share of its lines, tests not counted.
 const LARGEST_SHARE: f64 = 0.25;
 
@@ -107,6 +112,15 @@ fn tuned_numbers_stand_in_their_table() {
         .filter(|f| tuned.iter().any(|folder| f.is_in(folder)));
     let violations = files.filter(|f| !f.is_params()).flat_map(literals::stray);
     none(&violations.collect::<Vec<_>>());
+}
+
+#[test]
+fn one_folder_writes_a_status() {
+    let sources = firmware();
+    let may = all_of(&sources, STATUSES);
+    let files = sources.files.iter();
+    let others = files.filter(|f| !may.iter().any(|folder| f.is_in(folder)));
+    none(&others.flat_map(statuses::written).collect::<Vec<_>>());
 }
 
 /// The counts had fallen seven numbers behind the table.

@@ -6,16 +6,16 @@ use host_sim::modules::bgt60::{self, Chip, Fault};
 use host_sim::recording::Truth;
 use host_sim::scene::spec::SceneSpec;
 use stairscan::Iq;
-use stairscan::answer::Outcome;
 use stairscan::config::{Config, RadarConfig};
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::DataPath;
-use stairscan::scan::Micros;
+use stairscan::scanner::DataPath;
+use stairscan::scanner::Micros;
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::bgt60::{
     Bgt60, FIFO_FAILED, NOT_HELD, PORT_FAILED, SPI_FAILED, STRANGER,
 };
 use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::verdict::Outcome;
 
 /// As the scanner's settings have them by default.
 const CONFIGURE_US: u32 = 100_000;
@@ -260,7 +260,7 @@ fn the_first_step_stands_where_it_is() {
     for seed in 0..3 {
         let (outcome, truth) = scanned(include_str!("../../../scenes/stair_a.toml"), seed);
         println!("{outcome:?}");
-        let (found, step) = (&outcome.steps[0], &truth.steps[0]);
+        let (found, step) = (&outcome.answer.steps[0], &truth.steps[0]);
         let off = |found: f32, true_m: f64| (f64::from(found) - true_m).abs();
         assert!(off(found.distance_m, step.distance_m) < 0.015);
         assert!(off(found.height_m, step.height_m) < 0.015);

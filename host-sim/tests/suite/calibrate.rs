@@ -9,11 +9,11 @@ use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};
 use host_sim::scene::Scene;
-use stairscan::answer::Reason;
 use stairscan::config::Config;
 use stairscan::mount::Mounting;
 use stairscan::pipeline::Pipeline;
-use stairscan::scan::{DataPath, Settings};
+use stairscan::scanner::{DataPath, Settings};
+use stairscan::verdict::Reason;
 
 /// What is off: height, m, angle by homing and by pitch, degrees, and real over believed bandwidth.
 #[derive(Clone, Copy, Default)]

@@ -8,7 +8,7 @@ use host_sim::recording::Recording;
 use host_sim::replay::{self, Options};
 use host_sim::score;
 use serde_json::Value;
-use stairscan::answer::Status;
+use stairscan::verdict::Status;
 
 /// Faults that may hit rows in which nothing stands, or that nothing names.
 const HARMLESS_AT_TIMES: &[(&str, f64)] = &[
@@ -122,7 +122,7 @@ fn a_calibrated_scanner_names_a_wrong_bandwidth() {
             answer
                 .scan
                 .reasons
-                .has(stairscan::answer::Reason::RangeScale)
+                .has(stairscan::verdict::Reason::RangeScale)
         );
     }
 }

@@ -16,12 +16,12 @@ use host_sim::recording::{self, Recording};
 use host_sim::replay;
 use host_sim::scene::Scene;
 use host_sim::scene::driving::Drive;
-use stairscan::answer::{Reason, Status};
 use stairscan::config::Config;
 use stairscan::report::command::framed;
 use stairscan::report::{LiveLine, ScanLine, Sentence, Tenths};
-use stairscan::scan::Settings;
-use stairscan::scan::schedule::{Schedule, shaft_angle};
+use stairscan::scanner::Settings;
+use stairscan::scanner::schedule::{Schedule, shaft_angle};
+use stairscan::verdict::{Reason, Status};
 
 use crate::common::{elf, replayed, tools};
 
@@ -559,7 +559,7 @@ fn a_missing_home_switch_is_a_fault_with_the_driver_off() {
     assert!(scan.reasons.has(Reason::HomeNotFound));
     session.idle(Duration::from_millis(50)).unwrap();
     assert!(!session.shaft.enabled());
-    let turn = stairscan::scan::MICROSTEPS_PER_TURN as u64;
+    let turn = stairscan::scanner::MICROSTEPS_PER_TURN as u64;
     assert_eq!(
         session.shaft.pulses(),
         turn,

@@ -10,7 +10,7 @@ use host_sim::modules::bgt60::Chip;
 use host_sim::modules::sirad::SiRadPort;
 use stairscan::Iq;
 use stairscan::config::RadarConfig;
-use stairscan::scan::{BytePort, Micros};
+use stairscan::scanner::{BytePort, Micros};
 use stairscan::signal::radar::LinkError;
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};

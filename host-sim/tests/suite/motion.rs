@@ -9,8 +9,8 @@ use host_sim::recording::{Motion, Recording, Truth};
 use host_sim::replay::{self, Options};
 use host_sim::scene::Scene;
 use host_sim::scene::driving::Drive;
-use stairscan::answer::{Reason, Status};
-use stairscan::drive::Mode;
+use stairscan::motion::Mode;
+use stairscan::verdict::{Reason, Status};
 
 /// Three scans of a flight of three from a chair at 0.2 m/s, which ends 80 cm before it.
 fn driven() -> &'static Recording {

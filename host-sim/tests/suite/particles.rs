@@ -9,11 +9,11 @@ use host_sim::scene::Scene;
 use host_sim::scene::command::random_scan;
 use host_sim::scene::random::Kind;
 use host_sim::seeds::TUNING;
-use stairscan::answer::Outcome;
-use stairscan::drive::Drive;
 use stairscan::flight::Likelihood;
+use stairscan::motion::Drive;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::hazard::Features;
+use stairscan::verdict::Outcome;
 
 /// Scenes whose flight the search alone takes for a longer or shorter one.
 const CONFUSED: [(Kind, u64); 9] = [
@@ -88,8 +88,8 @@ fn the_particles_settle_how_many_steps_there_are() {
         let steps = recording.meta.truth.as_ref().unwrap().steps.len();
         let pair = pair(&recording);
         let told = (
-            pair.with.outcome.steps.len(),
-            pair.without.outcome.steps.len(),
+            pair.with.outcome.answer.steps.len(),
+            pair.without.outcome.answer.steps.len(),
         );
         right += usize::from(told.0 == steps);
         right_without += usize::from(told.1 == steps);
@@ -108,7 +108,11 @@ fn the_particles_take_no_ramp_for_stairs() {
         assert!(TUNING.contains(&seed));
         let recording = random_scan(Kind::None, Kind::None.variety(), seed).unwrap();
         let outcome = pair(&recording).with.outcome;
-        assert!(outcome.steps.is_empty(), "{seed}: {:?}", outcome.steps);
+        assert!(
+            outcome.answer.steps.is_empty(),
+            "{seed}: {:?}",
+            outcome.answer.steps
+        );
     }
 }
 
@@ -121,7 +125,7 @@ fn a_wall_behind_a_flight_is_no_step_behind_a_landing() {
     );
     let recording = scene.unwrap().simulate("wall", 3);
     let outcome = pair(&recording).with.outcome;
-    assert_eq!(outcome.steps.len(), 3, "{:?}", outcome.steps);
+    assert_eq!(outcome.answer.steps.len(), 3, "{:?}", outcome.answer.steps);
 }
 
 #[test]
@@ -130,14 +134,17 @@ fn the_particles_tell_the_verdict_what_they_doubt() {
     for name in ["stair_a", "stair_b", "stair_c", "empty"] {
         let Pair { with, without } = pair(&Recording::read(&root.join(name)).unwrap());
         // The steps are plain, and the same; what may be wrong with them is known from the particles.
-        assert_eq!(with.outcome.steps.len(), without.outcome.steps.len());
+        assert_eq!(
+            with.outcome.answer.steps.len(),
+            without.outcome.answer.steps.len()
+        );
         let differ = with
             .cells
             .iter()
             .zip(&without.cells)
             .filter(|(a, b)| a != b);
         assert!(differ.count() > with.cells.len() / 2, "{name}");
-        assert!(without.outcome.maybes.is_empty(), "{name}");
+        assert!(without.outcome.answer.maybes.is_empty(), "{name}");
     }
 }
 

@@ -8,10 +8,10 @@ use host_sim::emulate::{Session, image, seal};
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use object::read::{Object, ObjectSection};
-use stairscan::answer::{Reason, Status};
 use stairscan::config::Config;
 use stairscan::report::{ScanLine, Sentence};
-use stairscan::scan::seal::{BLANK, SECTION};
+use stairscan::scanner::seal::{BLANK, SECTION};
+use stairscan::verdict::{Reason, Status};
 
 use crate::common::{Scratch, elf};
 

@@ -10,11 +10,11 @@ use host_sim::scene::Scene;
 use host_sim::scene::spec::SceneSpec;
 use host_sim::score;
 use stairscan::Iq;
-use stairscan::answer::Status;
 use stairscan::config::RadarConfig;
-use stairscan::scan::Micros;
+use stairscan::scanner::Micros;
 use stairscan::signal::radar::module::{ModuleKind, Wish};
 use stairscan::signal::radar::sirad::SiRad;
+use stairscan::verdict::Status;
 
 const TIMEOUT_US: u32 = 500_000;
 const STEP_US: u32 = 1_000;

@@ -5,7 +5,7 @@
 //! waits for TIM5 (settling, the chirp's duration, time-outs) are not timed here, and bytes come when the host
 //! sends them. The time of moves is told in clocks of the core, as the image programs them, which an
 //! interrupt's own latency adds to on the chip. The rest of a scan's time is that of
-//! `src/scan/sweep/tests`, which run the same state machine over simulated time.
+//! `src/scanner/sweep/tests`, which run the same state machine over simulated time.
 //! Without the chip's target or QEMU the tests say so and pass, except in CI.
 
 use host_sim::commands::timing::ScanTime;
@@ -15,9 +15,9 @@ use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::scene::Scene;
 use stairscan::config::Config;
-use stairscan::scan::pace::Cruise;
-use stairscan::scan::settings::SweepMode;
-use stairscan::scan::{Schedule, Settings};
+use stairscan::scanner::pace::Cruise;
+use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::{Schedule, Settings};
 use stairscan::signal::radar::wire::Wire;
 
 use crate::common::{elf, replayed};
@@ -182,7 +182,7 @@ fn a_continuous_sweep_turns_at_constant_speed() {
             (2 * rows - 1 - k, -1)
         };
         let position = schedule.position(row);
-        let told = stairscan::scan::schedule::shaft_angle(position);
+        let told = stairscan::scanner::schedule::shaft_angle(position);
         assert_eq!(shot.trigger.shaft_angle, told, "trigger {k}");
         let past = way * (shot.position.unwrap() - i64::from(position)) + i64::from(lead);
         assert!(

@@ -3,7 +3,7 @@
 use core::fmt;
 
 use super::frame::Tenths;
-use crate::answer::{Reason, Reasons};
+use crate::verdict::{Reason, Reasons};
 
 /// Why a line is no sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

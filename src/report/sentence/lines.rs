@@ -3,7 +3,8 @@
 use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
 use super::writer::Writer;
-use crate::answer::{Direction, Maybe, Outcome, Reasons, Status, Step};
+use crate::answer::{Direction, Maybe, Step};
+use crate::verdict::{Outcome, Reasons, Status};
 
 /// One step as its sentence carries it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -106,7 +107,7 @@ pub struct ScanLine {
     pub confidence: Option<u16>,
     /// Number of `MAYBE` sentences that follow.
     pub maybes: u8,
-    /// [`hash`](crate::scan::Settings::hash) of the settings that the scan was made with.
+    /// [`hash`](crate::scanner::Settings::hash) of the settings that the scan was made with.
     pub settings: u32,
 }
 
@@ -180,17 +181,28 @@ impl ScanLine {
 
     /// The head of an answer to scan number `scan`, made with settings of this hash.
     pub fn new(scan: u32, lost_rows: u16, outcome: &Outcome, settings: u32) -> Self {
-        let told = outcome.status != Status::Fault;
+        let told = outcome.status() != Status::Fault;
         Self {
             scan,
-            status: outcome.status,
-            direction: outcome.direction,
-            steps: if told { outcome.steps.len() as u8 } else { 0 },
+            status: outcome.status(),
+            direction: outcome.answer.direction,
+            steps: if told {
+                outcome.answer.steps.len() as u8
+            } else {
+                0
+            },
             lost_rows,
-            reasons: outcome.reasons,
-            horizon: outcome.horizon_m.filter(|_| told).map(Tenths::from_metres),
-            confidence: outcome.confidence.filter(|_| told).map(permille),
-            maybes: if told { outcome.maybes.len() as u8 } else { 0 },
+            reasons: outcome.reasons(),
+            horizon: outcome
+                .horizon_m()
+                .filter(|_| told)
+                .map(Tenths::from_metres),
+            confidence: outcome.confidence().filter(|_| told).map(permille),
+            maybes: if told {
+                outcome.answer.maybes.len() as u8
+            } else {
+                0
+            },
             settings,
         }
     }

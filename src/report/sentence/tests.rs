@@ -254,8 +254,8 @@ fn nonsense_lengths_saturate() {
 
 #[test]
 fn a_fault_carries_no_steps() {
-    let mut outcome = Outcome::fault(Reason::Silent);
-    let _ = outcome.steps.push(Step::default());
+    let mut outcome = Outcome::silent();
+    let _ = outcome.answer.steps.push(Step::default());
     let mut lines = 0;
     write_scan((1, 0), 0, &outcome, |line| {
         lines += 1;

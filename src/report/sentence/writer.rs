@@ -1,7 +1,7 @@
 //! A line, built field by field.
 
 use super::frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
-use crate::answer::Reasons;
+use crate::verdict::Reasons;
 
 /// Builds one line field by field. A line that would grow too long is cut, never broken: the CRC
 /// still closes what is there.

@@ -9,8 +9,6 @@
 //! | `ghosts` | what a strong echo shows where nothing is, one function per artefact |
 //! | `echo` | one point scatterer |
 //! | `detect` | maxima → echoes that need a scatterer of their own |
-//! | `place` | echoes as they were seen → as they lie from the mirror at the last row |
-//! | `sweeps` | this sweep's echoes and the last one's → whether the chair stands, or moves as is said |
 
 mod angle_filter;
 mod beam;
@@ -20,23 +18,18 @@ mod ghosts;
 mod lobe;
 mod maxima;
 mod noise;
-mod place;
-mod sweeps;
 
-#[cfg(test)]
-mod motion_tests;
 #[cfg(test)]
 pub(crate) mod tests;
 
 use crate::config::Config;
-use crate::drive::Drive;
+use crate::motion::{Drive, Ride};
 use crate::params::Params;
 use crate::signal::grid::PolarMap;
 pub use angle_filter::two_way_sigma;
 pub use beam::Lobes;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
-pub use place::Ride;
-pub use sweeps::{Agreement, Sweeps};
+pub use lobe::Walk;
 
 impl Default for Collector {
     fn default() -> Self {

@@ -1,9 +1,10 @@
 //! Echoes of maps made by hand, and the maps themselves: other modules' tests borrow them.
 
 use super::angle_filter::{self, AngleFilter};
+use super::lobe::{self, Lobe, Responses};
 use super::*;
 use crate::config::Config;
-use crate::drive::Drive;
+use crate::motion::Drive;
 use std::vec::Vec;
 
 /// Noise of the maps made here, map units.
@@ -203,5 +204,47 @@ fn an_echo_lies_where_its_scatterer_is_and_says_how_sure() {
             "{echo:?}"
         );
         assert!((echo.width - 1.0).abs() < 0.1, "{echo:?}");
+    }
+}
+
+/// The levels of a Gaussian lobe that walks, against the closed form: numbers, not symbols.
+#[test]
+fn a_sheared_lobe_gives_its_place_back() {
+    let config = Config::default();
+    let map = map(&config, |_, _| 80);
+    let resolution = config.radar.range_resolution_m();
+    let params = &Params::DEFAULT;
+    let standing = Responses::new(&map, resolution, params);
+    let geometry = map.geometry();
+    let sigma = f64::from(angle_filter::two_way_sigma(geometry.beamwidth_rad) / geometry.step_rad);
+    let bins = f64::from(geometry.bin_m / resolution);
+    let range = f64::from(lobe::GAUSSIAN_DB / params.range_curvature_db) / (bins * bins);
+    for (walk_bins, steps) in [(0.0, 1.0), (-0.08, 0.98), (0.08, 1.05), (-0.3, 1.2)] {
+        let walk = Walk {
+            bins: walk_bins,
+            steps,
+        };
+        let (row, bin) = (0.8, -0.3);
+        let level = |d: f64, b: f64| {
+            let filtered: f64 = (-60..=60)
+                .map(|u| {
+                    let u = f64::from(u);
+                    let filter = (d - row - u) / sigma;
+                    let beam = u * f64::from(steps) / sigma;
+                    let off = b - bin - f64::from(walk_bins) * u;
+                    (-0.5 * (filter * filter + beam * beam + off * off / range)).exp()
+                })
+                .sum();
+            (10.0 * filtered.log10() / f64::from(angle_filter::LEVEL_DB) + 20_000.0).round() as u16
+        };
+        let patch = angle_filter::PATCH_BINS
+            .map(|b| angle_filter::PATCH_ROWS.map(|d| level(f64::from(d), f64::from(b))));
+        let lobe = Lobe::new(&patch, &standing.of_walk(walk), 30.0, params);
+        let found = [lobe.row.value - row as f32, lobe.bin.value - bin as f32];
+        assert!(
+            found[0].abs() < 0.06 && found[1].abs() < 0.02,
+            "{walk:?}: {found:?}"
+        );
+        assert!((lobe.width - 1.0).abs() < 0.06, "{walk:?}: {}", lobe.width);
     }
 }

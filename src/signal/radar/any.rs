@@ -11,8 +11,8 @@ use super::sirad::SiRad;
 use super::wire::Wire;
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scan::board::BytePort;
-use crate::scan::time::Micros;
+use crate::scanner::board::BytePort;
+use crate::scanner::time::Micros;
 
 /// The protocol in use. They share their memory: only one module is there.
 #[derive(Debug)]

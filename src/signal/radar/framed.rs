@@ -5,8 +5,8 @@ use core::task::Poll;
 use super::link::Frames;
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scan::board::BytePort;
-use crate::scan::time::Micros;
+use crate::scanner::board::BytePort;
+use crate::scanner::time::Micros;
 use crate::signal::radar::module::{LinkError, RadarModule, Wish};
 use crate::signal::radar::wire::Wire;
 

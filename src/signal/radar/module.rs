@@ -5,7 +5,7 @@ use core::task::Poll;
 use super::wire::Wire;
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scan::time::Micros;
+use crate::scanner::time::Micros;
 use crate::setting::{settings, words};
 
 /// What is wrong with bytes that began like a frame.

@@ -4,14 +4,14 @@ use std::cell::RefCell;
 use std::rc::Rc;
 
 use host_sim::volatile::identity;
-use stairscan::answer::{Reasons, Status};
-use stairscan::drive::Odometry;
+use stairscan::motion::Odometry;
 use stairscan::report::Sentence;
-use stairscan::scan::encoder::EncodedMirror;
-use stairscan::scan::mirror::Stepper;
-use stairscan::scan::settings::SweepMode;
-use stairscan::scan::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::scanner::encoder::EncodedMirror;
+use stairscan::scanner::mirror::Stepper;
+use stairscan::scanner::settings::SweepMode;
+use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 use stairscan::signal::radar::FrameLink;
+use stairscan::verdict::{Reasons, Status};
 
 use super::world::{Module, RADAR, Rows, Shared, World};
 

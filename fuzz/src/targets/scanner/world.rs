@@ -5,19 +5,20 @@ use std::collections::VecDeque;
 use std::rc::Rc;
 
 use stairscan::Iq;
-use stairscan::answer::{Direction, Outcome, Reason, Status, Step};
+use stairscan::answer::{Direction, Step};
 use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
-use stairscan::drive::Drive;
 use stairscan::estimate::Estimate;
+use stairscan::motion::{Agreement, Drive};
 use stairscan::mount::Mounting;
 use stairscan::report::command::Measure;
-use stairscan::scan::encoder::{AngleEncoder, EncoderError};
-use stairscan::scan::mirror::{PulseState, StepPort};
-use stairscan::scan::ramp::Ramp;
-use stairscan::scan::settings::MotorConfig;
-use stairscan::scan::store::StoreError;
-use stairscan::scan::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
+use stairscan::scanner::encoder::{AngleEncoder, EncoderError};
+use stairscan::scanner::mirror::{PulseState, StepPort};
+use stairscan::scanner::ramp::Ramp;
+use stairscan::scanner::settings::MotorConfig;
+use stairscan::scanner::store::StoreError;
+use stairscan::scanner::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
 use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
+use stairscan::verdict::{Conditions, Evidence, Outcome, Sight};
 
 /// What the module is set to: few samples, so that a scan is short.
 pub const RADAR: RadarConfig = RadarConfig {
@@ -380,21 +381,29 @@ impl DataPath for Rows {
         self.see(row);
     }
 
-    fn conclude(&mut self, _: &Drive<'_>) -> Outcome {
+    fn conclude(&mut self, _: &Drive<'_>, conditions: Conditions) -> Outcome {
         assert!(
             self.seen.iter().all(|&seen| seen),
             "concluded without all rows"
         );
-        let mut outcome = Outcome::undecided();
-        outcome.decide(Status::Ok);
+        let mut sight = Sight {
+            heard: true,
+            ..Sight::nothing(Agreement::STANDING)
+        };
+        let mut outcome = Outcome::silent();
         match self.world.0.borrow().verdict % 3 {
             0 => {}
-            1 => return Outcome::fault(Reason::NoEcho),
+            1 => sight.heard = false,
             _ => {
-                outcome.direction = Direction::Up;
-                while outcome.steps.push(Step::default()).is_ok() {}
+                outcome.answer.direction = Direction::Up;
+                while outcome.answer.steps.push(Step::default()).is_ok() {}
             }
         }
+        outcome.decide(&Evidence {
+            conditions,
+            sight: Some(sight),
+            ..Evidence::default()
+        });
         outcome
     }
 

@@ -107,7 +107,8 @@ fn figures(bin: &Bin) -> String {
 mod tests {
     use super::*;
     use crate::score::{Prediction, SceneScore};
-    use stairscan::answer::{Direction, Status};
+    use stairscan::answer::Direction;
+    use stairscan::verdict::Status;
 
     /// An `ok` answer with its horizon and confidence, and a `MAYBE`.
     fn scene(horizon_m: f64, told: f64, so: bool) -> SceneScore {

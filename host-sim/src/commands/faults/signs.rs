@@ -5,13 +5,13 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use stairscan::answer::Status;
 use stairscan::flight::Likelihood;
 use stairscan::health::Sign;
 use stairscan::mount::{Calibration, Floor};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::Params;
 use stairscan::signal::echoes::Lobes;
+use stairscan::verdict::Status;
 
 use crate::inspect;
 use crate::recording::Recording;
@@ -76,7 +76,7 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
         let drive = &scanned.drive;
         let outcome = inspect::repeat_with(believing, map, config, scan, drive, &mut seen);
         let blind = health.verdict(config.mount.mirror_offset > 0).is_some();
-        let trusted = !blind && outcome.status == Status::Ok;
+        let trusted = !blind && outcome.status() == Status::Ok;
         let mut add = |name: String, value: f64, alarm| {
             found.push((
                 name,

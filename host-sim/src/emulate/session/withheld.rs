@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use stairscan::scan::schedule::microsteps;
+use stairscan::scanner::schedule::microsteps;
 
 use super::Session;
 use crate::emulate::qemu::write_all;

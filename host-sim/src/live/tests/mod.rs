@@ -3,8 +3,9 @@
 mod screen;
 mod state;
 
-use stairscan::answer::{Direction, Reason, Reasons, Status};
+use stairscan::answer::Direction;
 use stairscan::report::{LiveLine, ScanLine, Sentence};
+use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::Ms;
 use super::model::{Event, State};

@@ -7,8 +7,8 @@ use ratatui::Terminal;
 use ratatui::backend::TestBackend;
 use ratatui::buffer::Buffer;
 use ratatui::style::Color;
-use stairscan::answer::{Reason, Status};
 use stairscan::report::Sentence;
+use stairscan::verdict::{Reason, Status};
 
 use super::*;
 use crate::live::prompt::{Key, Prompt};

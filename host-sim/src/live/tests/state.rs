@@ -1,5 +1,5 @@
-use stairscan::answer::{Reason, Status};
 use stairscan::report::Sentence;
+use stairscan::verdict::{Reason, Status};
 
 use super::*;
 use crate::live::model::{Link, SILENCE, Standing, Way};

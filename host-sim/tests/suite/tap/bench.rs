@@ -14,10 +14,10 @@ use host_sim::tap::gather::{Gather, Part};
 use host_sim::tap::scans::{Tap, Wire};
 use host_sim::volatile::{Volatile, identity};
 use stairscan::config::Config;
-use stairscan::drive::{Mode, Odometry};
+use stairscan::motion::{Mode, Odometry};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
-use stairscan::scan::{BytePort, Hardware, Micros, Reports, Scanner};
+use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner};
 use stairscan::signal::radar::FrameLink;
 
 use crate::common::Scratch;

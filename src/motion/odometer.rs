@@ -1,0 +1,28 @@
+//! Errors of the odometer, and the distance within which two sweeps show the same scatterer.
+
+/// Error of the odometer's scale, as a share of the way: tyres.
+pub const ODOMETER_SCALE_ERROR: f32 = 0.02;
+/// Error of the odometer that does not grow with the way, metres.
+pub const ODOMETER_WANDER_M: f32 = 0.002;
+/// Greatest distance between two sweeps' echoes of one scatterer where the way is known exactly, metres.
+pub const SAME_PLACE_M: f32 = 0.012;
+
+/// Returns the greatest distance between two sweeps' echoes of one scatterer after `moved_m` metres of odometry, in
+/// metres: half as much again as the scale error is allowed for on top of [`SAME_PLACE_M`].
+pub fn same_place_m(moved_m: f32) -> f32 {
+    const SHARE: f32 = 1.5 * ODOMETER_SCALE_ERROR;
+    SAME_PLACE_M + SHARE * moved_m.abs()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn two_sweeps_tolerance_grows_by_three_per_cent_of_the_way() {
+        for moved_m in [0.0, 0.05, -0.4, 3.0f32] {
+            let expected = 0.012 + 0.03 * moved_m.abs();
+            assert_eq!(same_place_m(moved_m).to_bits(), expected.to_bits());
+        }
+    }
+}

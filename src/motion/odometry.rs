@@ -1,0 +1,546 @@
+//! Motion sentences in: each checked against the one before, the chair's place interpolated to each
+//! row's mid chirp.
+//!
+//! A sentence bears no time. It counts from when it arrives, so that a row's place is known once the
+//! next sentence after it is there; rows wait for that, the last ones of a scan are put on the line
+//! through the last two sentences. Anything suspicious between two sentences makes the rows between
+//! them, and with them the scan, one without motion input.
+
+use super::known::{Drive, Input, Mode, Retention};
+use super::track::{RowPose, Track};
+use crate::math::RAD_PER_DEG;
+use crate::scanner::time::Micros;
+use heapless::Deque;
+
+/// A sentence older than this says nothing any more, unless the scanner is told otherwise, microseconds.
+pub const OLDEST_US: u32 = 200_000;
+/// Rows that wait for the next sentence at most: 200 ms of the fastest scans.
+const WAITING: usize = 64;
+/// Faster no power chair drives near stairs, mm/s: 6 km/h, the speed limit of indoor chairs (EN 12184
+/// class A and B), and a margin.
+const FASTEST_MM_S: u64 = 2_000;
+/// Odometers tick, and sentences bunch up while the scanner works on an answer, mm.
+const TRAVEL_SLACK_MM: u64 = 20;
+/// Faster no chair tips that stays on its wheels, degrees/s: off a 5 cm kerb at walking pace.
+const FASTEST_DEG_S: u64 = 60;
+/// An inclinometer's noise at its worst, 0.001 degree.
+const PITCH_SLACK: u64 = 1_000;
+/// More sentences than this are not lost within 200 ms at 100 Hz, with a margin: a larger step of the
+/// sequence number is a step back.
+const MOST_LOST: u16 = 1_000;
+
+/// What one motion sentence says.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reading {
+    /// Number of the sentence, 0…65535, one more each time.
+    pub sequence: u16,
+    /// Forward travel, 0.1 mm, cumulative.
+    pub travel: i32,
+    /// The chair's pitch, nose up positive, 0.001°.
+    pub pitch: Option<i32>,
+}
+
+/// A reading and when it arrived.
+#[derive(Clone, Copy, Debug)]
+struct Arrived {
+    at: Micros,
+    reading: Reading,
+}
+
+/// Where the last row of a scan was seen.
+#[derive(Clone, Copy, Debug)]
+struct End {
+    at: Micros,
+    /// Travel in 0.1 mm, and the chain of readings that it belongs to.
+    travel: Option<(i32, f32, u16)>,
+}
+
+/// The motion input, and the track that it makes of a scan.
+#[derive(Debug)]
+pub struct Odometry {
+    /// The last two readings that belong together.
+    last: Option<Arrived>,
+    before: Option<Arrived>,
+    /// Counts the times that travel lost its thread.
+    chain: u16,
+    state: Input,
+    faults: u16,
+    waiting: Deque<(u16, Micros), WAITING>,
+    track: Track,
+    /// Arrival of the present scan's first row, and the travel from which its own counts.
+    begun: Option<(Micros, i32)>,
+    /// What went wrong in this scan; good while nothing did.
+    scan: Input,
+    end: Option<End>,
+    since_s: Option<f32>,
+    moved_m: Option<f32>,
+    memory: Retention,
+    /// A sentence older than this says nothing any more, microseconds.
+    oldest_us: u32,
+}
+
+impl Default for Odometry {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Odometry {
+    /// Without any reading.
+    pub const fn new() -> Self {
+        Self {
+            last: None,
+            before: None,
+            chain: 0,
+            state: Input::Absent,
+            faults: 0,
+            waiting: Deque::new(),
+            track: Track::new(),
+            begun: None,
+            scan: Input::Absent,
+            end: None,
+            since_s: None,
+            moved_m: None,
+            memory: Retention::Kept,
+            oldest_us: OLDEST_US,
+        }
+    }
+
+    /// What the input is at `now`.
+    pub fn state(&self, now: Micros) -> Input {
+        match self.last {
+            Some(last) if now.since(last.at) > self.oldest_us => Input::Late,
+            _ => self.state,
+        }
+    }
+
+    /// Sentences count for so many microseconds.
+    pub fn allow(&mut self, oldest_us: u32) {
+        self.oldest_us = oldest_us;
+    }
+
+    /// How many sentences were not as they should be, or missing too long.
+    pub fn faults(&self) -> u16 {
+        self.faults
+    }
+
+    /// Something is wrong with the input: what waits for it, waits in vain.
+    fn fault(&mut self, what: Input) {
+        self.state = what;
+        self.faults = self.faults.saturating_add(1);
+        self.spoil(what);
+    }
+
+    /// The present scan has no motion input.
+    fn spoil(&mut self, what: Input) {
+        if self.begun.is_some() && self.scan == Input::Good {
+            self.scan = what;
+        }
+    }
+
+    /// A motion sentence came damaged.
+    pub fn garbled(&mut self) {
+        self.fault(Input::Garbled);
+    }
+
+    /// A motion sentence that arrived at `now`.
+    pub fn take(&mut self, now: Micros, reading: Reading) {
+        let next = Arrived { at: now, reading };
+        let Some(last) = self.last else {
+            self.state = Input::Good;
+            self.last = Some(next);
+            return;
+        };
+        let step = reading.sequence.wrapping_sub(last.reading.sequence);
+        if step == 0 {
+            // It does not become `last`: if nothing else comes, it is late.
+            return self.fault(Input::Frozen);
+        }
+        if step > MOST_LOST && step.wrapping_neg() <= MOST_LOST {
+            return self.fault(Input::Disordered);
+        }
+        let trouble = if now.since(last.at) > self.oldest_us {
+            Some(Input::Late)
+        } else if !steady(&last, &next) {
+            Some(Input::Jumping)
+        } else {
+            None
+        };
+        match trouble {
+            None => {
+                self.state = Input::Good;
+                self.before = Some(last);
+                self.last = Some(next);
+                self.settle(now);
+            }
+            Some(what) => {
+                self.fault(what);
+                self.chain = self.chain.wrapping_add(1);
+                self.before = None;
+                self.last = Some(next);
+            }
+        }
+    }
+
+    /// A scan of `rows` rows begins.
+    pub fn begin(&mut self, rows: u16) {
+        self.track.begin(rows);
+        self.waiting.clear();
+        self.begun = None;
+        self.since_s = None;
+        self.moved_m = None;
+        self.scan = Input::Good;
+    }
+
+    /// Row `row` of the map was seen, its mid chirp at `at`.
+    pub fn row(&mut self, row: u16, at: Micros) {
+        if self.begun.is_none() {
+            let origin = self.last.map_or(0, |last| last.reading.travel);
+            self.begun = Some((at, origin));
+        }
+        if self.waiting.is_full()
+            && let Some((row, at)) = self.waiting.pop_front()
+        {
+            self.lost(row, at, Input::Late);
+        }
+        // There is room.
+        let _ = self.waiting.push_back((row, at));
+    }
+
+    /// A row whose place is not known: its time still is.
+    fn lost(&mut self, row: u16, at: Micros, why: Input) {
+        self.spoil(match self.state {
+            Input::Absent => Input::Absent,
+            _ => why,
+        });
+        let time_s = self.time_s(at);
+        let place = RowPose {
+            time_s,
+            ..self.track.end()
+        };
+        self.track.add(row, place);
+    }
+
+    fn time_s(&self, at: Micros) -> f32 {
+        let begun = self.begun.map_or(at, |(begun, _)| begun);
+        at.since(begun) as f32 * 1e-6
+    }
+
+    /// Places the rows up to `until` on the line through the last two readings.
+    fn settle(&mut self, until: Micros) {
+        while let Some(&(row, at)) = self.waiting.front() {
+            if !until.reached(at) {
+                return;
+            }
+            self.waiting.pop_front();
+            match self.place(at) {
+                Some(place) => self.track.add(row, place),
+                None => self.lost(row, at, Input::Late),
+            }
+        }
+    }
+
+    /// Where the chair was at `at`, on the line through the last two readings; none before them.
+    fn place(&self, at: Micros) -> Option<RowPose> {
+        let (before, last) = (self.before?, self.last?);
+        // Before the readings that there are nothing is known.
+        if !at.reached(before.at) {
+            return None;
+        }
+        let (_, origin) = self.begun?;
+        let span = last.at.since(before.at);
+        let share = if span == 0 {
+            1.0
+        } else {
+            at.since(before.at) as f32 / span as f32
+        };
+        let between = |a: i32, b: i32| a as f32 + share * (b.wrapping_sub(a)) as f32;
+        let travel = between(
+            before.reading.travel.wrapping_sub(origin),
+            last.reading.travel.wrapping_sub(origin),
+        );
+        let pitch = match (before.reading.pitch, last.reading.pitch) {
+            (Some(a), Some(b)) => between(a, b),
+            _ => 0.0,
+        };
+        Some(RowPose {
+            time_s: self.time_s(at),
+            travel_m: travel * 1e-4,
+            pitch_rad: pitch * 1e-3 * RAD_PER_DEG,
+        })
+    }
+
+    /// The scan has seen its last row.
+    pub fn finish(&mut self, now: Micros) {
+        let last_row = self.waiting.back().map(|&(_, at)| at);
+        match self.last {
+            Some(last) if now.since(last.at) <= self.oldest_us => self.settle(now),
+            stale => {
+                if stale.is_some() {
+                    self.fault(Input::Late);
+                    self.chain = self.chain.wrapping_add(1);
+                    (self.before, self.last) = (None, None);
+                }
+                while let Some((row, at)) = self.waiting.pop_front() {
+                    self.lost(row, at, Input::Late);
+                }
+            }
+        }
+        let Some((begun, origin)) = self.begun else {
+            return;
+        };
+        let end = self.track.end();
+        let at = last_row.unwrap_or(begun.plus((end.time_s * 1e6) as u32));
+        let known = self.scan == Input::Good;
+        let travel = known.then_some((origin, end.travel_m, self.chain));
+        if let Some(before) = self.end {
+            self.since_s = Some(at.since(before.at) as f32 * 1e-6);
+            self.moved_m = match (before.travel, travel) {
+                (Some((a, a_m, chain)), Some((b, b_m, same))) if chain == same => {
+                    Some(b.wrapping_sub(a) as f32 * 1e-4 + b_m - a_m)
+                }
+                _ => None,
+            };
+        }
+        self.end = Some(End { at, travel });
+    }
+
+    /// What is known of the chair's motion in the scan that has just ended.
+    pub fn drive(&self, mode: Mode, chirp_us: u32) -> Drive<'_> {
+        if mode == Mode::Standing {
+            return Drive::STANDING;
+        }
+        Drive {
+            mode,
+            input: self.scan,
+            track: Some(&self.track),
+            moved_m: self.moved_m,
+            since_s: self.since_s,
+            stood: false,
+            chirp_s: chirp_us as f32 * 1e-6,
+            memory: self.memory,
+        }
+    }
+
+    /// What becomes of what earlier scans said.
+    pub fn remember(&mut self, memory: Retention) {
+        self.memory = memory;
+    }
+}
+
+/// Whether a chair can have gone from one reading to the next.
+fn steady(a: &Arrived, b: &Arrived) -> bool {
+    let us = u64::from(b.at.since(a.at));
+    let travel = u64::from(b.reading.travel.abs_diff(a.reading.travel));
+    // 0.1 mm, and mm/s times µs.
+    let far = travel * 100_000 > FASTEST_MM_S * us + TRAVEL_SLACK_MM * 1_000_000;
+    let tipped = match (a.reading.pitch, b.reading.pitch) {
+        (Some(a), Some(b)) => {
+            u64::from(b.abs_diff(a)) * 1_000 > FASTEST_DEG_S * us + PITCH_SLACK * 1_000
+        }
+        (None, None) => false,
+        // An inclinometer that comes or goes.
+        _ => true,
+    };
+    !far && !tipped
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    /// Sentences 10 ms apart from a chair at 0.2 m/s whose nose comes up by half a degree a second.
+    fn reading(k: u16) -> Reading {
+        Reading {
+            sequence: 65_500_u16.wrapping_add(k),
+            travel: 123_456 + 20 * i32::from(k),
+            pitch: Some(-300 + 5 * i32::from(k)),
+        }
+    }
+
+    fn at(k: u16) -> Micros {
+        // Over the counter's wrap.
+        Micros(u32::MAX - 400_000).plus(10_000 * u32::from(k))
+    }
+
+    const ROWS: u16 = 281;
+
+    /// When row `row` is seen, µs after sentence 0: the scan begins between two sentences.
+    fn seen(row: u16) -> u32 {
+        24_000 + 4_630 * u32::from(row)
+    }
+
+    /// A scan during which `send` says what arrives in place of each sentence.
+    fn scan(odometry: &mut Odometry, mut send: impl FnMut(&mut Odometry, u16)) {
+        let mut row = 0;
+        odometry.begin(ROWS);
+        for k in 0..140 {
+            while row < ROWS && seen(row) < 10_000 * u32::from(k) {
+                odometry.row(row, at(0).plus(seen(row)));
+                row += 1;
+            }
+            if row == ROWS {
+                break;
+            }
+            send(odometry, k);
+        }
+        odometry.finish(at(0).plus(seen(ROWS - 1) + 100));
+    }
+
+    fn take(odometry: &mut Odometry, k: u16) {
+        odometry.take(at(k), reading(k));
+    }
+
+    #[test]
+    fn rows_lie_where_the_chair_was_at_their_mid_chirp() {
+        for every in [1, 3, 15] {
+            let mut odometry = Odometry::new();
+            scan(&mut odometry, |o, k| {
+                if k % every == 0 {
+                    take(o, k);
+                }
+            });
+            let drive = odometry.drive(Mode::Auto, 1_000);
+            assert_eq!(drive.input, Input::Good, "{every}");
+            let track = drive.known().unwrap();
+            for row in [0, 3, 100, 277, 280] {
+                let s = (seen(row) - seen(0)) as f32 * 1e-6;
+                let place = track.at(f32::from(row));
+                let turned = place.pitch_rad - track.at(0.0).pitch_rad;
+                assert!((place.time_s - s).abs() < 2e-5, "{row}: {place:?}");
+                let travel_m = place.travel_m - track.at(0.0).travel_m;
+                assert!((travel_m - 0.2 * s).abs() < 2e-5, "{row}: {place:?}");
+                assert!((turned - 0.5 * s * RAD_PER_DEG).abs() < 2e-5, "{row}");
+            }
+            assert_eq!((drive.moved_m, drive.since_s), (None, None));
+        }
+    }
+
+    #[test]
+    fn the_way_between_two_scans_is_from_last_row_to_last_row() {
+        let mut odometry = Odometry::new();
+        odometry.take(at(0), reading(0));
+        let mut ends = Vec::new();
+        for first in [1u16, 41] {
+            odometry.begin(2);
+            for row in 0..2 {
+                let k = first + 10 * row;
+                odometry.row(row, at(k).plus(5_000));
+                (k..k + 10).for_each(|k| take(&mut odometry, k));
+            }
+            odometry.finish(at(first + 19));
+            (first + 20..first + 40).for_each(|k| take(&mut odometry, k));
+            ends.push((odometry.moved_m, odometry.since_s));
+        }
+        let (moved, since) = (ends[1].0.unwrap(), ends[1].1.unwrap());
+        assert!((moved - 0.08).abs() < 1e-5 && (since - 0.4).abs() < 1e-5);
+    }
+
+    /// What each fault is called, and that the scan then has no motion input.
+    #[test]
+    fn faults_are_named_and_leave_the_scan_without_motion_input() {
+        type Send = fn(&mut Odometry, u16);
+        let cases: [(&str, Input, Send); 7] = [
+            ("never", Input::Absent, |_, _| {}),
+            ("late", Input::Late, |o, k| {
+                if !(40..65).contains(&k) {
+                    take(o, k);
+                }
+            }),
+            ("ends", Input::Late, |o, k| {
+                if k < 100 {
+                    take(o, k);
+                }
+            }),
+            ("jumps", Input::Jumping, |o, k| {
+                let jump = if k > 70 { 1_000 } else { 0 };
+                let travel = reading(k).travel + jump;
+                o.take(
+                    at(k),
+                    Reading {
+                        travel,
+                        ..reading(k)
+                    },
+                );
+            }),
+            ("tips", Input::Jumping, |o, k| {
+                let jump = if k > 70 { 3_000 } else { 0 };
+                let pitch = reading(k).pitch.map(|p| p + jump);
+                o.take(
+                    at(k),
+                    Reading {
+                        pitch,
+                        ..reading(k)
+                    },
+                );
+            }),
+            ("stuck", Input::Frozen, |o, k| {
+                o.take(at(k), reading(k.min(60)));
+            }),
+            ("swapped", Input::Disordered, |o, k| {
+                let swap = if k % 20 < 18 { k } else { k ^ 1 };
+                o.take(at(k), reading(swap));
+            }),
+        ];
+        for (name, input, send) in cases {
+            let mut odometry = Odometry::new();
+            scan(&mut odometry, send);
+            let drive = odometry.drive(Mode::Auto, 1_000);
+            assert_eq!(drive.input, input, "{name}");
+            assert!(drive.known().is_none() && drive.moved_m.is_none(), "{name}");
+            assert_eq!(odometry.faults() > 0, name != "never", "{name}");
+            // When each row was seen is known all the same.
+            let end_s = drive.track.unwrap().at(280.0).time_s;
+            assert!((end_s - 280.0 * 4.63e-3).abs() < 1e-4, "{name}: {end_s}");
+        }
+        let mut odometry = Odometry::new();
+        scan(&mut odometry, |o, k| match k {
+            50 => o.garbled(),
+            _ => take(o, k),
+        });
+        assert_eq!(odometry.drive(Mode::Auto, 1_000).input, Input::Garbled);
+    }
+
+    #[test]
+    fn a_controller_that_begins_anew_is_believed_from_the_next_scan_on() {
+        let mut odometry = Odometry::new();
+        scan(&mut odometry, |o, k| {
+            let travel = reading(k).travel - if k > 70 { 123_000 } else { 0 };
+            o.take(
+                at(k),
+                Reading {
+                    travel,
+                    ..reading(k)
+                },
+            );
+        });
+        assert_eq!(odometry.drive(Mode::Auto, 0).input, Input::Jumping);
+        odometry.begin(2);
+        for k in 130..160 {
+            if k == 140 || k == 150 {
+                odometry.row(k / 10 - 14, at(k));
+            }
+            let travel = reading(k).travel - 123_000;
+            odometry.take(
+                at(k),
+                Reading {
+                    travel,
+                    ..reading(k)
+                },
+            );
+        }
+        odometry.finish(at(159));
+        let drive = odometry.drive(Mode::Auto, 0);
+        assert_eq!((drive.input, drive.moved_m), (Input::Good, None));
+    }
+
+    #[test]
+    fn a_standing_chair_has_no_track() {
+        let mut odometry = Odometry::new();
+        scan(&mut odometry, take);
+        assert!(odometry.drive(Mode::Standing, 0).track.is_none());
+        assert_eq!(odometry.state(at(139)), Input::Good);
+        assert_eq!(odometry.state(at(139).plus(300_000)), Input::Late);
+    }
+}

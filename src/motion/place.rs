@@ -1,0 +1,114 @@
+//! Every echo put where it was seen: from the mirror at the scan's last row.
+//!
+//! A row was seen from where the chair was then, with the nose as high as it was then. An up-chirp
+//! that comes back from something nearing beats lower by the Doppler shift, and so seems nearer than
+//! it is at mid chirp.
+
+use super::known::Drive;
+use super::track::{RowPose, Track};
+use crate::config::{Plane, RadarConfig};
+use crate::math;
+use crate::signal::echoes::{Echo, Walk};
+use crate::signal::grid::{Geometry, PolarMap};
+
+/// How the chair went during a scan.
+#[derive(Clone, Copy, Debug)]
+pub struct Ride<'a> {
+    /// When each row was seen, and where.
+    pub track: &'a Track,
+    /// Steady forward speed in place of the track's travel, metres a second.
+    pub creep: Option<f32>,
+    /// Metres by which something seems nearer for each metre a second that it nears: carrier times
+    /// duration over bandwidth of the chirp.
+    pub coupling_s: f32,
+}
+
+impl<'a> Ride<'a> {
+    /// That of a chair whose motion is known.
+    pub fn of(drive: &Drive<'a>, radar: &RadarConfig) -> Option<Self> {
+        Some(Self::along(drive.known()?, drive, radar))
+    }
+
+    /// Along a track.
+    pub fn along(track: &'a Track, drive: &Drive<'a>, radar: &RadarConfig) -> Self {
+        let ratio = radar.carrier_khz as f32 / radar.bandwidth_khz.max(1) as f32;
+        Self {
+            track,
+            creep: None,
+            coupling_s: drive.chirp_s * ratio,
+        }
+    }
+
+    /// How something fixed at `range_m` moves from row to row while row `row` is seen.
+    pub fn walk(&self, map: &PolarMap, row: usize, range_m: f32) -> Walk {
+        let geometry = map.geometry();
+        let step = self.track.per_row(row as f32);
+        let (x, down) = {
+            let (x, y) = geometry.point(range_m, map.angle_rad(row));
+            (x, geometry.mount_height_m - y)
+        };
+        let squared = math::max(range_m * range_m, f32::MIN_POSITIVE);
+        // Angles count downwards, or from straight down to the front: nose up lifts the beam.
+        let down_rad = step.pitch_rad + step.travel_m * down / squared;
+        let rad = match geometry.plane {
+            Plane::Depth => down_rad,
+            Plane::Height => -down_rad,
+        };
+        Walk {
+            bins: -step.travel_m * x / (math::max(range_m, f32::MIN_POSITIVE) * geometry.bin_m),
+            steps: 1.0 - rad / geometry.step_rad,
+        }
+    }
+
+    /// Where row `row` was seen.
+    pub fn at(&self, row: f32) -> RowPose {
+        self.with_creep(self.track.at(row))
+    }
+
+    /// Where the last row was seen.
+    pub fn end(&self) -> RowPose {
+        self.with_creep(self.track.end())
+    }
+
+    fn with_creep(&self, place: RowPose) -> RowPose {
+        match self.creep {
+            Some(speed) => RowPose {
+                travel_m: speed * place.time_s,
+                ..place
+            },
+            None => place,
+        }
+    }
+
+    /// Forward speed around `row`, metres a second.
+    pub fn speed(&self, row: f32) -> f32 {
+        self.creep.unwrap_or_else(|| self.track.speed(row))
+    }
+
+    /// Puts an echo where it lies from the mirror at the last row.
+    pub fn place(&self, echo: &mut Echo, map: &PolarMap) {
+        let geometry = map.geometry();
+        let row = row_of(echo, map);
+        let at = self.at(row);
+        let angle_rad = match geometry.plane {
+            Plane::Depth => echo.angle_rad - at.pitch_rad,
+            Plane::Height => echo.angle_rad + at.pitch_rad,
+        };
+        let nearing = self.speed(row) * forward(geometry, angle_rad);
+        let range_m = echo.range_m + nearing * self.coupling_s;
+        let (x_m, y_m) = geometry.point(range_m, angle_rad);
+        echo.x_m = x_m - (self.end().travel_m - at.travel_m);
+        echo.y_m = y_m;
+        (echo.range_m, echo.angle_rad) = geometry.polar(echo.x_m, echo.y_m);
+    }
+}
+
+/// How much of a line of sight runs forward.
+pub fn forward(geometry: &Geometry, angle_rad: f32) -> f32 {
+    geometry.point(1.0, angle_rad).0
+}
+
+/// The (fractional) row under which an echo was seen that has not been placed yet.
+pub fn row_of(echo: &Echo, map: &PolarMap) -> f32 {
+    (echo.angle_rad - map.angle_rad(0)) / map.geometry().step_rad
+}

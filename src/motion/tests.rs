@@ -1,0 +1,272 @@
+//! Echoes seen from a chair that drives: put where they lie, and compared from sweep to sweep.
+
+use super::*;
+use crate::config::Config;
+use crate::signal::echoes::{Echo, Echoes, Walk, tests};
+use crate::signal::grid::PolarMap;
+use crate::verdict::{Evidence, Outcome, Reason, Sight, Status};
+use std::vec::Vec;
+
+const ROW_S: f32 = 0.0046;
+const ROWS: u16 = 281;
+/// From the last row of a sweep to the first of the next.
+const TURN_S: f32 = 0.1;
+const CHIRP_S: f32 = 0.001;
+
+/// Corners of a flight and of what stands around it: x, y, dB.
+const SCENE: [(f32, f32, f32); 7] = [
+    (1.3, 0.17, 35.0),
+    (1.58, 0.34, 30.0),
+    (1.86, 0.51, 22.0),
+    (1.3, 0.0, 28.0),
+    (0.7, 0.0, 14.0),
+    (0.93, 0.0, 15.0),
+    (2.1, 0.8, 18.0),
+];
+
+/// A chair at a speed, whose nose rises by so much a second.
+#[derive(Clone, Copy)]
+struct Chair {
+    speed: f32,
+    rad_s: f32,
+    /// Whether motion input and phases say that it stood.
+    stood: bool,
+}
+
+impl Chair {
+    fn place(&self, time_s: f32) -> RowPose {
+        RowPose {
+            time_s,
+            travel_m: self.speed * time_s,
+            pitch_rad: self.rad_s * time_s,
+        }
+    }
+
+    /// Sweep `sweep`: its track, counted from its first row, and the echoes as they are seen.
+    fn sweep(&self, map: &PolarMap, config: &Config, sweep: u16) -> (Track, Echoes) {
+        let first_s = f32::from(sweep) * (f32::from(ROWS - 1) * ROW_S + TURN_S);
+        let arrival = |row: f32| match sweep % 2 {
+            0 => row,
+            _ => f32::from(ROWS - 1) - row,
+        };
+        let mut track = Track::new();
+        track.begin(ROWS);
+        for k in 0..ROWS {
+            let row = arrival(f32::from(k)) as u16;
+            track.add(row, self.place(f32::from(k) * ROW_S));
+        }
+        let coupling_s =
+            CHIRP_S * config.radar.carrier_khz as f32 / config.radar.bandwidth_khz as f32;
+        let geometry = map.geometry();
+        let echo = |&(x, y, snr_db): &(f32, f32, f32)| {
+            let mut echo = Echo::default();
+            let mut row = 140.0;
+            // The row whose beam meets the point while the chair drives on.
+            for _ in 0..20 {
+                let at = self.place(first_s + arrival(row) * ROW_S);
+                let seen_from = self.place(first_s).pitch_rad;
+                let ahead = x - at.travel_m;
+                let (range, angle) = geometry.polar(ahead, y);
+                let nearing = self.speed * ahead / range;
+                echo = Echo {
+                    snr_db,
+                    range_m: range - nearing * coupling_s,
+                    angle_rad: angle + at.pitch_rad - seen_from,
+                    width: 1.0,
+                    ..Echo::default()
+                };
+                row = (echo.angle_rad - map.angle_rad(0)) / geometry.step_rad;
+            }
+            (echo.x_m, echo.y_m) = geometry.point(echo.range_m, echo.angle_rad);
+            echo
+        };
+        (track, SCENE.iter().map(echo).collect())
+    }
+}
+
+fn drive(track: &Track, input: Input, moved_m: Option<f32>, sweep: u16) -> Drive<'_> {
+    let since_s = (sweep > 0).then_some(f32::from(ROWS - 1) * ROW_S + TURN_S);
+    Drive {
+        mode: Mode::Auto,
+        input,
+        track: Some(track),
+        moved_m: moved_m.filter(|_| sweep > 0),
+        since_s,
+        stood: false,
+        chirp_s: CHIRP_S,
+        memory: Retention::Kept,
+    }
+}
+
+/// An answer that nothing but `agreement` keeps from being `ok`.
+fn under(agreement: Agreement) -> Outcome {
+    let mut outcome = Outcome::silent();
+    let sight = Sight {
+        heard: true,
+        ..Sight::nothing(agreement)
+    };
+    outcome.decide(&Evidence {
+        sight: Some(sight),
+        ..Evidence::default()
+    });
+    outcome
+}
+
+/// What `sweeps` sweeps say of an `ok` answer, and the last one's echoes; `said` makes of the travel what
+/// the odometer says.
+fn told(chair: Chair, sweeps: u16, input: Input, said: fn(f32) -> f32) -> (Outcome, Echoes) {
+    let config = Config::default();
+    let map = tests::map(&config, |_, _| 80);
+    let mut compared = Sweeps::new();
+    let mut last = (Outcome::silent(), Echoes::new());
+    for sweep in 0..sweeps {
+        let (track, mut echoes) = chair.sweep(&map, &config, sweep);
+        let mut told = Track::new();
+        told.begin(ROWS);
+        for k in 0..ROWS {
+            let row = if sweep % 2 == 0 { k } else { ROWS - 1 - k };
+            let place = track.at(f32::from(row));
+            let travel_m = said(place.travel_m);
+            told.add(row, RowPose { travel_m, ..place });
+        }
+        let way = said(chair.speed * (f32::from(ROWS - 1) * ROW_S + TURN_S));
+        let drive = Drive {
+            stood: chair.stood,
+            ..drive(&told, input, Some(way), sweep)
+        };
+        let agreement = compared.compare(&map, &config, &drive, &mut echoes);
+        last = (under(agreement), echoes);
+    }
+    last
+}
+
+const STANDING: Chair = Chair {
+    speed: 0.0,
+    rad_s: 0.0,
+    stood: false,
+};
+
+fn driving(speed: f32) -> Chair {
+    Chair { speed, ..STANDING }
+}
+
+/// Largest distance of the echoes from where their points lie at the end of sweep `sweep`, metres.
+fn worst(chair: Chair, echoes: &Echoes, sweep: u16) -> f32 {
+    let sweep_s = f32::from(ROWS - 1) * ROW_S;
+    let travel = chair.speed * (f32::from(sweep) * (sweep_s + TURN_S) + sweep_s);
+    let off = SCENE.iter().zip(echoes).map(|(&(x, y, _), e)| {
+        let (dx, dy) = (e.x_m - (x - travel), e.y_m - y);
+        dx.abs().max(dy.abs())
+    });
+    off.fold(0.0, f32::max)
+}
+
+#[test]
+fn every_echo_lies_where_it_was_seen_from() {
+    for speed in [-0.2, 0.05, 0.2] {
+        let chair = driving(speed);
+        for sweep in [0, 1] {
+            let (outcome, echoes) = told(chair, sweep + 1, Input::Good, |m| m);
+            let off = worst(chair, &echoes, sweep);
+            assert!(off < 5e-4, "{speed}: {off}");
+            assert_eq!(outcome.status() == Status::Ok, sweep > 0, "{speed}");
+        }
+    }
+    // The nose rises by a degree during the first sweep.
+    let chair = Chair {
+        speed: 0.1,
+        rad_s: 0.0135,
+        stood: false,
+    };
+    let (_, echoes) = told(chair, 1, Input::Good, |m| m);
+    assert!(worst(chair, &echoes, 0) < 5e-4);
+}
+
+#[test]
+fn a_first_sweep_confirms_nothing_and_a_second_one_a_standing_chair() {
+    for input in [Input::Absent, Input::Late, Input::Good] {
+        let (first, _) = told(STANDING, 1, input, |m| m);
+        assert!(first.status() == Status::Degraded && first.reasons().has(Reason::Unconfirmed));
+        let (second, _) = told(STANDING, 2, input, |m| m);
+        assert_eq!(second.status(), Status::Ok, "{input:?}");
+        assert_eq!(
+            second.reasons().has(Reason::MotionInput),
+            input == Input::Late
+        );
+    }
+}
+
+#[test]
+fn a_first_sweep_of_a_chair_that_is_said_and_seen_to_stand_needs_no_second() {
+    let seen = Chair {
+        stood: true,
+        ..STANDING
+    };
+    let (first, _) = told(seen, 1, Input::Good, |m| m);
+    assert!(first.status() == Status::Ok && first.reasons().is_empty());
+    let (unseen, _) = told(STANDING, 1, Input::Good, |m| m);
+    assert!(unseen.status() == Status::Degraded && !unseen.reasons().is_empty());
+    // A sweep before that contradicts the way from it, 30 cm here, does so all the same.
+    let (second, _) = told(seen, 2, Input::Good, |_| 0.3);
+    assert!(second.status() == Status::Degraded && !second.reasons().is_empty());
+}
+
+#[test]
+fn odometers_that_stand_or_count_backward_are_contradicted() {
+    for said in [(|_| 0.0) as fn(f32) -> f32, |m| -m] {
+        for speed in [0.05, 0.2, 0.5] {
+            let (outcome, _) = told(driving(speed), 2, Input::Good, said);
+            assert!(outcome.reasons().has(Reason::Moving), "{speed}");
+            assert_eq!(outcome.status(), Status::Degraded);
+        }
+    }
+    // Two per cent off are none.
+    let (outcome, _) = told(driving(0.2), 2, Input::Good, |m| 1.02 * m);
+    assert_eq!(outcome.status(), Status::Ok);
+}
+
+#[test]
+fn a_steady_creep_is_seen_without_motion_input_and_is_no_ok() {
+    for speed in [-0.1, 0.02, 0.05, 0.2] {
+        let chair = driving(speed);
+        for sweep in [1, 2] {
+            let (outcome, echoes) = told(chair, sweep + 1, Input::Absent, |m| m);
+            assert!(outcome.reasons().has(Reason::Moving), "{speed}");
+            assert_eq!(outcome.status(), Status::Degraded);
+            let off = worst(chair, &echoes, sweep);
+            assert!(off < 5e-3, "{speed}: {off}");
+        }
+    }
+}
+
+#[test]
+fn a_chair_known_to_stand_is_not_compared() {
+    let config = Config::default();
+    let map = tests::map(&config, |_, _| 80);
+    let (_, seen) = driving(0.3).sweep(&map, &config, 0);
+    let mut echoes = seen.clone();
+    let mut sweeps = Sweeps::new();
+    let agreement = sweeps.compare(&map, &config, &Drive::STANDING, &mut echoes);
+    assert_eq!((agreement, echoes), (Agreement::STANDING, seen));
+}
+
+#[test]
+fn a_point_walks_as_the_track_says() {
+    let config = Config::default();
+    let map = tests::map(&config, |_, _| 80);
+    let (track, _) = driving(0.2).sweep(&map, &config, 0);
+    let drive = drive(&track, Input::Good, None, 0);
+    let ride = Ride::of(&drive, &config.radar).unwrap();
+    let geometry = map.geometry();
+    let walks: Vec<Walk> = [60, 180].map(|row| ride.walk(&map, row, 1.0)).into();
+    for (row, walk) in [60, 180].into_iter().zip(walks) {
+        let (x, y) = geometry.point(1.0, map.angle_rad(row));
+        let (range, angle) = geometry.polar(x - 0.2 * ROW_S, y);
+        assert!((walk.bins - (range - 1.0) / geometry.bin_m).abs() < 1e-3);
+        let turned = (angle - map.angle_rad(row)) / geometry.step_rad;
+        assert!(
+            (walk.steps - (1.0 - turned)).abs() < 1e-3,
+            "{walk:?} {turned}"
+        );
+    }
+}

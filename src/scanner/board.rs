@@ -1,0 +1,154 @@
+//! What the scanner is built over, beside its mirror and its radar module.
+
+use super::settings::Settings;
+use super::store::StoreError;
+use crate::report::command::Measure;
+use crate::verdict::Reasons;
+
+/// Most bytes that are read of a port in one go, so that a module that never falls silent cannot hold the
+/// scanner up beyond a deadline: more than a port's queue holds.
+pub const MOST_READ: u32 = 4096;
+
+/// A serial port that never waits.
+pub trait BytePort {
+    /// The next byte that has come in.
+    fn read(&mut self) -> Option<u8>;
+    /// Throws away what has come in, before a request: it answers an earlier one. A module that babbles fills
+    /// the port again meanwhile.
+    fn drain(&mut self) {
+        for _ in 0..MOST_READ {
+            if self.read().is_none() {
+                break;
+            }
+        }
+    }
+    /// Takes as many bytes as fit and says how many.
+    fn write(&mut self, bytes: &[u8]) -> usize;
+    /// Bytes that came damaged or were lost on the way in, since boot; 65535 for more.
+    fn errors(&self) -> u16 {
+        0
+    }
+    /// Whether the port can be set to this rate, baud, exactly.
+    fn has_rate(&self, _baud: u32) -> bool {
+        false
+    }
+    /// Sets it to a rate that it has, while it sends nothing.
+    fn set_rate(&mut self, _baud: u32) {}
+    /// A pulse on the TRIG pin beside the port.
+    fn pulse(&mut self) {}
+}
+
+/// What else the scanner needs of its board.
+pub trait Board {
+    /// Whether `stop` was the last word; survives a reset.
+    fn stopped(&self) -> bool;
+    /// Remembers whether to stand still.
+    fn set_stopped(&mut self, stopped: bool);
+    /// Hash of the settings that were in force before the reset; `None` after the power was off.
+    fn settings_before(&self) -> Option<u32>;
+    /// Remembers the hash of the settings that are in force over a reset.
+    fn note_settings(&mut self, hash: u32);
+    /// Keeps `settings` over loss of power. May take as long as flash takes to erase, during which
+    /// nothing else runs: only from a standstill.
+    fn save(&mut self, settings: &Settings) -> Result<(), StoreError>;
+    /// The firmware has run long enough to forget crashes before this boot.
+    fn survived(&mut self);
+    /// A diagnostic value.
+    fn measure(&self, measure: Measure) -> u32;
+}
+
+impl<P: BytePort + ?Sized> BytePort for &mut P {
+    fn read(&mut self) -> Option<u8> {
+        (**self).read()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        (**self).write(bytes)
+    }
+
+    fn errors(&self) -> u16 {
+        (**self).errors()
+    }
+
+    fn has_rate(&self, baud: u32) -> bool {
+        (**self).has_rate(baud)
+    }
+
+    fn set_rate(&mut self, baud: u32) {
+        (**self).set_rate(baud);
+    }
+
+    fn pulse(&mut self) {
+        (**self).pulse();
+    }
+}
+
+impl<B: Board + ?Sized> Board for &mut B {
+    fn stopped(&self) -> bool {
+        (**self).stopped()
+    }
+
+    fn set_stopped(&mut self, stopped: bool) {
+        (**self).set_stopped(stopped);
+    }
+
+    fn settings_before(&self) -> Option<u32> {
+        (**self).settings_before()
+    }
+
+    fn note_settings(&mut self, hash: u32) {
+        (**self).note_settings(hash);
+    }
+
+    fn save(&mut self, settings: &Settings) -> Result<(), StoreError> {
+        (**self).save(settings)
+    }
+
+    fn survived(&mut self) {
+        (**self).survived();
+    }
+
+    fn measure(&self, measure: Measure) -> u32 {
+        (**self).measure(measure)
+    }
+}
+
+/// What the first sentence after boot says.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Identity {
+    /// Version of the firmware.
+    pub version: &'static str,
+    /// Git revision that it was built from.
+    pub revision: &'static str,
+    /// Why the chip was reset.
+    pub reset: &'static str,
+    /// What drives the core.
+    pub clock: &'static str,
+    /// Boots since power came, this one included.
+    pub boots: u32,
+    /// The chip's own number.
+    pub serial: [u32; 3],
+    /// What `status` shows until a scan has succeeded: a reset by watchdog or crash. With
+    /// [`Reason::CrashLoop`](crate::verdict::Reason::CrashLoop) the scanner stands still until it is
+    /// told to start.
+    pub reasons: Reasons,
+    /// What is wrong with the processor, its memory, clock and supply as long as this boot lasts. With
+    /// [`Reason::ImageUnsealed`](crate::verdict::Reason::ImageUnsealed) no answer is `ok`; with any other the
+    /// scanner does not scan, but for
+    /// [`Reason::InternalClock`](crate::verdict::Reason::InternalClock) where the setting `internal-clock`
+    /// allows it.
+    pub standing: Reasons,
+}
+
+/// The scanner's hardware, each piece behind its trait.
+#[derive(Clone, Copy, Debug)]
+pub struct Hardware<M, L, P, B> {
+    /// The mirror ([`super::Mirror`]).
+    pub mirror: M,
+    /// The radar module ([`crate::signal::radar::RadarModule`]).
+    pub link: L,
+    /// The report port ([`BytePort`]).
+    pub port: P,
+    /// The rest ([`Board`]).
+    pub board: B,
+}

@@ -1,0 +1,81 @@
+//! `calibrate`: a scan of a floor and a wall sets how the scanner is mounted.
+
+use super::states::{Errand, Machine};
+use crate::config::ConfigError;
+use crate::report::command::CalibrationRequest;
+use crate::report::crc;
+use crate::scanner::board::{Board, BytePort};
+use crate::scanner::chain::DataPath;
+use crate::scanner::mirror::Mirror;
+use crate::scanner::settings;
+use crate::scanner::sweep::Rows;
+use crate::scanner::time::Micros;
+use crate::signal::radar::module::RadarModule;
+
+impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
+    /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.
+    #[inline(never)]
+    pub fn calibrate(&mut self, now: Micros, task: CalibrationRequest) {
+        if !self.stands() {
+            return self.refuse_calibration(ConfigError {
+                field: "state",
+                expected: "idle: stop first",
+            });
+        }
+        // Plane and mirror's offset are not seen, and height and angle only near what they are.
+        match self.settings.fit_to_save() {
+            Ok(()) => {
+                self.calibration = Some(task);
+                self.begin(now, Errand::Once);
+            }
+            Err(error) => self.refuse_calibration(error),
+        }
+    }
+
+    /// What follows from the scan: saved settings, or a refusal that changes nothing.
+    #[inline(never)]
+    pub(super) fn calibrated(&mut self, rows: &Rows, task: CalibrationRequest) {
+        match self.take_calibration(rows, task) {
+            Ok(()) => self.reports.done("calibrate"),
+            Err(error) => self.refuse_calibration(error),
+        }
+    }
+
+    fn take_calibration(
+        &mut self,
+        rows: &Rows,
+        task: CalibrationRequest,
+    ) -> Result<(), ConfigError> {
+        if rows.lost > 0 || rows.fault.is_some() {
+            return Err(ConfigError {
+                field: "rows",
+                expected: "a scan without lost rows or faults",
+            });
+        }
+        let found = self.data.calibrate(f32::from(task.wall_mm) / 1e3)?;
+        let mut settings = *self.settings.get();
+        settings.calibrate(&found);
+        settings.calibrated.date = task.date;
+        settings.calibrated.chip = crc::of_words(&self.identity.serial);
+        if let Some(reading) = self.hardware.mirror.home_reading() {
+            settings.motor.encoder.home = reading;
+        }
+        settings.validate()?;
+        let saved = self.hardware.board.save(&settings);
+        saved.map_err(|error| ConfigError {
+            field: "flash",
+            expected: error.expected(),
+        })?;
+        self.change("mount-height", &settings)?;
+        // Where home is has another angle now.
+        self.hardware.mirror.disable();
+        let scale = settings::number(i64::from(settings.config.mount.range_scale));
+        self.reports.value("range-scale", &scale);
+        Ok(())
+    }
+
+    pub(super) fn refuse_calibration(&mut self, error: ConfigError) {
+        self.reports
+            .refuse("calibrate", error.field, error.expected);
+    }
+}

@@ -1,0 +1,254 @@
+//! Commands: lines of the report port, carried out one by one.
+
+use super::pulse::Pulse;
+use super::states::{Errand, Machine};
+use crate::config::ConfigError;
+use crate::report::LiveLine;
+use crate::report::command::{self, Command, LineReader, ParserEvent};
+use crate::scanner::board::{Board, BytePort};
+use crate::scanner::chain::DataPath;
+use crate::scanner::mirror::Mirror;
+use crate::scanner::settings::{self, Settings};
+use crate::scanner::time::Micros;
+use crate::signal::radar::module::RadarModule;
+
+/// Most bytes that are read in one go, so that who never falls silent cannot hold the scanner up: more than a
+/// port's queue holds.
+const MOST_READ: u32 = 1024;
+
+/// The line that comes in over the report port, and the list that goes out.
+#[derive(Debug)]
+pub(super) struct Console {
+    reader: LineReader,
+    /// Next key that `get` lists.
+    listing: Option<usize>,
+    /// What has been read and waits for room to be answered.
+    held: Option<Held>,
+    /// Lines that were refused.
+    refused: u16,
+    pulse: Pulse,
+}
+
+/// What has been read and is to be answered.
+#[derive(Clone, Copy, Debug)]
+enum Held {
+    /// A line.
+    Line,
+    /// What cannot be one.
+    Bad(ConfigError),
+}
+
+impl Console {
+    /// Nothing has been typed yet.
+    pub fn new(now: Micros) -> Self {
+        Self {
+            reader: LineReader::default(),
+            listing: None,
+            held: None,
+            refused: 0,
+            pulse: Pulse::new(now),
+        }
+    }
+
+    /// Carries out what has been typed, and hands the port what there is to say.
+    pub(super) fn step<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
+        &mut self,
+        now: Micros,
+        machine: &mut Machine<'_, M, L, P, B, D>,
+    ) {
+        self.list(machine);
+        self.read(now, machine);
+        self.beat(now, machine);
+        machine.reports.pump(&mut machine.hardware.port);
+    }
+
+    /// Says how the scanner fares when that is due, and nothing else waits for the port: a port that is
+    /// slow or stuck gets no more to carry by it.
+    fn beat<M, L, P: BytePort, B, D>(
+        &mut self,
+        now: Micros,
+        machine: &mut Machine<'_, M, L, P, B, D>,
+    ) {
+        if let Some(at) = machine.answered.take() {
+            self.pulse.answered(at);
+        }
+        self.pulse.count(now);
+        if self.pulse.due() && self.tell(now, machine) {
+            self.pulse.told();
+        }
+    }
+
+    #[inline(never)]
+    fn tell<M, L, P: BytePort, B, D>(
+        &self,
+        now: Micros,
+        machine: &mut Machine<'_, M, L, P, B, D>,
+    ) -> bool {
+        let live = LiveLine {
+            state: machine.state(),
+            scan: machine.scans(),
+            uptime_ms: self.pulse.uptime_ms(),
+            age_ms: self.pulse.age_ms(),
+            motion: machine.odometry.state(now).as_str(),
+            motion_faults: machine.odometry.faults(),
+            refused: self.refused,
+            port_errors: machine.hardware.port.errors(),
+            link_errors: machine.link_errors,
+        };
+        machine.reports.live(live)
+    }
+
+    /// Reads motion sentences, which are not answered, and at most one other line, which waits until
+    /// its answer has room.
+    fn read<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
+        &mut self,
+        now: Micros,
+        machine: &mut Machine<'_, M, L, P, B, D>,
+    ) {
+        for _ in 0..MOST_READ {
+            if self.held.is_some() {
+                break;
+            }
+            let Some(byte) = machine.hardware.port.read() else {
+                return;
+            };
+            self.held = match self.reader.push(byte) {
+                ParserEvent::Partial => None,
+                ParserEvent::Line if command::is_motion(self.reader.line()) => {
+                    self.drive(now, machine);
+                    None
+                }
+                ParserEvent::Line => Some(Held::Line),
+                ParserEvent::Bad(error) => Some(Held::Bad(error)),
+            };
+        }
+        if self.listing.is_some() || !machine.reports.has_room() {
+            return;
+        }
+        match self.held.take() {
+            Some(Held::Line) => self.execute(now, machine),
+            Some(Held::Bad(error)) => {
+                self.refused = self.refused.saturating_add(1);
+                machine.reports.refuse("-", error.field, error.expected);
+            }
+            None => {}
+        }
+    }
+
+    /// A motion sentence. A damaged one is counted, and told by `status` and with the scan.
+    #[inline(never)]
+    fn drive<M, L, P, B, D>(&mut self, now: Micros, machine: &mut Machine<'_, M, L, P, B, D>) {
+        match command::parse(self.reader.line()) {
+            Ok(Command::Motion(reading)) => machine.odometry.take(now, reading),
+            _ => machine.odometry.garbled(),
+        }
+    }
+
+    // Out of line for the stack, as in `states`.
+    #[inline(never)]
+    fn execute<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath>(
+        &mut self,
+        now: Micros,
+        machine: &mut Machine<'_, M, L, P, B, D>,
+    ) {
+        let parsed = match command::parse(self.reader.line()) {
+            Ok(command) => command,
+            Err(bad) => {
+                let error = bad.error;
+                self.refused = self.refused.saturating_add(1);
+                return machine
+                    .reports
+                    .refuse(bad.command, error.field, error.expected);
+            }
+        };
+        match parsed {
+            Command::Start => machine.start(now),
+            Command::Stop => machine.stop(),
+            Command::Scan => machine.errand(now, "scan", Errand::Once),
+            Command::SelfTest => machine.errand(now, "selftest", Errand::Answer),
+            Command::Status => {
+                let status = machine.status(now);
+                machine.reports.status(&status);
+            }
+            Command::Reset => {
+                machine.forget();
+                machine.reports.done("reset");
+            }
+            Command::Version => machine.reports.version(&machine.identity),
+            Command::GetAll => self.listing = Some(0),
+            Command::Get(key) => tell_setting(machine, key),
+            Command::Set(key, value) => {
+                let mut settings = *machine.settings.get();
+                let framed = command::is_framed(self.reader.line());
+                let valid = settings.set(key, value);
+                if valid.is_ok() && !framed {
+                    return machine.reports.offer("set", &["set", key, value]);
+                }
+                match valid.and_then(|()| machine.change(key, &settings)) {
+                    Ok(()) => tell_setting(machine, key),
+                    Err(error) => machine.reports.refuse("set", error.field, error.expected),
+                }
+            }
+            Command::Save if command::is_framed(self.reader.line()) => save(machine),
+            Command::Save => machine.reports.offer("save", &["save"]),
+            Command::Calibrate(task) if command::is_framed(self.reader.line()) => {
+                machine.calibrate(now, task);
+            }
+            Command::Calibrate(task) => {
+                let [wall, date] = [task.wall_mm.into(), task.date].map(i64::from);
+                let [wall, date] = [wall, date].map(settings::number);
+                machine
+                    .reports
+                    .offer("calibrate", &["calibrate", &wall, &date]);
+            }
+            // Taken in before: `drive`.
+            Command::Motion(_) => {}
+            Command::Measure(measure) => {
+                let value = settings::number(i64::from(machine.hardware.board.measure(measure)));
+                machine.reports.value(measure.key(), &value);
+            }
+        }
+    }
+
+    /// One more sentence of `get`'s list.
+    #[inline(never)]
+    fn list<M, L, P, B, D>(&mut self, machine: &mut Machine<'_, M, L, P, B, D>) {
+        let Some(next) = self.listing else { return };
+        if !machine.reports.has_room() {
+            return;
+        }
+        self.listing = match Settings::KEYS.get(next) {
+            Some(key) => {
+                tell_setting(machine, key);
+                Some(next + 1)
+            }
+            None => {
+                machine.reports.done("get");
+                None
+            }
+        };
+    }
+}
+
+/// `save`: only from a standstill, since nothing runs while flash is erased; and only what somebody
+/// vouches for.
+#[inline(never)]
+fn save<M, L, P, B: Board, D>(machine: &mut Machine<'_, M, L, P, B, D>) {
+    let refused = if !machine.stands() {
+        Some(("state", "idle: stop first"))
+    } else if let Err(error) = machine.settings.fit_to_save() {
+        Some((error.field, error.expected))
+    } else {
+        let saved = machine.hardware.board.save(machine.settings.get());
+        saved.err().map(|error| ("flash", error.expected()))
+    };
+    match refused {
+        Some((field, expected)) => machine.reports.refuse("save", field, expected),
+        None => machine.reports.done("save"),
+    }
+}
+
+fn tell_setting<M, L, P, B, D>(machine: &mut Machine<'_, M, L, P, B, D>, key: &str) {
+    let value = machine.settings.get().get(key).unwrap_or_default();
+    machine.reports.value(key, &value);
+}

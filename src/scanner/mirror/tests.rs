@@ -1,0 +1,467 @@
+//! Homing and moves over a switch that bounces, sticks and gets spikes.
+
+use super::*;
+use crate::scanner::driver::DriverError;
+use std::vec::Vec;
+
+/// A shaft whose own coordinate starts anywhere; the switch is pressed at and below 0.
+#[derive(Debug)]
+struct Bench {
+    place: i32,
+    position: i32,
+    target: i32,
+    until_home: bool,
+    edge: bool,
+    enabled: bool,
+    stall_at: Option<i32>,
+    stalled: bool,
+    switch_works: bool,
+    /// Whether the switch's level can be read; its edges always come.
+    level_works: bool,
+    /// Places where the next passage makes an edge that the switch did not make.
+    spikes: Vec<i32>,
+    /// Looks at a pressed switch that still find it open.
+    bounces: u32,
+    /// The switch, once pressed, does not let go above this place.
+    sticks_below: i32,
+    stuck: bool,
+    moves: Vec<i32>,
+}
+
+impl Bench {
+    fn at(place: i32) -> Self {
+        Self {
+            place,
+            position: 0,
+            target: 0,
+            until_home: false,
+            edge: false,
+            enabled: false,
+            stall_at: None,
+            stalled: false,
+            switch_works: true,
+            level_works: true,
+            spikes: Vec::new(),
+            bounces: 0,
+            sticks_below: 0,
+            stuck: false,
+            moves: Vec::new(),
+        }
+    }
+
+    fn pressed(&self) -> bool {
+        let below = match self.stuck {
+            true => self.sticks_below,
+            false => 0,
+        };
+        self.switch_works && self.place <= below
+    }
+
+    fn pulse(&mut self) {
+        let before = self.pressed();
+        let step = (self.target - self.position).signum();
+        self.position += step;
+        self.place += step;
+        let pressed = self.pressed();
+        self.stuck = pressed;
+        let spike = self.spikes.iter().position(|&place| place == self.place);
+        if self.until_home && (!before && pressed || spike.is_some()) {
+            spike.map(|k| self.spikes.remove(k));
+            self.edge = true;
+            self.target = self.position;
+        }
+        if self.stall_at == Some(self.place) {
+            self.stalled = true;
+            self.enabled = false;
+            self.target = self.position;
+        }
+    }
+}
+
+impl StepPort for Bench {
+    fn begin(&mut self, target: i32, _: Ramp, until_home: bool) {
+        assert!(self.enabled, "a move with the driver off");
+        self.moves.push(target - self.position);
+        (self.target, self.until_home, self.edge) = (target, until_home, false);
+    }
+    fn state(&mut self) -> PulseState {
+        for _ in 0..7 {
+            if self.position != self.target {
+                self.pulse();
+            }
+        }
+        PulseState {
+            position: self.position,
+            moving: self.position != self.target,
+            home_edge: self.edge,
+            stalled: self.stalled,
+        }
+    }
+    fn home_pressed(&mut self) -> bool {
+        let pressed = self.level_works && self.pressed();
+        if pressed && self.bounces > 0 {
+            self.bounces -= 1;
+            return false;
+        }
+        pressed
+    }
+    fn set_position(&mut self, position: i32) {
+        (self.position, self.target) = (position, position);
+    }
+    fn set_enabled(&mut self, on: bool) {
+        self.enabled = on;
+        if on {
+            self.stalled = false;
+        } else {
+            self.target = self.position;
+        }
+    }
+}
+
+fn settle<D: MotorDriver>(stepper: &mut Stepper<Bench, D>) -> Result<(), MirrorError> {
+    for ms in 0..100_000 {
+        match stepper.poll(Micros(1_000 * ms)) {
+            Ok(Motion::Still) => return Ok(()),
+            Ok(Motion::Moving) => {}
+            Err(error) => return Err(error),
+        }
+    }
+    panic!("never settled");
+}
+
+#[test]
+fn homing_finds_the_same_place_from_anywhere() {
+    let motor = MotorConfig::default();
+    for place in [-3000, -5, 0, 1, 300, 20_000, 48_000] {
+        let mut stepper = Stepper::new(Bench::at(place));
+        assert_eq!(stepper.poll(Micros(0)), Err(MirrorError::NotHomed));
+        stepper.start_home(&motor);
+        settle(&mut stepper).unwrap();
+        assert!(stepper.homed());
+        let home = microsteps(motor.home_angle);
+        assert_eq!(stepper.position() - stepper.port().place, home, "{place}");
+        stepper.start_move(1234, &motor);
+        settle(&mut stepper).unwrap();
+        assert_eq!(
+            (stepper.position(), stepper.port().place),
+            (1234, 1234 - home)
+        );
+    }
+}
+
+#[test]
+fn dead_switch_ends_the_search_with_the_driver_off() {
+    let mut bench = Bench::at(100);
+    bench.switch_works = false;
+    let mut stepper = Stepper::new(bench);
+    stepper.start_home(&MotorConfig::default());
+    assert_eq!(settle(&mut stepper), Err(MirrorError::HomeNotFound));
+    assert!(!stepper.port().enabled && !stepper.homed());
+    assert_eq!(stepper.port().moves, [-SEARCH]);
+}
+
+#[test]
+fn jammed_switch_ends_the_search() {
+    let mut stepper = Stepper::new(Bench::at(-1_000_000));
+    stepper.start_home(&MotorConfig::default());
+    assert_eq!(settle(&mut stepper), Err(MirrorError::HomeNotFound));
+    assert!(!stepper.port().enabled);
+}
+
+#[test]
+fn stall_switches_off_and_needs_homing() {
+    let motor = MotorConfig::default();
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.start_home(&motor);
+    settle(&mut stepper).unwrap();
+    stepper.port.stall_at = Some(500);
+    stepper.start_move(stepper.position() + 1000, &motor);
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Stall));
+    assert!(!stepper.port().enabled && !stepper.homed());
+    stepper.port.stall_at = None;
+    stepper.start_home(&motor);
+    settle(&mut stepper).unwrap();
+    assert!(stepper.homed());
+}
+
+/// Homes over `bench`; where on the shaft position 0 then is, less where it must be.
+fn home(bench: Bench) -> Result<(i32, Stepper<Bench>), MirrorError> {
+    let motor = MotorConfig::default();
+    let mut stepper = Stepper::new(bench);
+    stepper.start_home(&motor);
+    settle(&mut stepper)?;
+    let off = stepper.position() - stepper.port().place - microsteps(motor.home_angle);
+    Ok((off, stepper))
+}
+
+/// One spike used to home the mirror up to a turn off: whatever came on the slow approach counted.
+#[test]
+fn spikes_do_not_home() {
+    for level_works in [true, false] {
+        for spikes in [
+            &[12_000][..],
+            &[12_000, 11_900],
+            // On the search, and then on the slow approach to it, but not in the same place.
+            &[12_000, 12_400],
+            // On the search where the switch is near: both edges of the approach are looked at.
+            &[500],
+            &[20_000, 15_000, 3_000],
+            // On the approach to the switch itself.
+            &[300],
+        ] {
+            let mut bench = Bench::at(30_000);
+            (bench.level_works, bench.spikes) = (level_works, spikes.to_vec());
+            let (off, stepper) = home(bench).unwrap();
+            assert_eq!(off, 0, "{spikes:?}, level {level_works}");
+            assert!(stepper.homed());
+        }
+    }
+}
+
+#[test]
+fn spikes_without_end_are_no_switch() {
+    let mut bench = Bench::at(40_000);
+    bench.spikes = (-60_000..39_000).step_by(300).collect();
+    bench.switch_works = false;
+    assert_eq!(home(bench).unwrap_err(), MirrorError::HomeNotFound);
+}
+
+#[test]
+fn a_level_that_bounces_is_waited_for() {
+    let mut bench = Bench::at(5_000);
+    bench.bounces = 8;
+    let (off, stepper) = home(bench).unwrap();
+    assert_eq!(off, 0);
+    // The search, back, and one slow approach: bouncing is no spike.
+    assert_eq!(stepper.port().moves[1..], [BACK_OFF, -2 * BACK_OFF]);
+}
+
+#[test]
+fn a_switch_that_does_not_let_go_is_left_further_or_given_up() {
+    let mut bench = Bench::at(5_000);
+    bench.sticks_below = BACK_OFF + 50;
+    let (off, stepper) = home(bench).unwrap();
+    assert_eq!(off, 0);
+    assert!(stepper.port().moves.windows(2).any(|m| m == [BACK_OFF; 2]));
+    let mut bench = Bench::at(5_000);
+    bench.sticks_below = i32::MAX;
+    assert_eq!(home(bench).unwrap_err(), MirrorError::HomeNotFound);
+}
+
+/// An input whose level cannot be read has edges alone: two slow approaches must agree.
+#[test]
+fn without_a_level_two_approaches_must_agree() {
+    let mut bench = Bench::at(5_000);
+    bench.level_works = false;
+    let (off, stepper) = home(bench).unwrap();
+    assert_eq!(off, 0);
+    let approaches = stepper.port().moves.iter().filter(|&&m| m == -2 * BACK_OFF);
+    assert_eq!(approaches.count(), 2);
+}
+
+/// The self-test's bound on homing holds for the worst of it.
+#[test]
+fn homing_takes_less_than_three_turns_at_search_speed() {
+    let mut bench = Bench::at(40_000);
+    bench.spikes = (-60_000..39_000).step_by(1_430).collect();
+    bench.switch_works = false;
+    let motor = MotorConfig::default();
+    let mut stepper = Stepper::new(bench);
+    stepper.start_home(&motor);
+    assert!(settle(&mut stepper).is_err());
+    // Slow moves count eight times; those that an edge cut short are counted whole.
+    let moves = &stepper.port().moves;
+    let searched = -moves[0];
+    let rest: i32 = moves[1..]
+        .iter()
+        .filter(|&&m| m.abs() <= 2 * BACK_OFF)
+        .map(|&m| if m > 0 { m } else { 8 * -m })
+        .sum();
+    assert!(searched + rest < 3 * MICROSTEPS_PER_TURN, "{moves:?}");
+}
+
+/// A driver that answers what it is told to.
+#[derive(Default)]
+struct Wired {
+    set_ups: u32,
+    looks: u32,
+    busy: u32,
+    broken: bool,
+}
+
+impl MotorDriver for Wired {
+    fn set_up(&mut self, _: &MotorConfig) {
+        (self.set_ups, self.busy) = (self.set_ups + 1, 3);
+    }
+    fn look(&mut self) {
+        (self.looks, self.busy) = (self.looks + 1, 3);
+    }
+    fn poll(&mut self, _: Micros) -> Poll<Result<(), DriverError>> {
+        self.busy = self.busy.saturating_sub(1);
+        match (self.busy, self.broken) {
+            (0, false) => Poll::Ready(Ok(())),
+            (0, true) => Poll::Ready(Err(DriverError::Silent)),
+            _ => Poll::Pending,
+        }
+    }
+    fn tuning_us(&self) -> u32 {
+        140_000
+    }
+}
+
+fn wired() -> MotorConfig {
+    let mut motor = MotorConfig::default();
+    motor.driver.kind = Driver::Tmc2209;
+    motor
+}
+
+#[test]
+fn the_driver_wakes_before_the_first_pulse() {
+    let mut motor = MotorConfig::default();
+    motor.driver.enable_wake = 7_000;
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.start_home(&motor);
+    assert!(stepper.port().enabled);
+    for ms in 0..7 {
+        assert_eq!(stepper.poll(Micros(1_000 * ms)), Ok(Motion::Moving));
+        assert!(stepper.port().moves.is_empty(), "{ms} ms");
+    }
+    assert_eq!(stepper.poll(Micros(7_000)), Ok(Motion::Moving));
+    assert_eq!(stepper.port().moves, [-SEARCH]);
+}
+
+#[test]
+fn a_driver_with_a_wire_is_set_up_before_it_gets_its_current() {
+    let mut stepper = Stepper::with_driver(Bench::at(100), Wired::default());
+    stepper.start_home(&wired());
+    let mut since = None;
+    for ms in 0..200 {
+        assert_eq!(stepper.poll(Micros(1_000 * ms)), Ok(Motion::Moving));
+        if stepper.port().enabled && since.is_none() {
+            since = Some(ms);
+        }
+        if !stepper.port().moves.is_empty() {
+            let since = since.expect("EN before the first pulse");
+            assert!((140..145).contains(&(ms - since)), "{ms} {since}");
+            assert_eq!((since, stepper.driver.set_ups), (2, 1));
+            return;
+        }
+    }
+    panic!("never moved");
+}
+
+#[test]
+fn a_driver_that_does_not_answer_gets_no_current() {
+    let broken = Wired {
+        broken: true,
+        ..Wired::default()
+    };
+    let mut stepper = Stepper::with_driver(Bench::at(100), broken);
+    stepper.start_home(&wired());
+    // An old stall is forgotten only with EN, and must not hide it.
+    stepper.port.stalled = true;
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
+    assert!(!stepper.port().enabled && !stepper.homed());
+    // Where no wire leads to it, likewise.
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.start_home(&wired());
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
+}
+
+#[test]
+fn a_scan_waits_for_the_look_at_the_driver() {
+    let motor = wired();
+    let mut stepper = Stepper::with_driver(Bench::at(100), Wired::default());
+    stepper.check(&motor);
+    assert_eq!(stepper.driver.looks, 0, "nothing to look at before homing");
+    stepper.start_home(&motor);
+    settle(&mut stepper).unwrap();
+    let moves = stepper.port().moves.len();
+    stepper.check(&motor);
+    stepper.start_move(1_000, &motor);
+    for _ in 0..2 {
+        assert_eq!(stepper.poll(Micros(0)), Ok(Motion::Moving));
+        assert_eq!(stepper.port().moves.len(), moves, "the move waits, too");
+    }
+    settle(&mut stepper).unwrap();
+    assert_eq!(stepper.position(), 1_000);
+    stepper.start_move(2_000, &motor);
+    assert_eq!(stepper.port().moves.len(), moves + 2);
+    settle(&mut stepper).unwrap();
+    stepper.driver.broken = true;
+    stepper.check(&motor);
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Driver));
+    assert!(!stepper.port().enabled && !stepper.homed());
+}
+
+#[test]
+fn another_driver_needs_homing() {
+    let mut motor = MotorConfig::default();
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.start_home(&motor);
+    settle(&mut stepper).unwrap();
+    motor.speed /= 2;
+    stepper.check(&motor);
+    assert!(stepper.homed(), "a speed is no driver");
+    motor.driver.microsteps = 25_600;
+    stepper.check(&motor);
+    assert!(!stepper.homed() && !stepper.port().enabled);
+}
+
+/// A homed shaft that then slips by so many microsteps that nobody counted.
+fn slipped(by: i32, motor: &MotorConfig) -> Stepper<Bench> {
+    let mut stepper = Stepper::new(Bench::at(3_000));
+    stepper.start_home(motor);
+    settle(&mut stepper).unwrap();
+    stepper.start_move(0, motor);
+    settle(&mut stepper).unwrap();
+    stepper.port.place += by;
+    stepper
+}
+
+#[test]
+fn a_switch_that_is_where_it_was_is_found_there_again() {
+    let motor = MotorConfig::default();
+    for by in [-2, 0, 1, 2] {
+        let mut stepper = slipped(by, &motor);
+        stepper.cross_home(&motor);
+        assert_eq!(settle(&mut stepper), Ok(()), "{by}");
+        let off = stepper.position() - microsteps(motor.home_angle);
+        assert!(stepper.homed() && off == -by, "{off} after {by}");
+        stepper.start_move(77, &motor);
+        settle(&mut stepper).unwrap();
+        assert_eq!(stepper.position(), 77);
+    }
+}
+
+#[test]
+fn a_shaft_that_has_slipped_is_found_out() {
+    let motor = MotorConfig::default();
+    for by in [-20_000, -400, -150, -64, -3, 3, 64, 150, 400, 20_000] {
+        let mut stepper = slipped(by, &motor);
+        stepper.cross_home(&motor);
+        assert_eq!(settle(&mut stepper), Err(MirrorError::Slipped), "{by}");
+        assert!(!stepper.homed() && !stepper.port.enabled, "{by}");
+    }
+}
+
+#[test]
+fn one_spike_on_the_way_to_the_switch_is_no_slip() {
+    let motor = MotorConfig::default();
+    let mut stepper = slipped(0, &motor);
+    stepper.port.spikes.push(60);
+    stepper.cross_home(&motor);
+    assert_eq!(settle(&mut stepper), Ok(()));
+    assert_eq!(stepper.position(), microsteps(motor.home_angle));
+    // A switch that has come loose is no spike.
+    stepper.port.switch_works = false;
+    stepper.cross_home(&motor);
+    assert_eq!(settle(&mut stepper), Err(MirrorError::Slipped));
+}
+
+#[test]
+fn without_a_home_there_is_nothing_to_look_for() {
+    let mut stepper = Stepper::new(Bench::at(100));
+    stepper.cross_home(&MotorConfig::default());
+    assert_eq!(stepper.poll(Micros(0)), Err(MirrorError::NotHomed));
+}

@@ -1,0 +1,110 @@
+//! When the scanner says how it fares, and the times that it tells then.
+
+use crate::scanner::time::Micros;
+
+/// From one `LIVE` to the next, ms.
+const PERIOD_MS: u32 = 200;
+
+/// Time since boot and since the last answer.
+#[derive(Debug)]
+pub(super) struct Pulse {
+    /// Up to here time is counted.
+    counted: Micros,
+    uptime_ms: u32,
+    age_ms: Option<u32>,
+    /// Time since the last one was due.
+    since_ms: u32,
+    due: bool,
+}
+
+impl Pulse {
+    /// The scanner has just booted.
+    pub const fn new(now: Micros) -> Self {
+        Self {
+            counted: now,
+            uptime_ms: 0,
+            age_ms: None,
+            since_ms: 0,
+            due: false,
+        }
+    }
+
+    /// Counts the time up to `now`.
+    pub fn count(&mut self, now: Micros) {
+        let ms = now.since(self.counted) / 1000;
+        self.counted = self.counted.plus(ms * 1000);
+        self.uptime_ms = self.uptime_ms.wrapping_add(ms);
+        self.age_ms = self.age_ms.map(|age_ms| age_ms.saturating_add(ms));
+        self.since_ms = self.since_ms.saturating_add(ms);
+        if self.since_ms >= PERIOD_MS {
+            // One that could not be told is not told twice.
+            self.since_ms %= PERIOD_MS;
+            self.due = true;
+        }
+    }
+
+    /// The last row of a scan that was answered was worked off at `at`.
+    pub fn answered(&mut self, at: Micros) {
+        self.count(at);
+        self.age_ms = Some(0);
+    }
+
+    /// Whether it is time for another `LIVE`.
+    pub fn due(&self) -> bool {
+        self.due
+    }
+
+    /// It has been told.
+    pub fn told(&mut self) {
+        self.due = false;
+    }
+
+    /// Time since boot, ms.
+    pub fn uptime_ms(&self) -> u32 {
+        self.uptime_ms
+    }
+
+    /// Time since the last row of the last scan that was answered, ms.
+    pub fn age_ms(&self) -> Option<u32> {
+        self.age_ms
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn five_times_a_second_and_never_twice_at_once() {
+        let boot = Micros(u32::MAX - 700_000);
+        let mut pulse = Pulse::new(boot);
+        let mut told = 0;
+        // The counter wraps on the way.
+        for k in 1..=20_000_u32 {
+            pulse.count(boot.plus(k * 130));
+            if pulse.due() {
+                pulse.told();
+                told += 1;
+            }
+        }
+        assert_eq!((told, pulse.uptime_ms()), (13, 2_600));
+        pulse.count(boot.plus(12_600_000));
+        assert!(pulse.due());
+        pulse.told();
+        pulse.count(boot.plus(12_601_000));
+        assert!(!pulse.due(), "what was missed is not made up for");
+        assert_eq!(pulse.uptime_ms(), 12_601);
+    }
+
+    #[test]
+    fn an_answer_ages() {
+        let boot = Micros(7);
+        let mut pulse = Pulse::new(boot);
+        pulse.count(boot.plus(5_000_000));
+        assert_eq!(pulse.age_ms(), None);
+        pulse.answered(boot.plus(5_250_400));
+        assert_eq!((pulse.age_ms(), pulse.uptime_ms()), (Some(0), 5_250));
+        pulse.count(boot.plus(6_000_000));
+        assert_eq!((pulse.age_ms(), pulse.uptime_ms()), (Some(750), 6_000));
+    }
+}

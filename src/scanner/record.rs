@@ -1,0 +1,160 @@
+//! Settings as words: what their hash is taken over, and what a record of them holds.
+
+use super::settings::Settings;
+use crate::report::crc;
+use crate::setting::Effect;
+
+/// What no default can know: how this scanner is mounted. Until each of these has been set or loaded,
+/// no answer is `ok`.
+pub const MOUNTING: [&str; 4] = ["plane", "mirror-offset", "mount-height", "home-angle"];
+
+/// Words of a record.
+pub const WORDS: usize = Settings::KEYS.len();
+
+/// Which keys stand where, as one number (FNV-1a of all of them): a record of other keys is another
+/// firmware's.
+pub const LAYOUT: u32 = layout();
+
+const fn layout() -> u32 {
+    const PRIME: u32 = 0x0100_0193;
+    let (mut hash, mut k) = (0x811c_9dc5_u32, 0);
+    while k < WORDS {
+        let key = Settings::KEYS[k].as_bytes();
+        let mut at = 0;
+        while at < key.len() {
+            hash = (hash ^ key[at] as u32).wrapping_mul(PRIME);
+            at += 1;
+        }
+        hash = (hash ^ ',' as u32).wrapping_mul(PRIME);
+        k += 1;
+    }
+    hash
+}
+
+impl Settings {
+    /// CRC-32 (ISO-HDLC) of the values that decide an answer, those that `docs/hardware.md` marks, in the order of
+    /// its table, as 32-bit little-endian words: numbers as they are, `cfar-false-alarm` as an IEEE float, words as
+    /// their place in its list, from 0.
+    ///
+    /// ```
+    /// use stairscan::scanner::Settings;
+    ///
+    /// let mut settings = Settings::default();
+    /// let before = settings.hash();
+    /// settings.set("chirp-timeout", "60000").unwrap();
+    /// assert_eq!(settings.hash(), before);
+    /// settings.set("mount-height", "41000").unwrap();
+    /// assert_ne!(settings.hash(), before);
+    /// ```
+    pub fn hash(&self) -> u32 {
+        let (mut words, mut count) = ([0; WORDS], 0);
+        self.see(&mut |row, value| {
+            if row.effect == Effect::Answer
+                && let Some(word) = words.get_mut(count)
+            {
+                *word = value.word();
+                count += 1;
+            }
+        });
+        crc::of_words(words.get(..count).unwrap_or(&words))
+    }
+
+    /// CRC-32 of everything, to the last bit: what memory must not change by itself. Whether samples are
+    /// real stands in no word, for no record holds it.
+    pub(super) fn seal(&self) -> u32 {
+        crc::of_words(&self.words()) ^ u32::from(self.config.radar.real)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn every_setting_comes_back_to_the_last_bit() {
+        let mut settings = Settings::default();
+        assert_eq!(Settings::from_words(&settings.words()), Some(settings));
+        settings.set("cfar-false-alarm", "123457").unwrap();
+        settings.set("first-angle", "-15000").unwrap();
+        settings.set("estimator", "paper").unwrap();
+        settings.set("sweep", "up").unwrap();
+        settings.set("motion", "required").unwrap();
+        settings.config.radar.samples = 256;
+        settings.config.radar.bandwidth_khz = 5_000_000;
+        let back = Settings::from_words(&settings.words()).unwrap();
+        assert_eq!(back, settings);
+        let alarm = |s: &Settings| s.config.cfar.false_alarm.to_bits();
+        assert_eq!(alarm(&back), alarm(&settings));
+        // But what no record holds: the radar module says at every scan whether its samples are real.
+        settings.config.radar.real = true;
+        assert_ne!(settings.seal(), back.seal());
+        assert_eq!(settings.hash(), back.hash());
+        assert_eq!(Settings::from_words(&settings.words()), Some(back));
+    }
+
+    #[test]
+    fn values_that_are_not_valid_are_not_used() {
+        let good = Settings::default().words();
+        for (key, word) in [
+            ("plane", 2),
+            ("estimator", 100),
+            ("cfar-guard", 256),
+            ("angle-count", 2),
+            ("angle-count", 65_536),
+            ("cfar-false-alarm", f32::NAN.to_bits()),
+            ("radar-samples", 70_000),
+        ] {
+            let mut words = good;
+            words[Settings::KEYS.iter().position(|&k| k == key).unwrap()] = word;
+            assert_eq!(Settings::from_words(&words), None, "{key}");
+        }
+    }
+
+    #[test]
+    fn the_hash_is_over_what_decides_an_answer() {
+        let settings = Settings::default();
+        let default = settings.words();
+        let mut effects = Vec::new();
+        settings.see(&mut |row, _| effects.push((row.key, row.effect)));
+        for (k, &(key, effect)) in effects.iter().enumerate() {
+            // The nearest value that is valid alone; where there is none, the structure is changed unchecked.
+            let other = (1..4096).find_map(|by| {
+                let mut words = default;
+                words[k] ^= by;
+                Settings::from_words(&words)
+            });
+            let other = other.unwrap_or_else(|| {
+                let mut other = settings;
+                let mut at = 0;
+                other.each(&mut |_, value| {
+                    if at == k {
+                        value.restore(default[k] ^ 1).unwrap();
+                    }
+                    at += 1;
+                });
+                other
+            });
+            assert_ne!(other.seal(), settings.seal(), "{key}");
+            let hashed = effect == Effect::Answer;
+            assert_eq!(other.hash() != settings.hash(), hashed, "{key}");
+        }
+        let hashed = |key| effects.contains(&(key, Effect::Answer));
+        assert!(MOUNTING.iter().all(|key| hashed(*key)));
+        assert!(hashed("microsteps-per-turn"));
+    }
+
+    proptest! {
+        #[test]
+        fn any_words_are_valid_settings_or_none(
+            words in proptest::array::uniform32(any::<u32>()), more in any::<[u32; WORDS - 32]>()
+        ) {
+            let mut all = [0; WORDS];
+            all[..32].copy_from_slice(&words);
+            all[32..].copy_from_slice(&more);
+            if let Some(settings) = Settings::from_words(&all) {
+                prop_assert!(settings.validate().is_ok());
+            }
+        }
+    }
+}

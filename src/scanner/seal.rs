@@ -1,0 +1,137 @@
+//! The image's seal: a checksum over all of it, checked at boot.
+//!
+//! The linker cannot know the checksum of what it links, so the image is built with a blank seal and
+//! `cargo sim seal ELF` puts the right one in before it is flashed or emulated.
+//!
+//! | word | what (32 bits, little-endian) |
+//! |---|---|
+//! | 0 | `STCI` |
+//! | 1 | end of the vector table, which begins with the flash |
+//! | 2 | end of code and constants, which begin behind the settings' sectors |
+//! | 3 | CRC-32 (ISO-HDLC) of words 0 to 2, the vector table, code and constants |
+
+use crate::report::crc;
+
+/// Words of a seal.
+pub const WORDS: usize = 4;
+/// What a seal is, before one is put in.
+pub const BLANK: [u32; WORDS] = [u32::MAX; WORDS];
+/// Name of its section in the image.
+pub const SECTION: &str = ".seal";
+/// Where the vector table begins.
+pub const VECTORS: u32 = 0x0800_0000;
+/// Where it ends at the latest: before the seal itself (`memory.x`).
+pub const VECTORS_END: u32 = VECTORS + 0x200;
+/// Where code begins.
+pub const CODE: u32 = 0x0800_c000;
+/// Where it ends at the latest.
+pub const CODE_END: u32 = CODE + 384 * 1024;
+/// Word that a seal begins with.
+const MAGIC: u32 = u32::from_le_bytes(*b"STCI");
+
+/// What a seal says of its image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageState {
+    /// The image is what was sealed.
+    Whole,
+    /// Nobody has sealed it.
+    Blank,
+    /// It is not what was sealed, or the seal is damaged.
+    Damaged,
+}
+
+/// The seal of an image of this vector table, which lies at [`VECTORS`], and this code, which lies at
+/// [`CODE`]; `None` where they are longer than there is room.
+pub fn seal(vectors: &[u8], code: &[u8]) -> Option<[u32; WORDS]> {
+    let vectors_end = end(VECTORS, vectors.len(), VECTORS_END)?;
+    let code_end = end(CODE, code.len(), CODE_END)?;
+    let ends = [vectors_end, code_end];
+    let [first, second] = ends;
+    Some([MAGIC, first, second, sum(ends, vectors, code)])
+}
+
+/// Compares an image with its seal; `read` gives the bytes between two addresses, the first of which is
+/// [`VECTORS`] or [`CODE`] and the second within the bounds above.
+pub fn judge<'a>(seal: [u32; WORDS], read: impl Fn(u32, u32) -> &'a [u8]) -> ImageState {
+    let [magic, vectors_end, code_end, crc] = seal;
+    if seal == BLANK {
+        return ImageState::Blank;
+    }
+    let vectors = (VECTORS..=VECTORS_END).contains(&vectors_end);
+    let code = (CODE..=CODE_END).contains(&code_end);
+    if magic != MAGIC || !vectors || !code {
+        return ImageState::Damaged;
+    }
+    let (vectors, code) = (read(VECTORS, vectors_end), read(CODE, code_end));
+    match sum([vectors_end, code_end], vectors, code) == crc {
+        true => ImageState::Whole,
+        false => ImageState::Damaged,
+    }
+}
+
+fn end(from: u32, length: usize, last: u32) -> Option<u32> {
+    let end = from.checked_add(u32::try_from(length).ok()?)?;
+    (end <= last).then_some(end)
+}
+
+fn sum(ends: [u32; 2], vectors: &[u8], code: &[u8]) -> u32 {
+    let [first, second] = ends;
+    let head = [MAGIC, first, second].map(u32::to_le_bytes);
+    crc::of_parts(&[head.as_flattened(), vectors, code])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    fn image() -> (Vec<u8>, Vec<u8>) {
+        let bytes = |n: u32| (0..n).map(|k| ((k * 31) >> 3) as u8).collect();
+        (bytes(0x188), bytes(1000))
+    }
+
+    fn judged(seal: [u32; WORDS], vectors: &[u8], code: &[u8]) -> ImageState {
+        judge(seal, |from, to| {
+            let bytes = if from == VECTORS { vectors } else { code };
+            &bytes[..bytes.len().min((to - from) as usize)]
+        })
+    }
+
+    #[test]
+    fn an_image_is_whole_until_a_bit_of_it_changes() {
+        let (vectors, code) = image();
+        let good = seal(&vectors, &code).unwrap();
+        assert_eq!(judged(good, &vectors, &code), ImageState::Whole);
+        assert_eq!(judged(BLANK, &vectors, &code), ImageState::Blank);
+        for bit in 0..32 * WORDS {
+            let mut bad = good;
+            bad[bit / 32] ^= 1 << (bit % 32);
+            assert_eq!(
+                judged(bad, &vectors, &code),
+                ImageState::Damaged,
+                "bit {bit}"
+            );
+        }
+        for bit in 0..8 * (vectors.len() + code.len()) {
+            let (mut vectors, mut code) = image();
+            let byte = match vectors.get_mut(bit / 8) {
+                Some(byte) => byte,
+                None => &mut code[bit / 8 - 0x188],
+            };
+            *byte ^= 1 << (bit % 8);
+            assert_eq!(
+                judged(good, &vectors, &code),
+                ImageState::Damaged,
+                "bit {bit}"
+            );
+        }
+    }
+
+    #[test]
+    fn what_is_too_long_has_no_seal() {
+        let room = (CODE_END - CODE) as usize;
+        assert!(seal(&[0; 0x200], &std::vec![0; room]).is_some());
+        assert_eq!(seal(&[0; 0x204], &[]), None);
+        assert_eq!(seal(&[], &std::vec![0; room + 1]), None);
+    }
+}

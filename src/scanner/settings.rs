@@ -1,0 +1,264 @@
+//! Everything that a command may read or set, by key.
+//!
+//! Each setting is one row, where its structure is declared with `settings!` ([`crate::setting`]): here, in
+//! [`crate::config`], [`crate::signal::radar::module`] and `motor`. `docs/hardware.md` has all rows as one table. How they
+//! become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
+
+mod found;
+mod motor;
+mod words;
+
+use super::schedule::{SHAFT_LIMIT, Schedule};
+use crate::config::{Config, ConfigError, SAMPLES, check};
+use crate::motion;
+pub use crate::setting::ValueText;
+pub(crate) use crate::setting::number;
+use crate::setting::{SettingRow, Value, settings};
+use crate::signal::grid::BinWindow;
+use crate::signal::grid::MAX_CELLS;
+use crate::signal::radar::module::Wish;
+pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, MotorConfig, WireLevel};
+pub use words::{SweepMode, Sweeping, Switch};
+
+/// Longest time that can be set, microseconds: differences of [`super::Micros`] stay meaningful
+/// with room for the retries on top.
+pub const MAX_TIME: u32 = 600_000_000;
+// The table's limits are literals, so that messages are made of them.
+const _: () = assert!(MAX_TIME == 600_000_000 && SHAFT_LIMIT == 170_000);
+
+/// A turn, 0.001°.
+const TURN: u32 = 360_000;
+/// Fewest microsteps a turn in passing: one of them is then four of 51,200, and no row's place is
+/// passed by more than the three at which its trigger still counts.
+const LEAST_IN_PASSING: u32 = 12_800;
+
+settings! {
+    /// Waits and retries.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Timing
+    parts {}
+    rows {
+        /// From the end of a move to the trigger.
+        settle: u32 = 5_000, "settle" "us" [100 to 600_000_000] Pace;
+        // 200 samples take 8.2 ms at 1 Mbaud; six times that is not a hiccup any more.
+        /// From a trigger to the whole chirp.
+        chirp_timeout: u32 = 50_000, "chirp-timeout" "us" [100 to 600_000_000] Pace;
+        /// From a configure frame to the radar module's answer.
+        configure_timeout: u32 = 100_000, "configure-timeout" "us" [100 to 600_000_000] Pace;
+        /// For the radar module's first answer in a self-test: it may still be booting.
+        connect_timeout: u32 = 10_000_000, "connect-timeout" "us" [100 to 600_000_000] Pace;
+        /// Further triggers for a row whose chirp was lost.
+        retries: u8 = 2, "retries" "triggers" [0 to 10] Pace;
+        // A tenth of the paper's 281 rows.
+        /// Most rows of a scan that may be lost: more make it a fault.
+        max_lost: u16 = 28, "max-lost" "rows" [0 to 65_535] Pace;
+        /// From a fault to the next self-test.
+        fault_hold: u32 = 2_000_000, "fault-hold" "us" [100 to 600_000_000] Pace;
+        // 200 samples at 200 kHz, as in the recordings.
+        /// Duration of a chirp's sweep: it decides what motion does to a range, and how long the mirror stands
+        /// still, or mid chirp waits; 0: not known.
+        chirp_duration: u32 = 1_000, "chirp-duration" "us" [0 to 1_000_000] Answer;
+        /// Age beyond which a motion sentence is stale.
+        motion_timeout: u32 = motion::odometry::OLDEST_US, "motion-timeout" "us" [100 to 600_000_000] Answer;
+        /// Whether to scan without the crystal, from the internal oscillator: it is known to be good enough.
+        internal_clock: Switch = Switch::Off, "internal-clock" "" [] Pace;
+    }
+    also {}
+}
+
+settings! {
+    /// When the scanner was calibrated, and which chip then belonged to it.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct Calibrated
+    parts {}
+    rows {
+        /// Year, month and day of the mounting's calibration as one number, YYYYMMDD; 0: never.
+        date: u32 = 0, "calibrated" "" [] Pace;
+        /// CRC-32 of the number of the chip that calibrated it.
+        chip: u32 = 0, "calibrated-chip" "" [] Pace;
+    }
+    also {}
+}
+
+impl Calibrated {
+    /// Whether it may be that of the scanner with this chip.
+    pub fn fits(&self, chip: u32) -> bool {
+        self.date == 0 || self.chip == chip
+    }
+}
+
+settings! {
+    /// Everything that can be set.
+    #[derive(Clone, Copy, Debug, PartialEq)]
+    pub struct Settings
+    parts {
+        /// What a scan is.
+        config: Config;
+        /// Waits and retries.
+        timing: Timing;
+        /// The mirror's motor.
+        motor: MotorConfig;
+        /// When and where the mounting was calibrated.
+        calibrated: Calibrated;
+        /// Which radar module, and what it is to be set to.
+        module: Wish;
+    }
+    rows {
+        /// Direction of the mirror's sweeps; `both` alternates, without fly-back.
+        sweeping: Sweeping = Sweeping::Both, "sweep" "" [] Answer;
+        /// Whether the mirror stops at every angle or turns through them.
+        sweep_mode: SweepMode = SweepMode::Continuous, "sweep-mode" "" [] Pace;
+        /// What holds without motion input (docs/motion.md).
+        motion: motion::Mode = motion::Mode::Auto, "motion" "" [] Answer;
+        /// Whether the evidence of earlier scans of the scene is used (docs/motion.md).
+        fusion: Switch = Switch::On, "fusion" "" [] Answer;
+    }
+    also {}
+}
+
+impl Settings {
+    /// The key as it stands in [`Settings::KEYS`].
+    pub fn key(text: &str) -> Option<&'static str> {
+        Self::KEYS.iter().copied().find(|key| *key == text)
+    }
+
+    /// The value of `key`.
+    pub fn get(&self, key: &str) -> Option<ValueText> {
+        let mut found = None;
+        self.see(&mut |row, value| {
+            if row.key == key {
+                found = Some(value.text());
+            }
+        });
+        found
+    }
+
+    /// Every value to the last bit, in the order of the keys: what a record holds.
+    pub fn words(&self) -> [u32; Self::KEYS.len()] {
+        let mut words = [0; Self::KEYS.len()];
+        let mut places = words.iter_mut();
+        self.see(&mut |_, value| {
+            if let Some(place) = places.next() {
+                *place = value.word();
+            }
+        });
+        words
+    }
+
+    /// Takes back what [`Settings::words`] gave; `None` where a value is not valid.
+    pub fn from_words(words: &[u32; Self::KEYS.len()]) -> Option<Self> {
+        let mut settings = Self::default();
+        let mut words = words.iter();
+        let mut valid = true;
+        settings.each(&mut |_, value: &mut dyn Value| {
+            valid &= words
+                .next()
+                .is_some_and(|&word| value.restore(word).is_some());
+        });
+        (valid && settings.validate().is_ok()).then_some(settings)
+    }
+
+    /// Sets `key`; an error leaves everything as it was.
+    pub fn set(&mut self, key: &'static str, value: &str) -> Result<(), ConfigError> {
+        let mut next = *self;
+        let mut read = Err(ConfigError {
+            field: key,
+            expected: "a key of the configuration",
+        });
+        next.each(&mut |row: &SettingRow, place: &mut dyn Value| {
+            if row.key == key {
+                read = row.read(place, value);
+            }
+        });
+        read?;
+        next.validate()?;
+        *self = next;
+        Ok(())
+    }
+
+    /// Checks every field by itself and that shaft and map hold such a scan.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.limits()?;
+        self.config.validate()?;
+        Schedule::new(&self.config)?;
+        self.check_map()?;
+        self.check_module()?;
+        self.motor.validate()?;
+        check(
+            !self.motor.home_check || self.sweeping != Sweeping::Forward,
+            "home-check",
+            "off with sweep down, which never ends on the switch's side",
+        )?;
+        self.check_microsteps()
+    }
+
+    /// The map must hold the scan that the radar module's present settings make.
+    fn check_map(&self) -> Result<(), ConfigError> {
+        let window = BinWindow::of_scan(&self.config);
+        let cells = usize::from(window.count) * usize::from(self.config.sweep.angle_count);
+        check(
+            window.count >= 8,
+            "radar-bandwidth",
+            "at least 8 range bins beyond the mirror",
+        )?;
+        check(
+            cells <= MAX_CELLS,
+            "angle-count",
+            "a map of 65536 cells at most",
+        )
+    }
+
+    /// Rows must not stand closer together than the driver's own microsteps; and a sweep that does not
+    /// stop looks for each row's place within three microsteps of 51,200.
+    fn check_microsteps(&self) -> Result<(), ConfigError> {
+        const KEY: &str = "microsteps-per-turn";
+        let microsteps = u32::from(self.motor.driver.microsteps);
+        if microsteps == u32::from(FINEST) {
+            return Ok(());
+        }
+        let step = self.config.sweep.angle_step.unsigned_abs();
+        check(
+            microsteps.saturating_mul(step) >= TURN,
+            KEY,
+            "microsteps that are no larger than angle-step",
+        )?;
+        check(
+            self.sweep_mode == SweepMode::Stop || microsteps >= LEAST_IN_PASSING,
+            KEY,
+            "12800 or more, or sweep-mode stop",
+        )
+    }
+
+    fn check_module(&self) -> Result<(), ConfigError> {
+        let Wish {
+            kind,
+            samples,
+            baud,
+            ..
+        } = self.module;
+        let (configure, chirp) = kind.patience_us();
+        check(
+            self.timing.configure_timeout >= configure,
+            "configure-timeout",
+            "400000 or more with a SiRad",
+        )?;
+        check(
+            self.timing.chirp_timeout >= chirp,
+            "chirp-timeout",
+            "100000 or more with a SiRad",
+        )?;
+        check(
+            samples == 0 || SAMPLES.contains(&samples),
+            "module-samples",
+            "0, or 16 to 256",
+        )?;
+        check(
+            matches!(baud, 1_000_000 | 2_000_000 | 3_000_000),
+            "link-rate",
+            "1000000, 2000000 or 3000000",
+        )
+    }
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,195 @@
+//! The mirror's motor and its driver, and which of their values fit together.
+
+use crate::config::{ConfigError, check};
+use crate::scanner::ramp::Ramp;
+use crate::scanner::schedule::MICROSTEPS_PER_TURN;
+use crate::setting::settings;
+
+/// What the motor's driver is told, and how.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Driver {
+    /// Pulses and direction only, whatever it is.
+    #[default]
+    StepDir,
+    /// Besides, a TMC2209 is set up and read over its wire ([`crate::scanner::tmc2209`]).
+    Tmc2209,
+}
+
+/// Level of a wire.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum WireLevel {
+    /// Ground.
+    Low,
+    /// 3.3 V.
+    High,
+}
+
+/// The absolute encoder on the mirror's shaft.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Encoder {
+    /// There is none.
+    #[default]
+    None,
+    /// An AS5600 ([`crate::scanner::encoder::as5600`]).
+    As5600,
+}
+
+settings! {
+    /// What is known of the encoder.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct EncoderConfig
+    parts {}
+    rows {
+        /// Absolute encoder on the mirror's shaft.
+        kind: Encoder = Encoder::None, "encoder" "" [] Pace;
+        /// Reading of the encoder at home, as calibration has found it; -1: not known.
+        home: i32 = -1, "encoder-home" "0.001 deg" [-1 to 359_999] Pace;
+    }
+    also {}
+}
+
+settings! {
+    /// The driver between board and motor.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct DriverConfig
+    parts {}
+    rows {
+        /// How the motor's driver is told what to do: by STEP and DIR only, or set up and read over its wire, too.
+        kind: Driver = Driver::StepDir, "driver" "" [] Pace;
+        /// Microsteps of one turn that the driver makes; every other setting counts 51,200 a turn.
+        microsteps: u16 = FINEST, "microsteps-per-turn" "microsteps" [200 to 51_200] Answer;
+        /// Level of EN that switches the driver on.
+        enable_level: WireLevel = WireLevel::Low, "enable-level" "" [] Pace;
+        /// Level of STALL that is a stall.
+        stall_level: WireLevel = WireLevel::High, "stall-level" "" [] Pace;
+        // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets). An interrupt waits for the
+        // pulse to end, and the report port's next byte for the interrupt: 87 µs at most.
+        /// Shortest time for which STEP is high, and low.
+        pulse_width: u8 = 2, "pulse-width" "us" [1 to 50] Pace;
+        // What an A4988 takes to wake from sleep (data sheet); a TMC2209 is waited for longer. Such drivers take
+        // some ms (DRV8825, sleep: 1.7 ms), and homing's deadline has a second to spare.
+        /// From EN to the first pulse.
+        enable_wake: u16 = 1_000, "enable-wake" "us" [0 to 60_000] Pace;
+        // Half of what motors of this size (NEMA 14 and 17) are made for; the limits are those that a TMC2209 can be
+        // set to with 0.11 Ω (`crate::scanner::tmc2209`).
+        /// Current of a phase, rms, with `tmc2209`.
+        current: u16 = 600, "motor-current" "mA" [100 to 1_767] Pace;
+        /// SGTHRS of the `tmc2209`, its threshold of a stall; 0: it reports no stalls.
+        stall_threshold: u8 = 0, "stall-threshold" "" [] Pace;
+    }
+    also {}
+}
+
+/// Most microsteps a turn that a driver may have: those that all positions are counted in.
+pub const FINEST: u16 = MICROSTEPS_PER_TURN as u16;
+const _: () = assert!(FINEST as i32 == MICROSTEPS_PER_TURN);
+
+impl DriverConfig {
+    /// Microsteps a turn are a multiple of it, so that a microstep is a ratio of small numbers.
+    const GRAIN: u16 = 100;
+
+    /// How many of its own microsteps are how many of [`MICROSTEPS_PER_TURN`], exactly: both so small
+    /// that some turns fit 32 bits.
+    pub fn ratio(&self) -> (i32, i32) {
+        let own = i32::from(self.microsteps / Self::GRAIN);
+        (own, MICROSTEPS_PER_TURN / i32::from(Self::GRAIN))
+    }
+
+    /// Clocks for which the interrupt that began a pulse waits before it ends it; the interval to the next
+    /// pulse is programmed so much shorter. STEP is high for some clocks by itself: what computes that
+    /// interval has a division of 14 clocks (PM0214, 3.10) and some ten other instructions at least.
+    pub fn held_clocks(&self, core_hz: u32) -> u32 {
+        const COMPUTING: u32 = 24;
+        (u32::from(self.pulse_width) * (core_hz / MILLION)).saturating_sub(COMPUTING)
+    }
+
+    fn validate(&self) -> Result<(), ConfigError> {
+        check(
+            self.microsteps.is_multiple_of(Self::GRAIN),
+            "microsteps-per-turn",
+            "a multiple of 100 from 200 to 51200",
+        )?;
+        check(
+            self.kind == Driver::StepDir || self.halvings().is_some(),
+            "microsteps-per-turn",
+            "51200, or its half, ... down to 200, with tmc2209",
+        )
+    }
+
+    /// How often 256 microsteps of a full step are halved to come to its own; `None` where they never do.
+    pub fn halvings(&self) -> Option<u32> {
+        let times = (FINEST / self.microsteps.max(1)).trailing_zeros();
+        (FINEST >> times == self.microsteps).then_some(times)
+    }
+}
+
+settings! {
+    /// The mirror's motor.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct MotorConfig
+    parts {
+        /// What drives it.
+        driver: DriverConfig;
+        /// What sees its shaft.
+        encoder: EncoderConfig;
+    }
+    rows {
+        /// Shaft angle at which the home switch closes on the slow approach.
+        home_angle: i32 = -165_000, "home-angle" "0.001 deg" [-170_000 to 170_000] Answer;
+        // One turn a second, reached within 20 ms.
+        /// Top speed of moves.
+        speed: u32 = 51_200, "speed" "microsteps/s" [100 to 102_400] Pace;
+        /// Acceleration of moves.
+        acceleration: u32 = 2_560_000, "acceleration" "microsteps/s2" [1_000 to 100_000_000] Pace;
+        // 100 full steps a second: below the pull-in rate of any motor of this size.
+        /// Speed of the search for home: the motor must be able to stop dead from it.
+        search_speed: u32 = 25_600, "search-speed" "microsteps/s" [800 to 51_200] Pace;
+        // Not every mounting has the switch near the sector.
+        /// Whether the home switch is looked for again at the end of every sweep that ends on its side.
+        home_check: bool = false, "home-check" "" [] Pace;
+    }
+    also {}
+}
+
+impl MotorConfig {
+    /// Checks the driver's microsteps, and pulses against speeds.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        self.driver.validate()?;
+        check(
+            self.busiest() <= MILLION,
+            "pulse-width",
+            "half of a step at top speed, or less",
+        )
+    }
+
+    /// How moves between rows are made.
+    pub fn ramp(&self) -> Ramp {
+        Ramp {
+            speed: self.speed,
+            acceleration: self.acceleration,
+        }
+    }
+
+    /// By when a look at the home switch has ended, microseconds from its beginning: a turn, which is more
+    /// than any way there, and two slow approaches over 2° each, with the way back between them.
+    pub fn cross_bound_us(&self) -> u32 {
+        /// Microsteps of two degrees.
+        const TWO_DEGREES: u32 = MICROSTEPS_PER_TURN as u32 / 180;
+        let fast = self.ramp().bound_us(MICROSTEPS_PER_TURN as u32);
+        let slow = TWO_DEGREES.saturating_mul(MILLION) / (self.search_speed / 8).max(1);
+        let back = self.ramp().bound_us(TWO_DEGREES);
+        fast.saturating_add(2 * slow).saturating_add(back)
+    }
+
+    /// How long STEP is high and low in a second at top speed where both are as short as may be,
+    /// microseconds.
+    fn busiest(&self) -> u32 {
+        let (own, of) = self.driver.ratio();
+        let fastest = self.speed.max(self.search_speed);
+        let steps = fastest.saturating_mul(own as u32).div_ceil(of as u32);
+        steps.saturating_mul(2 * u32::from(self.driver.pulse_width))
+    }
+}
+
+/// Microseconds of a second.
+const MILLION: u32 = 1_000_000;

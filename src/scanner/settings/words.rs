@@ -1,0 +1,46 @@
+//! Settings that are words, and their words.
+
+use super::motor::{Driver, Encoder, WireLevel};
+use crate::motion;
+use crate::setting::words;
+
+/// Something that is on or off.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Switch {
+    /// It works.
+    #[default]
+    On,
+    /// It does not.
+    Off,
+}
+
+/// Which way the mirror sweeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Sweeping {
+    /// The first scan from the first row to the last, the next one back, and so on.
+    #[default]
+    Both,
+    /// Always from the first row to the last.
+    Forward,
+    /// Always from the last row to the first.
+    Backward,
+}
+
+/// How the mirror gets through the angles.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum SweepMode {
+    /// It stands still at each of them.
+    Stop,
+    /// It turns at constant speed: no less accurate (docs/benchmarks.md), and faster.
+    #[default]
+    Continuous,
+}
+
+words!(Switch: "on" Switch::On, "off" Switch::Off);
+words!(Sweeping: "both" Sweeping::Both, "down" Sweeping::Forward, "up" Sweeping::Backward);
+words!(SweepMode: "stop" SweepMode::Stop, "continuous" SweepMode::Continuous);
+words!(Driver: "step-dir" Driver::StepDir, "tmc2209" Driver::Tmc2209);
+words!(Encoder: "none" Encoder::None, "as5600" Encoder::As5600);
+words!(WireLevel: "low" WireLevel::Low, "high" WireLevel::High);
+words!(motion::Mode:
+    "auto" motion::Mode::Auto, "required" motion::Mode::Required, "standing" motion::Mode::Standing);

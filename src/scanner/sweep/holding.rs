@@ -1,0 +1,102 @@
+//! How long the mirror must not move after a trigger.
+
+use crate::scanner::time::Micros;
+use crate::signal::radar::module::RadarModule;
+use crate::signal::radar::wire::SLACK_US;
+
+/// What a port may still hold of a trigger that has been handed to it, bytes: the one under way and the next.
+const HELD: u32 = 2;
+
+/// A chirp's capture as the scanner knows it: it begins when the trigger's last byte is out, and takes
+/// as long as the setting says.
+///
+/// A port takes byte after byte as the link is polled, so that a trigger leaves later than it should
+/// when the scanner has been busy: the time counts from when its last byte has been handed over.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Hold {
+    /// When the trigger was seen to have been handed over.
+    out: Option<Micros>,
+}
+
+impl Hold {
+    /// Whether a chirp of `chirp_us` is captured by `now`; never, where it is not known how long it takes.
+    pub fn over(&mut self, now: Micros, link: &impl RadarModule, chirp_us: u32) -> bool {
+        if chirp_us == 0 || !link.sent() {
+            return false;
+        }
+        let out = *self.out.get_or_insert(now);
+        // What a pin starts waits for no byte.
+        let held = link.wire().filter(|wire| !wire.pin);
+        let held = held.map_or(0, |wire| wire.time_us(HELD));
+        now.reached(out.plus(held).plus(chirp_us).plus(SLACK_US))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use core::task::Poll;
+
+    use super::*;
+    use crate::Iq;
+    use crate::config::RadarConfig;
+    use crate::signal::radar::module::{LinkError, Wish};
+    use crate::signal::radar::wire::Wire;
+
+    /// A link that has sent its trigger, or not.
+    struct Link(bool, Option<Wire>);
+
+    impl RadarModule for Link {
+        fn program(&mut self, _: Micros, _: &Wish, _: u32) {}
+        fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+            Poll::Pending
+        }
+        fn trigger(&mut self, _: Micros, _: i32, _: u32) {}
+        fn poll(&mut self, _: Micros, _: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+            Poll::Pending
+        }
+        fn sent(&self) -> bool {
+            self.0
+        }
+        fn wire(&self) -> Option<Wire> {
+            self.1
+        }
+    }
+
+    fn held(link: &Link) -> u32 {
+        let (start, mut hold) = (Micros(u32::MAX - 500), Hold::default());
+        let found = (0..).find(|&us| hold.over(start.plus(us), link, 1_000));
+        found.unwrap()
+    }
+
+    #[test]
+    fn what_the_port_holds_then_the_chirp() {
+        // Two bytes at 1 Mbaud, 1,000 for the chirp, the slack.
+        let wire = Wire::default();
+        assert_eq!(held(&Link(true, Some(wire))), 1_120);
+        let wire = Wire {
+            baud: 2_000_000,
+            ..wire
+        };
+        assert_eq!(held(&Link(true, Some(wire))), 1_110);
+        assert_eq!(held(&Link(true, Some(Wire { pin: true, ..wire }))), 1_100);
+        assert_eq!(held(&Link(true, None)), 1_100);
+    }
+
+    #[test]
+    fn a_trigger_that_is_not_out_is_waited_for() {
+        let mut hold = Hold::default();
+        let link = Link(false, None);
+        assert!((0..1000).all(|k| !hold.over(Micros(1000 * k), &link, 1)));
+        // From then on, not from the trigger's call.
+        let link = Link(true, None);
+        assert!(!hold.over(Micros(2_000_000), &link, 1_000));
+        assert!(hold.over(Micros(2_001_100), &link, 1_000));
+    }
+
+    #[test]
+    fn a_chirp_of_unknown_length_is_waited_for() {
+        let mut hold = Hold::default();
+        let link = Link(true, None);
+        assert!((0..1000).all(|k| !hold.over(Micros(1000 * k), &link, 0)));
+    }
+}

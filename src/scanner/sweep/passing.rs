@@ -1,0 +1,188 @@
+//! Rows in passing: the mirror turns at constant speed, the step counter says when a row is due.
+
+use core::task::Poll;
+
+use super::Sweep;
+use super::rows::{LOST_STREAK, MARGIN_US, RowState, Rows, later, link_reason};
+use crate::scanner::chain::DataPath;
+use crate::scanner::mirror::{Mirror, Motion};
+use crate::scanner::schedule::shaft_angle;
+use crate::scanner::settings::MotorConfig;
+use crate::scanner::time::Micros;
+use crate::signal::radar::module::{LinkError, RadarModule};
+use crate::verdict::Reason;
+
+/// A trigger that is later than this misses its row, microsteps: 0.02 degree, as much as a shaft at rest
+/// jitters (docs/accuracy.md).
+const LATE: i32 = 3;
+
+impl Sweep {
+    /// The mirror stands where the ramp begins: off it goes.
+    pub(super) fn set_off(&mut self, now: Micros, mirror: &mut impl Mirror) {
+        if core::mem::take(&mut self.astray) {
+            let target = self.target();
+            return self.start_move(now, mirror, target);
+        }
+        let Some(turning) = &self.turning else { return };
+        let motor = MotorConfig {
+            speed: turning.cruise.speed,
+            ..self.settings.motor
+        };
+        let (start, end) = turning.cruise.ends(&self.schedule, self.backward);
+        mirror.start_move(end, &motor);
+        let bound = motor.ramp().bound_us(start.abs_diff(end));
+        self.deadline = now.plus(bound).plus(MARGIN_US);
+        self.at = RowState::Turn;
+    }
+
+    /// Triggers what is due, takes what has come, works off what has come before.
+    #[inline(never)]
+    pub(super) fn turn(
+        &mut self,
+        now: Micros,
+        motion: Motion,
+        mirror: &mut impl Mirror,
+        link: &mut impl RadarModule,
+        data: &mut impl DataPath,
+    ) -> Poll<Rows> {
+        if let Some(reason) = self.fire(now, mirror.position(), link, data) {
+            return self.end(Some(reason));
+        }
+        // Its own call of `poll`: the arithmetic takes time, and `now` is old after it.
+        if let Some(row) = self.pending.take() {
+            data.row(row);
+            return Poll::Pending;
+        }
+        let flying = self.turning.as_ref().is_some_and(|t| !t.flying.is_empty());
+        if flying {
+            return match link.poll(now, data.samples()) {
+                Poll::Ready(answer) => self.take(now, answer, data),
+                Poll::Pending => Poll::Pending,
+            };
+        }
+        if motion == Motion::Moving {
+            return Poll::Pending;
+        }
+        // The shaft stands behind the sector: no row comes any more.
+        while self.untriggered().is_some() {
+            if let Some(reason) = self.miss(data) {
+                return self.end(Some(reason));
+            }
+        }
+        self.finish(now, mirror)
+    }
+
+    /// The next row to be triggered.
+    fn untriggered(&self) -> Option<u16> {
+        let turning = self.turning.as_ref()?;
+        (turning.next < self.schedule.rows()).then(|| self.nth(turning.next))
+    }
+
+    /// Triggers the row whose place is near; what ends the scan.
+    fn fire(
+        &mut self,
+        now: Micros,
+        position: i32,
+        link: &mut impl RadarModule,
+        data: &mut impl DataPath,
+    ) -> Option<Reason> {
+        loop {
+            let row = self.untriggered()?;
+            let turning = self.turning.as_mut()?;
+            let past = turning.past(&self.schedule, self.backward, row, position);
+            if past < 0 {
+                return None;
+            }
+            if past <= LATE {
+                // Late by less than a row's tolerance it goes at once.
+                let wait = if past == 0 {
+                    turning.cruise.delay_us
+                } else {
+                    0
+                };
+                let due = *turning.due.get_or_insert(now.plus(wait));
+                if now.reached(due) || past > 0 {
+                    self.fire_row(now, row, link);
+                }
+                return None;
+            }
+            if let Some(reason) = self.miss(data) {
+                return Some(reason);
+            }
+        }
+    }
+
+    /// Triggers `row`, if the link takes another request.
+    fn fire_row(&mut self, now: Micros, row: u16, link: &mut impl RadarModule) {
+        let angle = shaft_angle(self.schedule.position(row));
+        let Some(turning) = &mut self.turning else {
+            return;
+        };
+        let timeout = turning.cruise.patience_us;
+        if turning.flying.is_full() || turning.skips {
+            return;
+        }
+        if turning.flying.is_empty() {
+            link.trigger(now, angle, timeout);
+        } else if !link.trigger_ahead(now, angle, timeout) {
+            return;
+        }
+        // There is room.
+        let _ = turning.flying.push_back((row, now.plus(timeout)));
+        turning.next += 1;
+        turning.due = None;
+        self.fired = Some((row, now));
+        self.deadline = later(self.deadline, now.plus(timeout).plus(MARGIN_US));
+    }
+
+    /// The next row has not been triggered in time; what ends the scan.
+    fn miss(&mut self, data: &mut impl DataPath) -> Option<Reason> {
+        let row = self.untriggered()?;
+        let turning = self.turning.as_mut()?;
+        turning.next += 1;
+        (turning.due, turning.skips) = (None, false);
+        self.lose(row, data)
+    }
+
+    /// `row` will not come; what ends the scan.
+    fn lose(&mut self, row: u16, data: &mut impl DataPath) -> Option<Reason> {
+        data.lost(row);
+        self.lost = self.lost.saturating_add(1);
+        (self.lost > self.settings.timing.max_lost).then_some(Reason::TooManyLost)
+    }
+
+    /// The answer to the oldest trigger.
+    fn take(
+        &mut self,
+        now: Micros,
+        answer: Result<(), LinkError>,
+        data: &mut impl DataPath,
+    ) -> Poll<Rows> {
+        self.failed += u16::from(answer.is_err());
+        let Some(turning) = &mut self.turning else {
+            return Poll::Pending;
+        };
+        let Some((row, until)) = turning.flying.pop_front() else {
+            return Poll::Pending;
+        };
+        match answer {
+            Ok(()) => {
+                self.pending = Some(row);
+                self.streak = 0;
+            }
+            Err(error) => {
+                self.streak += 1;
+                // What came in vain took its time on the wire, which the chirps behind it lack.
+                turning.skips |= now.reached(until);
+                let reason = self.lose(row, data);
+                if self.streak >= LOST_STREAK {
+                    return self.end(Some(link_reason(error)));
+                }
+                if reason.is_some() {
+                    return self.end(reason);
+                }
+            }
+        }
+        Poll::Pending
+    }
+}

@@ -1,0 +1,244 @@
+//! Set-up and status over a chip that is well, broken, or reset at the worst moment.
+
+use super::chip::{Chip, Mood};
+use super::*;
+use crate::scanner::settings::Driver;
+use proptest::prelude::*;
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::vec::Vec;
+
+/// The wire: a byte at a time goes out, and comes in.
+#[derive(Clone, Default)]
+struct Wire(Rc<RefCell<Chip>>);
+
+impl BytePort for Wire {
+    fn read(&mut self) -> Option<u8> {
+        self.0.borrow_mut().say()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        let first = bytes.first();
+        first.map_or(0, |&byte| {
+            self.0.borrow_mut().hear(byte);
+            1
+        })
+    }
+}
+
+fn motor() -> MotorConfig {
+    let mut motor = MotorConfig::default();
+    motor.driver.kind = Driver::Tmc2209;
+    motor.driver.stall_threshold = 60;
+    motor
+}
+
+/// What becomes of what was begun, and after how long, microseconds.
+fn finish<P: BytePort>(driver: &mut Tmc2209<P>) -> (Result<(), DriverError>, u32) {
+    // Across the clock's own end.
+    let begun = Micros(u32::MAX - 2_000);
+    for k in 0..10_000 {
+        let now = begun.plus(87 * k);
+        if let Poll::Ready(done) = driver.poll(now) {
+            return (done, 87 * k);
+        }
+    }
+    panic!("never done");
+}
+
+fn set_up(prepare: impl FnOnce(&mut Chip)) -> (Tmc2209<Wire>, Wire, Result<(), DriverError>) {
+    let wire = Wire::default();
+    prepare(&mut wire.0.borrow_mut());
+    let mut driver = Tmc2209::new(wire.clone());
+    assert_eq!(driver.poll(Micros(0)), Poll::Ready(Ok(())), "idle");
+    driver.set_up(&motor());
+    let (done, us) = finish(&mut driver);
+    assert!(us < 150_000, "{us}");
+    (driver, wire, done)
+}
+
+fn look(driver: &mut Tmc2209<Wire>) -> Result<(), DriverError> {
+    driver.look();
+    let (done, us) = finish(driver);
+    // Less than the 0.1 s that a move's deadline has to spare.
+    assert!(us < 50_000, "{us}");
+    done
+}
+
+#[test]
+fn checksums_are_those_of_the_data_sheet() {
+    // Requests for GCONF and IOIN, as every other driver of this chip sends them.
+    assert_eq!(crc(&[0x05, 0x00, 0x00]), 0x48);
+    assert_eq!(crc(&[0x05, 0x00, 0x06]), 0x6f);
+}
+
+#[test]
+fn a_sound_chip_is_set_up_and_read() {
+    let (mut driver, wire, done) = set_up(|_| {});
+    assert_eq!(done, Ok(()));
+    {
+        let chip = wire.0.borrow();
+        assert_eq!(chip.register(0x00), 0x1c0);
+        assert_eq!(chip.register(0x01), 0, "its reset at power-up is forgotten");
+        // 600 mA: 0.98 A at full scale, 19 of 32.
+        assert_eq!(chip.register(0x10), 18 | 18 << 8);
+        assert_eq!(chip.register(0x14), 15_000_000 / 25_600);
+        assert_eq!(chip.register(0x40), 60);
+        assert_eq!(chip.register(0x6c), 0x1000_0053 | 1 << 17);
+        assert_eq!((chip.writes, chip.reads), (7, 4));
+    }
+    assert_eq!(look(&mut driver), Ok(()));
+    assert_eq!(wire.0.borrow().reads, 6);
+    assert_eq!(driver.poll(Micros(5)), Poll::Ready(Ok(())), "idle again");
+}
+
+#[test]
+fn settings_become_registers() {
+    let mut motor = motor();
+    motor.driver.stall_threshold = 0;
+    motor.driver.microsteps = 3200;
+    motor.driver.current = 1200;
+    let wire = Wire::default();
+    let mut driver = Tmc2209::new(wire.clone());
+    driver.set_up(&motor);
+    assert_eq!(finish(&mut driver).0, Ok(()));
+    let chip = wire.0.borrow();
+    assert_eq!(chip.register(0x14), 0, "no stall is reported at any speed");
+    // 16 microsteps are MRES 4; 1.2 A are beyond the finer range.
+    assert_eq!(chip.register(0x6c), 0x1400_0053);
+    assert_eq!(chip.register(0x10), 20 | 20 << 8);
+}
+
+#[test]
+fn currents_are_never_more_than_asked_for() {
+    for milliamperes in 100..=1767 {
+        let (scale, vsense) = current_scale(milliamperes);
+        let volts = if vsense { 0.18 } else { 0.325 };
+        let real = f64::from(scale + 1) / 32.0 * volts / 0.13 / 2_f64.sqrt() * 1e3;
+        let wanted = f64::from(milliamperes);
+        assert!(real <= wanted + 1.0, "{milliamperes} mA: {real}");
+        // One step of the scale.
+        assert!(wanted - real < 56.0, "{milliamperes} mA: {real}");
+    }
+}
+
+/// What is wrong, how it comes about, what is told.
+type Wrong = (&'static str, fn(&mut Chip), DriverError);
+
+#[test]
+fn each_misbehaviour_is_told() {
+    use DriverError::{Fault, Reset, Silent};
+    let wrongs: [Wrong; 8] = [
+        ("silent", |c| c.mood = Mood::Silent, Silent),
+        ("cut", |c| c.mood = Mood::Cut, Silent),
+        ("checksum", |c| c.mood = Mood::WrongChecksum, Silent),
+        ("other register", |c| c.mood = Mood::Other, Silent),
+        ("deaf", |c| c.mood = Mood::Deaf, Silent),
+        ("overtemperature", |c| c.put(0x6f, 1 << 1), Fault),
+        ("short", |c| c.put(0x6f, 1 << 3), Fault),
+        ("short of the low side", |c| c.put(0x6f, 1 << 5), Fault),
+    ];
+    for (what, wrong, error) in wrongs {
+        let (_, _, done) = set_up(wrong);
+        assert_eq!(done, Err(error), "{what}");
+    }
+    let later: [Wrong; 6] = [
+        ("reset", Chip::reset, Reset),
+        ("driver error", |c| c.put(0x01, 2), Fault),
+        ("charge pump", |c| c.put(0x01, 4), Fault),
+        ("silent", |c| c.mood = Mood::Silent, Silent),
+        ("checksum", |c| c.mood = Mood::WrongChecksum, Silent),
+        ("short", |c| c.put(0x6f, 1 << 2), Fault),
+    ];
+    for (what, wrong, error) in later {
+        let (mut driver, wire, done) = set_up(|_| {});
+        assert_eq!(done, Ok(()));
+        wrong(&mut wire.0.borrow_mut());
+        assert_eq!(look(&mut driver), Err(error), "{what}");
+        assert_eq!(driver.poll(Micros(5)), Poll::Ready(Ok(())), "idle again");
+    }
+}
+
+#[test]
+fn warnings_and_open_loads_are_no_faults() {
+    let (mut driver, wire, _) = set_up(|_| {});
+    // otpw, ola, olb, stst.
+    let warnings = 1 | 1 << 6 | 1 << 7 | 1 << 31;
+    wire.0.borrow_mut().registers.insert(0x6f, warnings);
+    assert_eq!(look(&mut driver), Ok(()));
+}
+
+#[test]
+fn a_reset_in_the_midst_of_the_set_up_leaves_no_register_out() {
+    for after in 1..=7 {
+        let (_, wire, done) = set_up(|chip| chip.resets_after = Some(after));
+        assert_eq!(done, Ok(()), "{after}");
+        let chip = wire.0.borrow();
+        assert_eq!(chip.register(0x00), 0x1c0);
+        assert_eq!(chip.register(0x40), 60);
+        assert_eq!(chip.register(0x01), 0);
+    }
+}
+
+#[test]
+fn any_lost_byte_is_made_good() {
+    // 4 bytes, 7 times 8, and three times 4.
+    for lost in 0..72 {
+        let (_, wire, done) = set_up(|chip| chip.loses.push(lost));
+        assert_eq!(done, Ok(()), "byte {lost}");
+        let chip = wire.0.borrow();
+        assert_eq!(chip.register(0x00), 0x1c0, "byte {lost}");
+        assert_eq!(chip.register(0x6c), 0x1002_0053, "byte {lost}");
+    }
+}
+
+#[test]
+fn what_a_chip_forgets_is_not_forgotten_by_a_new_set_up() {
+    let (mut driver, wire, _) = set_up(|_| {});
+    wire.0.borrow_mut().reset();
+    assert_eq!(look(&mut driver), Err(DriverError::Reset));
+    driver.set_up(&motor());
+    assert_eq!(finish(&mut driver).0, Ok(()));
+    assert_eq!(wire.0.borrow().register(0x40), 60);
+    assert_eq!(look(&mut driver), Ok(()));
+}
+
+/// A port that says anything and takes any number of bytes.
+struct Noise {
+    bytes: Vec<u8>,
+    at: usize,
+}
+
+impl BytePort for Noise {
+    fn read(&mut self) -> Option<u8> {
+        self.at += 1;
+        let byte = self.bytes.get(self.at % (self.bytes.len() + 1));
+        byte.copied()
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        bytes.len().min(self.at % 5)
+    }
+}
+
+proptest! {
+    #[test]
+    fn anything_on_the_wire_comes_to_an_end(bytes in proptest::collection::vec(any::<u8>(), 0..200)) {
+        let mut driver = Tmc2209::new(Noise { bytes, at: 0 });
+        driver.set_up(&motor());
+        let (done, _) = finish(&mut driver);
+        // Bytes by chance are no four whole answers.
+        prop_assert_eq!(done, Err(DriverError::Silent));
+        driver.look();
+        let _ = finish(&mut driver);
+    }
+
+    #[test]
+    fn any_status_is_judged(flags in any::<u32>(), status in any::<u32>()) {
+        let (mut driver, wire, _) = set_up(|_| {});
+        wire.0.borrow_mut().registers.insert(0x01, flags);
+        wire.0.borrow_mut().registers.insert(0x6f, status);
+        let well = flags & 7 == 0 && status & 0x3e == 0;
+        prop_assert_eq!(look(&mut driver).is_ok(), well);
+    }
+}

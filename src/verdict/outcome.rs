@@ -1,0 +1,85 @@
+//! An answer with its verdict: what is reported of a scan.
+
+use super::evidence::{Conditions, Evidence};
+use super::reasons::Reasons;
+use super::status::{Status, Verdict, verdict};
+use crate::answer::Answer;
+
+/// The outcome of one scan.
+///
+/// ```
+/// use stairscan::answer::{Direction, Step};
+/// use stairscan::motion::Agreement;
+/// use stairscan::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight, Status, Validity};
+///
+/// let mut outcome = Outcome::silent();
+/// outcome.answer.direction = Direction::Up;
+/// outcome.answer.steps.push(Step { distance_m: 0.5, height_m: 0.17, ..Step::default() }).unwrap();
+/// assert_eq!(outcome.status(), Status::Fault);
+///
+/// let valid = Some(Validity { horizon_m: 1.2, confidence: 0.995 });
+/// let sight = Sight { heard: true, valid, ..Sight::nothing(Agreement::STANDING) };
+/// outcome.decide(&Evidence { sight: Some(sight), ..Evidence::default() });
+/// assert!(outcome.status() == Status::Ok && outcome.reasons().is_empty());
+///
+/// let fault = Outcome::broken(Reasons::NONE.with(Reason::MotorStall), Conditions::GOOD);
+/// assert!(fault.status() == Status::Fault && fault.answer.steps.is_empty());
+/// ```
+#[derive(Clone, Debug, PartialEq)]
+pub struct Outcome {
+    /// What stands ahead.
+    pub answer: Answer,
+    verdict: Verdict,
+}
+
+impl Outcome {
+    /// Without an answer, and a `fault` (`silent`) until [`Outcome::decide`].
+    pub const fn silent() -> Self {
+        Self {
+            answer: Answer::NONE,
+            verdict: Verdict::SILENT,
+        }
+    }
+
+    /// That of a scan that hardware did not allow, or ended.
+    pub fn broken(faults: Reasons, conditions: Conditions) -> Self {
+        let mut outcome = Self::silent();
+        outcome.decide(&Evidence {
+            faults,
+            conditions,
+            ..Evidence::default()
+        });
+        outcome
+    }
+
+    /// Gives the answer its verdict. A `fault` has no answer.
+    #[inline(never)]
+    pub fn decide(&mut self, evidence: &Evidence) {
+        self.verdict = verdict(evidence);
+        if self.verdict.status == Status::Fault {
+            self.answer.clear();
+        }
+    }
+
+    /// How far it can be trusted.
+    pub fn status(&self) -> Status {
+        self.verdict.status
+    }
+
+    /// Why it is not `ok`, and what is weak where it is.
+    pub fn reasons(&self) -> Reasons {
+        self.verdict.reasons
+    }
+
+    /// Up to where the answer is valid, metres from the mirror; `None` if the estimator does not say, and
+    /// then it claims the whole range.
+    pub fn horizon_m(&self) -> Option<f32> {
+        self.verdict.valid.map(|valid| valid.horizon_m)
+    }
+
+    /// Probability that nothing is wrong up to the horizon, or over the first metre where that is
+    /// farther; `None` if the estimator does not say.
+    pub fn confidence(&self) -> Option<f32> {
+        self.verdict.valid.map(|valid| valid.confidence)
+    }
+}

@@ -1,0 +1,291 @@
+//! Every reason that stands beside a status: its word, its meaning, what it does to an answer, and when it is told.
+//!
+//! This is the only list of them. The report and its parser, `--help`, the report page, the C header of `controller/`,
+//! the README and `docs/reasons.md` are made from it, or held against it by a test.
+
+use core::fmt;
+
+/// What a reason does to an answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReasonEffect {
+    /// There is no answer.
+    Fault,
+    /// A doubt about the instrument: `degraded`, with a horizon and a confidence of 0.
+    Doubt,
+    /// `degraded`, with its horizon.
+    Degraded,
+    /// Nothing: for people and logs.
+    Word,
+}
+
+impl ReasonEffect {
+    /// Its word in documents.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::Fault => "fault",
+            Self::Doubt => "doubt",
+            Self::Degraded => "degraded",
+            Self::Word => "word",
+        }
+    }
+}
+
+macro_rules! reasons {
+    ($($(#[doc = $doc:literal])* $name:ident = $text:literal [$($effect:ident),+] $condition:literal),* $(,)?) => {
+        /// Why a scan is `degraded` or a `fault`, or what is weak about one that is `ok`.
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+        #[repr(u8)]
+        pub enum Reason { $($(#[doc = $doc])* $name),* }
+
+        impl Reason {
+            /// Every reason, in the order of their bits.
+            pub const ALL: &'static [Reason] = &[$(Reason::$name),*];
+
+            /// The word that stands in a sentence.
+            pub fn as_str(self) -> &'static str {
+                // Every reason has a word; a table of them is a third of a `match` in each caller.
+                const WORDS: &[&str] = &[$($text),*];
+                WORDS.get(self as usize).copied().unwrap_or("")
+            }
+
+            /// What it means, in a sentence for people.
+            pub fn meaning(self) -> &'static str {
+                const MEANINGS: &[&str] = &[$(concat!($($doc),*)),*];
+                MEANINGS.get(self as usize).map_or("", |text| text.trim())
+            }
+
+            /// What it may do to an answer; which of several, its condition says.
+            pub fn effects(self) -> &'static [ReasonEffect] {
+                const EFFECTS: &[&[ReasonEffect]] = &[$(&[$(ReasonEffect::$effect),+]),*];
+                EFFECTS.get(self as usize).copied().unwrap_or(&[])
+            }
+
+            /// When it is told, in a sentence.
+            pub fn condition(self) -> &'static str {
+                const CONDITIONS: &[&str] = &[$($condition),*];
+                CONDITIONS.get(self as usize).copied().unwrap_or("")
+            }
+        }
+    };
+}
+
+reasons! {
+    /// Some rows' chirps were lost after all retries.
+    LostRows = "lost-rows" [Degraded]
+        "A row's chirp did not come after all retries, and fewer rows were lost than end the scan.",
+    /// A step, or its height, was inferred from its neighbours: no echo of its own shows it well.
+    InferredStep = "inferred-step" [Word]
+        "A step has no echo of its own, or the standard deviation of its height is above `sure_height_m` (`sure_last_height_m` for a last riser that flashes).",
+    /// Another reading of the echoes is nearly as likely.
+    CloseRival = "close-rival" [Word]
+        "The winner leads by less than `clear_lead_nats`, or a single rise may be a threshold or an obstacle as well as a step.",
+    /// The steps rest on echoes little above the noise.
+    WeakEchoes = "weak-echoes" [Word]
+        "A step's strongest echo is below `weak_step_db`, the next riser's would be below `next_seen_db`, or, without steps, no echo reaches `view_db`.",
+    /// Something stands in the line of sight.
+    BlockedView = "blocked-view" [Doubt, Word]
+        "Something shines right before the mirror in more than `near_rows` rows, or at one range nearer than `blocked_m` in all rows (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
+    /// The answer does not vouch for the first metre of the way.
+    ShortHorizon = "short-horizon" [Degraded]
+        "The horizon is below 1.0 m.",
+    /// A step departs from the others by more than a person would expect.
+    IrregularStep = "irregular-step" [Word]
+        "A step's own echoes put it more than `irregular_m`, and more than two standard deviations, off the straight flight.",
+    /// Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.
+    Unconfigured = "unconfigured" [Doubt]
+        "No settings were saved, and since boot not all that say how the scanner is mounted were set.",
+    /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
+    Unconfirmed = "unconfirmed" [Degraded]
+        "No sweep before this one can be compared with it, or too little is seen in both.",
+    /// The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.
+    Moving = "moving" [Doubt, Degraded]
+        "The phases of echoes go on from row to row though the chair is not known to move (doubt); or two sweeps do not agree on what the motion input says (degraded).",
+    /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
+    MotionInput = "motion-input" [Degraded, Word]
+        "Motion input is required and missing (degraded); or it was lost, late, damaged or impossible during the scan (word).",
+    /// What was carried on from earlier scans contradicts this one, and was forgotten.
+    SceneChanged = "scene-changed" [Word]
+        "What earlier scans said contradicts this one.",
+    /// Samples at the converter's full scale.
+    Saturated = "saturated" [Fault]
+        "More than one sample in 1000 stands at full scale.",
+    /// No signal at all.
+    Silent = "silent" [Fault, Doubt]
+        "Samples do not swing in more than half of the rows (fault), or in any row (doubt); or there was nothing to decide on (fault).",
+    /// No echo from the mirror.
+    MirrorMissing = "mirror-missing" [Fault]
+        "The mirror's own echo stands less than 9 dB above the noise.",
+    /// The mirror's echo never changes: the same chirp again and again.
+    MirrorFrozen = "mirror-frozen" [Fault]
+        "More than half of the chirps are the same as the one before.",
+    /// The map holds no noise, so that it cannot come from a radar.
+    NoNoise = "no-noise" [Fault]
+        "The median of the map is zero.",
+    /// Nothing but noise: not even the floor was seen.
+    NoEcho = "no-echo" [Fault]
+        "No echo reaches `sure_echo_db`; in the paper's estimator no more cells than false alarms.",
+    /// A bit of the converter never changes.
+    AdcBit = "adc-bit" [Doubt]
+        "A bit of the samples stays the same in more rows than its limit.",
+    /// I and Q have changed places, or one has the wrong sign: echoes beat backwards.
+    IqSwapped = "iq-swapped" [Fault]
+        "The image of the mirror's echo is stronger than the echo in more than half of the rows.",
+    /// One of the two channels is dead, or both give the same.
+    ChannelDead = "channel-dead" [Doubt]
+        "The image of the mirror's echo is as strong as the echo in more than three quarters of the rows.",
+    /// I and Q are so unlike that echoes have images.
+    IqImbalance = "iq-imbalance" [Doubt]
+        "The image of the mirror's echo is too strong in more than three quarters of the rows.",
+    /// The converter's offset walks during the scan.
+    DcDrift = "dc-drift" [Doubt]
+        "The mean of the samples walks by more than its limit during the scan.",
+    /// Samples are cut off below the converter's full scale.
+    Clipped = "clipped" [Doubt]
+        "Samples gather at one value below full scale in more than 35 % of the rows looked at.",
+    /// The level of the mirror's own echo changes during the scan.
+    GainDrift = "gain-drift" [Doubt]
+        "What the scanner shows of itself is `inside_drift_db` off its first level in more than `strayed_rows` rows, or the mirror's own echo that much off its calibrated level.",
+    /// Rows were set aside because something else transmits, or a tone stands in all of them.
+    Interference = "interference" [Doubt]
+        "The noise of a row jumps by more than `burst_db`, or one level stands at one range in a share of the rows above `line_share`.",
+    /// The mirror's own echo is not where the mirror's offset says: the range scale is not true.
+    RangeScale = "range-scale" [Doubt]
+        "The mirror's own echo is more than `mirror_place_m` off the mirror's offset, or `mirror_moved_m` off its calibrated place.",
+    /// The same chirp came more than once.
+    StaleChirp = "stale-chirp" [Doubt]
+        "A chirp came more than once.",
+    /// Echoes do not change though the mirror should have turned.
+    MirrorStuck = "mirror-stuck" [Doubt]
+        "Rows stay alike for longer than the beam's width of turning.",
+    /// Echoes change faster or slower over the rows than the beam's width says: rows are not at their angles.
+    AngleJump = "angle-jump" [Doubt]
+        "Neighbouring rows differ by more than `jump_db` beyond the usual, or the lobes of strong echoes are narrower or broader over the rows than the beam.",
+    /// The floor is not where mount height, angle and offset say that it must be.
+    Mount = "mount" [Doubt]
+        "The floor is elsewhere than the mounting says, calibration takes out more than it may, or the first riser's corner is off the ground.",
+    /// Too many chirps were lost.
+    TooManyLost = "too-many-lost" [Fault]
+        "More rows were lost than `max-lost`, or 8 one after the other.",
+    /// The radar module does not answer.
+    LinkSilent = "link-silent" [Fault]
+        "The radar module did not answer in time, or not in whole frames.",
+    /// The radar module reports an error.
+    ModuleError = "module-error" [Fault]
+        "The radar module answered with an error.",
+    /// The radar module is set to something that the scanner cannot work with.
+    ModuleConfig = "module-config" [Fault]
+        "What the radar module is set to makes no scan that the buffers hold.",
+    /// The motor's driver reports a stall.
+    MotorStall = "motor-stall" [Fault]
+        "The driver's stall input fell during a move.",
+    /// The home switch was not found.
+    HomeNotFound = "home-not-found" [Fault]
+        "The home switch did not close within a turn.",
+    /// The known-answer test of the arithmetic failed.
+    SelfTest = "self-test" [Fault]
+        "A known chirp does not come out of the arithmetic as it must.",
+    /// The settings in memory are no longer those that were set: only a reset helps.
+    SettingsDamaged = "settings-damaged" [Fault]
+        "The checksum of the settings in memory is not that of what was set.",
+    /// The watchdog had to reset the chip.
+    Watchdog = "watchdog" [Fault]
+        "The chip was reset by its watchdog; told until a scan has succeeded.",
+    /// The firmware panicked or took a hardware fault.
+    Crash = "crash" [Fault]
+        "The firmware panicked or took a hardware fault; told until a scan has succeeded.",
+    /// Crashes followed one another: the scanner stands still until it is told to start.
+    CrashLoop = "crash-loop" [Fault]
+        "Crashes followed one another without a minute between them.",
+    /// The image in flash is not what was built.
+    ImageDamaged = "image-damaged" [Fault]
+        "The checksum of the flash is not that of the sealed image.",
+    /// Nobody has sealed the image: whether it is whole cannot be told.
+    ImageUnsealed = "image-unsealed" [Doubt]
+        "The image holds no checksum of itself.",
+    /// The memory does not keep what is written to it.
+    MemoryDamaged = "memory-damaged" [Fault]
+        "The march test of the memory at boot failed.",
+    /// The supply is too low, or was before the reset.
+    Supply = "supply" [Fault]
+        "The supply detector reports a supply that is too low, or did before the reset.",
+    /// The crystal does not run, and nobody has said that the internal oscillator will do.
+    InternalClock = "internal-clock" [Fault]
+        "The crystal does not run, and the setting `internal-clock` is off.",
+    /// The motor's driver does not answer, was reset, or reports an error.
+    MotorDriver = "motor-driver" [Fault]
+        "The driver does not answer on its wire, was reset, or reports an error.",
+    /// The home switch or the encoder finds the mirror elsewhere: its angle was not what its steps said.
+    MirrorSlipped = "mirror-slipped" [Fault]
+        "The home switch or the encoder finds the mirror away from where its steps put it.",
+    /// The encoder on the mirror's shaft does not answer, or finds no magnet.
+    EncoderSilent = "encoder-silent" [Fault]
+        "The encoder does not answer on its bus, or reports no magnet.",
+}
+
+/// A set of [`Reason`]s.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Reasons(u64);
+
+/// Every reason has a bit.
+const _: () = assert!(Reason::ALL.len() <= u64::BITS as usize);
+
+impl Reasons {
+    /// No reason.
+    pub const NONE: Self = Self(0);
+
+    /// Adds one.
+    pub fn add(&mut self, reason: Reason) {
+        *self = self.with(reason);
+    }
+
+    /// This set and one more.
+    #[must_use]
+    pub const fn with(self, reason: Reason) -> Self {
+        Self(self.0 | 1 << reason as u8)
+    }
+
+    /// All that are in either set.
+    #[must_use]
+    pub const fn and(self, others: Self) -> Self {
+        Self(self.0 | others.0)
+    }
+
+    /// Whether `reason` is in the set.
+    pub fn has(self, reason: Reason) -> bool {
+        self.0 & (1 << reason as u8) != 0
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+
+    /// This set without one.
+    #[must_use]
+    pub fn without(self, reason: Reason) -> Self {
+        Self(self.0 & !(1 << reason as u8))
+    }
+
+    /// The first reason of the set.
+    pub fn first(self) -> Option<Reason> {
+        Reason::ALL.get(self.0.trailing_zeros() as usize).copied()
+    }
+
+    /// The reasons of the set, in the order of [`Reason::ALL`].
+    pub fn iter(self) -> impl Iterator<Item = Reason> {
+        Reason::ALL.iter().copied().filter(move |&r| self.has(r))
+    }
+}
+
+impl fmt::Display for Reasons {
+    /// The words joined by `+`; nothing for the empty set.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        for (k, reason) in self.iter().enumerate() {
+            if k > 0 {
+                f.write_str("+")?;
+            }
+            f.write_str(reason.as_str())?;
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,122 @@
+//! The verdict: status, horizon, confidence and reasons of an answer.
+
+use super::evidence::{Evidence, Sight, Validity};
+use super::reasons::{Reason, Reasons};
+use crate::motion::Finding;
+
+/// An `ok` is valid over at least this much of the way, metres: design contract.
+pub const LEAST_HORIZON_M: f32 = 1.0;
+
+/// What a controller may do with a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Trust it; zero steps then means that there are no stairs.
+    Ok,
+    /// Usable; the reasons say what is weak.
+    Degraded,
+    /// No answer; the reasons say why. Never holds steps.
+    Fault,
+}
+
+/// What an answer is worth.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verdict {
+    /// How far it can be trusted.
+    pub status: Status,
+    /// How far it is valid; `None` if the estimator does not say.
+    pub valid: Option<Validity>,
+    /// Why it is not `ok`, and what is weak where it is.
+    pub reasons: Reasons,
+}
+
+/// Returns the verdict on `evidence`: faults of hardware, then of the signal, then no echo; doubts about the
+/// instrument, which leave nothing of the horizon; then what only keeps an answer from being `ok`.
+pub fn verdict(evidence: &Evidence) -> Verdict {
+    let Evidence {
+        faults,
+        unusable,
+        signs,
+        conditions,
+        sight,
+    } = evidence;
+    let mut verdict = match (unusable, sight) {
+        _ if !faults.is_empty() => Verdict::fault(*faults),
+        (Some(reason), _) => Verdict::fault(Reasons::NONE.with(*reason)),
+        (None, None) => Verdict::SILENT,
+        (None, Some(sight)) if !sight.heard => Verdict::fault(Reasons::NONE.with(Reason::NoEcho)),
+        (None, Some(sight)) => Verdict::of(sight),
+    };
+    verdict.doubt(*signs);
+    verdict.doubt(conditions.board);
+    if !conditions.configured {
+        verdict.doubt(Reasons::NONE.with(Reason::Unconfigured));
+    }
+    if conditions.lost_rows {
+        verdict.degrade(Reason::LostRows);
+    }
+    verdict
+}
+
+impl Verdict {
+    /// Where there is nothing to decide on.
+    pub const SILENT: Self = Self {
+        status: Status::Fault,
+        valid: None,
+        reasons: Reasons::NONE.with(Reason::Silent),
+    };
+
+    /// No answer.
+    fn fault(reasons: Reasons) -> Self {
+        Self {
+            reasons,
+            ..Self::SILENT
+        }
+    }
+
+    /// On what the estimator says alone: `ok` if its answer is valid far enough.
+    fn of(sight: &Sight) -> Self {
+        let mut verdict = Self {
+            status: Status::Ok,
+            valid: sight.valid,
+            reasons: sight.weak,
+        };
+        let short = |valid: Validity| valid.horizon_m < LEAST_HORIZON_M;
+        if sight.valid.is_some_and(short) {
+            verdict.degrade(Reason::ShortHorizon);
+        }
+        if sight.astray {
+            verdict.doubt(Reasons::NONE.with(Reason::Mount));
+        }
+        if sight.stretched {
+            verdict.doubt(Reasons::NONE.with(Reason::AngleJump));
+        }
+        match sight.agreement.finding {
+            Finding::Agreed => {}
+            Finding::Alone => verdict.degrade(Reason::Unconfirmed),
+            Finding::Moved => verdict.degrade(Reason::Moving),
+            Finding::Missing => verdict.degrade(Reason::MotionInput),
+        }
+        if sight.agreement.input.is_bad() {
+            verdict.reasons.add(Reason::MotionInput);
+        }
+        verdict
+    }
+
+    /// Takes in doubts about the instrument: no estimator knows better than its instrument, so that nothing of the
+    /// horizon is left.
+    fn doubt(&mut self, doubts: Reasons) {
+        self.reasons = self.reasons.and(doubts);
+        if !doubts.is_empty() && self.status != Status::Fault {
+            self.status = Status::Degraded;
+            self.valid = self.valid.map(|_| Validity::NONE);
+        }
+    }
+
+    /// Keeps the answer from being `ok`, and leaves its horizon.
+    fn degrade(&mut self, reason: Reason) {
+        self.reasons.add(reason);
+        if self.status == Status::Ok {
+            self.status = Status::Degraded;
+        }
+    }
+}
