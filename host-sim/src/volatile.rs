@@ -2,8 +2,7 @@
 
 use stairscan::report::command::Measure;
 use stairscan::scanner::store::StoreError;
-use stairscan::scanner::{Board, Identity, Settings};
-use stairscan::verdict::Reasons;
+use stairscan::scanner::{Board, Fitness, Identity, Settings};
 
 /// A board that nothing survives: no reset, no flash.
 #[derive(Clone, Copy, Debug)]
@@ -27,8 +26,9 @@ pub const fn identity(what: &'static str) -> Identity {
         clock: "host",
         boots: 1,
         serial: [0; 3],
-        reasons: Reasons::NONE,
-        standing: Reasons::NONE,
+        cause: None,
+        crash_loop: false,
+        fitness: Fitness::GOOD,
     }
 }
 

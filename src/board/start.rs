@@ -5,14 +5,13 @@ use core::sync::atomic::AtomicU16;
 use cortex_m::peripheral::{MPU, SCB, SYST};
 use stairscan::report::command::Measure;
 use stairscan::scanner::encoder::as5600::As5600;
-use stairscan::scanner::seal::ImageState;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};
 use stairscan::scanner::tmc2209::{self, Tmc2209};
-use stairscan::scanner::{Board, Identity, Micros, Settings};
+use stairscan::scanner::{Board, Fitness, Identity, Micros, Settings};
 use stairscan::signal::radar::any::AnyModule;
 use stairscan::signal::radar::wire::LINK_BAUD;
-use stairscan::verdict::{Reason, Reasons};
+use stairscan::verdict::Reason;
 use stm32f4xx_hal::gpio::{
     Edge, ExtiPin, Input, Output, PB0, PB1, PC9, PinState, PushPull, Speed, gpioc,
 };
@@ -191,69 +190,55 @@ fn untouched(bottom: *const u32, words: u32) -> u32 {
 /// still.
 const CRASH_LOOP: u32 = 3;
 
-/// What the last boot left, with this one counted in it, and what is to be told of it.
-fn this_boot(before: BootRecord, mut reasons: Reasons) -> (BootRecord, Reasons) {
-    let crashes = match reasons.is_empty() {
-        true => 0,
-        false => before.crashes.saturating_add(1),
-    };
-    if crashes >= CRASH_LOOP {
-        reasons.add(Reason::CrashLoop);
-    }
-    let record = BootRecord {
+/// What the last boot left, with this one counted in it.
+fn this_boot(before: BootRecord, crashed: bool) -> BootRecord {
+    BootRecord {
         crash: Crash::None,
         boots: before.boots.saturating_add(1),
-        crashes,
+        crashes: match crashed {
+            true => before.crashes.saturating_add(1),
+            false => 0,
+        },
         ..before
-    };
-    (record, reasons)
+    }
 }
 
-/// Why the chip was reset, and what `status` shows of it.
-fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Reasons) {
+/// Why the chip was reset; as a reason where `status` shows it.
+fn reset_cause(rcc: &pac::RCC, crash: Crash) -> (&'static str, Option<Reason>) {
     let flags = rcc.csr().read();
     rcc.csr().modify(|_, w| w.rmvf().set_bit());
-    let crashed = Reasons::NONE.with(Reason::Crash);
+    let crashed = Some(Reason::Crash);
     match crash {
         Crash::Panic => return ("panic", crashed),
         Crash::HardFault => return ("hard-fault", crashed),
         Crash::Stray => return ("stray-interrupt", crashed),
         Crash::Memory => return ("memory-fault", crashed),
-        Crash::Supply => return ("supply", Reasons::NONE.with(Reason::Supply)),
+        Crash::Supply => return ("supply", Some(Reason::Supply)),
         Crash::Clock => return ("clock", crashed),
         Crash::None => {}
     }
     if flags.wdgrstf().bit_is_set() {
-        ("watchdog", Reasons::NONE.with(Reason::Watchdog))
+        ("watchdog", Some(Reason::Watchdog))
     } else if flags.porrstf().bit_is_set() || flags.borrstf().bit_is_set() {
-        ("power-on", Reasons::NONE)
+        ("power-on", None)
     } else if flags.sftrstf().bit_is_set() {
-        ("software", Reasons::NONE)
+        ("software", None)
     } else if flags.padrstf().bit_is_set() {
-        ("reset-pin", Reasons::NONE)
+        ("reset-pin", None)
     } else {
-        ("unknown", Reasons::NONE)
+        ("unknown", None)
     }
 }
 
-/// What is wrong with processor, memory, clock and supply as long as this boot lasts.
+/// Processor, memory, clock and supply as long as this boot lasts.
 #[inline(never)]
-fn standing(internal: bool, supplied: bool) -> Reasons {
-    let verdict = seal::verdict();
-    let found = [
-        (verdict == ImageState::Damaged, Reason::ImageDamaged),
-        (verdict == ImageState::Blank, Reason::ImageUnsealed),
-        (!march::passed(), Reason::MemoryDamaged),
-        (!supplied, Reason::Supply),
-        (internal, Reason::InternalClock),
-    ];
-    let mut all = Reasons::NONE;
-    for (wrong, reason) in found {
-        if wrong {
-            all.add(reason);
-        }
+fn fitness(internal_clock: bool, supplied: bool) -> Fitness {
+    Fitness {
+        image: seal::verdict(),
+        memory_damaged: !march::passed(),
+        supply_low: !supplied,
+        internal_clock,
     }
-    all
 }
 
 /// A port: 8 data bits, no parity, 1 stop bit. Divider 16 and above.
@@ -313,8 +298,8 @@ pub fn start(
 ) -> (Parts, Interrupts) {
     protection::start(mpu);
     let before = retained::load();
-    let (reset, reasons) = reset_cause(&p.RCC, before.crash);
-    let (record, reasons) = this_boot(before, reasons);
+    let (reset, cause) = reset_cause(&p.RCC, before.crash);
+    let record = this_boot(before, cause.is_some());
     retained::store(record);
     let clocks = clock::start(&p.RCC, &p.FLASH);
     let mut store = Store::new(ChipFlash::new(p.FLASH));
@@ -332,7 +317,7 @@ pub fn start(
     let mut syscfg = p.SYSCFG.constrain(&mut rcc);
     let (pins, trig) = start_motor((b.pb0, b.pb1), c, &mut syscfg, p.EXTI, on);
     let supplied = supply::start(&p.PWR, &pins.exti, &mut rcc);
-    let standing = standing(clocks == clock::HSI, supplied);
+    let fitness = fitness(clocks == clock::HSI, supplied);
     let link_pins = (
         a.pa9.into_alternate::<7>().speed(Speed::High),
         a.pa10.into_alternate::<7>().internal_pull_up(true),
@@ -395,8 +380,9 @@ pub fn start(
             boots: record.boots,
             // Read once interrupts are on (`serial_number`).
             serial: [0; 3],
-            reasons,
-            standing,
+            cause,
+            crash_loop: record.crashes >= CRASH_LOOP,
+            fitness,
         },
         watchdog: Watchdog {
             iwdg,

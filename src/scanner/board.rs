@@ -1,9 +1,10 @@
 //! What the scanner is built over, beside its mirror and its radar module.
 
+use super::fitness::Fitness;
 use super::settings::Settings;
 use super::store::StoreError;
 use crate::report::command::Measure;
-use crate::verdict::Reasons;
+use crate::verdict::{Reason, Reasons};
 
 /// Most bytes that are read of a port in one go, so that a module that never falls silent cannot hold the
 /// scanner up beyond a deadline: more than a port's queue holds.
@@ -128,16 +129,24 @@ pub struct Identity {
     pub boots: u32,
     /// The chip's own number.
     pub serial: [u32; 3],
-    /// What `status` shows until a scan has succeeded: a reset by watchdog or crash. With
-    /// [`Reason::CrashLoop`](crate::verdict::Reason::CrashLoop) the scanner stands still until it is
-    /// told to start.
-    pub reasons: Reasons,
-    /// What is wrong with the processor, its memory, clock and supply as long as this boot lasts. With
-    /// [`Reason::ImageUnsealed`](crate::verdict::Reason::ImageUnsealed) no answer is `ok`; with any other the
-    /// scanner does not scan, but for
-    /// [`Reason::InternalClock`](crate::verdict::Reason::InternalClock) where the setting `internal-clock`
-    /// allows it.
-    pub standing: Reasons,
+    /// What reset the chip, where that was a crash, the watchdog or the supply.
+    pub cause: Option<Reason>,
+    /// Whether such resets followed one another: the scanner stands still until it is told to start.
+    pub crash_loop: bool,
+    /// Processor, memory, clock and supply.
+    pub fitness: Fitness,
+}
+
+impl Identity {
+    /// Returns what `status` shows of the reset until a scan has succeeded.
+    pub(super) fn reasons(&self) -> Reasons {
+        let cause = |reason| Reasons::NONE.with(reason);
+        let mut reasons = self.cause.map_or(Reasons::NONE, cause);
+        if self.crash_loop {
+            reasons.add(Reason::CrashLoop);
+        }
+        reasons
+    }
 }
 
 /// The scanner's hardware, each piece behind its trait.

@@ -1,27 +1,49 @@
 //! Whether processor, memory, clock and supply are fit to scan.
 
+use crate::scanner::seal::ImageState;
 use crate::scanner::settings::{Settings, Switch};
 use crate::verdict::{Reason, Reasons};
 
-/// Why no scan may be made, if so: each of these holds until a reset, but for the internal oscillator, which
-/// a setting allows.
-pub(super) fn unfit(standing: Reasons, settings: &Settings) -> Option<Reason> {
-    const FAULTS: [Reason; 4] = [
-        Reason::ImageDamaged,
-        Reason::MemoryDamaged,
-        Reason::Supply,
-        Reason::InternalClock,
-    ];
-    let allowed = settings.timing.internal_clock == Switch::On;
-    let counts =
-        |reason: Reason| standing.has(reason) && !(allowed && reason == Reason::InternalClock);
-    FAULTS.into_iter().find(|&reason| counts(reason))
+/// State of processor, memory, clock and supply at boot, which holds until a reset.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Fitness {
+    /// Whether the image in flash is what was built.
+    pub image: ImageState,
+    /// Whether the march test of the memory failed.
+    pub memory_damaged: bool,
+    /// Whether the supply is too low.
+    pub supply_low: bool,
+    /// Whether the internal oscillator drives the core, because the crystal does not run.
+    pub internal_clock: bool,
 }
 
-/// Why no answer may be `ok`.
-pub(super) fn doubts(standing: Reasons) -> Reasons {
-    match standing.has(Reason::ImageUnsealed) {
-        true => Reasons::NONE.with(Reason::ImageUnsealed),
-        false => Reasons::NONE,
+impl Fitness {
+    /// Fit for everything.
+    pub const GOOD: Self = Self {
+        image: ImageState::Whole,
+        memory_damaged: false,
+        supply_low: false,
+        internal_clock: false,
+    };
+
+    /// Returns why no scan may be made, if so. A setting allows the internal oscillator.
+    pub(super) fn fault(self, settings: &Settings) -> Option<Reason> {
+        let allowed = settings.timing.internal_clock == Switch::On;
+        let faults = [
+            (self.image == ImageState::Damaged, Reason::ImageDamaged),
+            (self.memory_damaged, Reason::MemoryDamaged),
+            (self.supply_low, Reason::Supply),
+            (self.internal_clock && !allowed, Reason::InternalClock),
+        ];
+        let found = faults.into_iter().find(|&(found, _)| found);
+        found.map(|(_, reason)| reason)
+    }
+
+    /// Returns why no answer may be `ok`.
+    pub(super) fn doubts(self) -> Reasons {
+        match self.image {
+            ImageState::Blank => Reasons::NONE.with(Reason::ImageUnsealed),
+            ImageState::Whole | ImageState::Damaged => Reasons::NONE,
+        }
     }
 }

@@ -78,6 +78,7 @@ pub mod tmc2209;
 
 pub use board::{Board, BytePort, Hardware, Identity};
 pub use chain::DataPath;
+pub use fitness::Fitness;
 pub use mirror::{Mirror, MirrorError, Motion};
 pub use reports::Reports;
 pub use schedule::{MICROSTEPS_PER_TURN, Schedule};

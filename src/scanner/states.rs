@@ -2,7 +2,6 @@
 
 use core::task::Poll;
 
-use super::fitness;
 use super::keeper::{Keeper, ScanSettings};
 use super::reports::{Reports, Telling};
 use crate::config::ConfigError;
@@ -187,7 +186,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             scans: 0,
             backward: false,
             connected: false,
-            reasons: identity.reasons,
+            reasons: identity.reasons(),
             deadline: now.plus(POLL_US),
             forgets: false,
             answered: None,
@@ -285,7 +284,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     #[inline(never)]
     fn boot(&mut self, now: Micros) {
         self.reports.boot(&self.identity, self.settings.hash());
-        if self.reasons.has(Reason::CrashLoop) && !self.hardware.board.stopped() {
+        if self.identity.crash_loop && !self.hardware.board.stopped() {
             self.hardware.mirror.disable();
             let (until, told) = (Until::Told, false);
             self.state = ScannerState::Fault { until, told };
@@ -308,7 +307,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     #[inline(never)]
     pub(super) fn begin(&mut self, now: Micros, errand: Errand) {
         self.deadline = now.plus(POLL_US);
-        let unfit = fitness::unfit(self.identity.standing, self.settings.get()).is_some();
+        let unfit = self.identity.fitness.fault(self.settings.get()).is_some();
         self.hardware.mirror.check(&self.settings.get().motor);
         if unfit || !self.hardware.mirror.homed() || !self.connected {
             self.state = ScannerState::SelfTest(Test::Arithmetic, errand);
@@ -341,7 +340,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     fn self_test(&mut self, now: Micros, test: Test, errand: Errand) {
         match test {
             Test::Arithmetic => {
-                if let Some(unfit) = fitness::unfit(self.identity.standing, self.settings.get()) {
+                if let Some(unfit) = self.identity.fitness.fault(self.settings.get()) {
                     return self.fail_test(now, unfit, errand);
                 }
                 if !self.data.self_test() {
@@ -438,7 +437,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
         self.reasons = match self.scans {
             // Why the chip was reset is told as long as it has not scanned.
-            0 => self.identity.reasons.with(reason),
+            0 => self.identity.reasons().with(reason),
             _ => Reasons::NONE.with(reason),
         };
         self.enter_fault(now, false);
@@ -485,7 +484,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             ..
         } = self.scan;
         let conditions = Conditions {
-            board: fitness::doubts(self.identity.standing),
+            board: self.identity.fitness.doubts(),
             configured: self.scan.configured,
             lost_rows: rows.lost > 0,
         };

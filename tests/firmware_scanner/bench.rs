@@ -14,13 +14,13 @@ use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::settings::{MotorConfig, SweepMode};
 use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{
-    Board, BytePort, DataPath, Hardware, Identity, Micros, Mirror, MirrorError, Motion, Scanner,
-    Settings,
+    Board, BytePort, DataPath, Fitness, Hardware, Identity, Micros, Mirror, MirrorError, Motion,
+    Scanner, Settings,
 };
 use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::wire::Wire;
 use stairscan::signal::radar::{LinkError, RadarModule};
-use stairscan::verdict::{Conditions, Evidence, Outcome, Reasons, Sight};
+use stairscan::verdict::{Conditions, Evidence, Outcome, Sight};
 
 /// Everything outside the scanner, shared between its traits and the test.
 #[derive(Default)]
@@ -254,8 +254,9 @@ pub const IDENTITY: Identity = Identity {
     clock: "hsi-16",
     boots: 3,
     serial: [0x0012_3456, 0x789a_bcde, 0xf012_3456],
-    reasons: Reasons::NONE,
-    standing: Reasons::NONE,
+    cause: None,
+    crash_loop: false,
+    fitness: Fitness::GOOD,
 };
 
 impl Bench {

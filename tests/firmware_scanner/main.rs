@@ -10,7 +10,8 @@ use stairscan::config::RadarConfig;
 use stairscan::report::Sentence;
 use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
-use stairscan::scanner::{Identity, Settings};
+use stairscan::scanner::seal::ImageState;
+use stairscan::scanner::{Fitness, Identity, Settings};
 use stairscan::signal::radar::LinkError;
 use stairscan::verdict::{Reason, Reasons, Status};
 
@@ -301,13 +302,15 @@ fn stop_switches_the_driver_off_and_the_next_scan_homes() {
 #[test]
 fn crashes_that_follow_one_another_end_in_a_fault_until_somebody_starts() {
     let identity = Identity {
-        reasons: Reasons::NONE.with(Reason::Crash).with(Reason::CrashLoop),
+        cause: Some(Reason::Crash),
+        crash_loop: true,
         ..IDENTITY
     };
     let mut bench = Bench::boot(Some(Settings::default()), identity, |_| ());
     let scan = bench.scan();
     assert_eq!((scan.scan, scan.status), (0, Status::Fault));
-    assert!(scan.reasons.has(Reason::CrashLoop));
+    let told = Reasons::NONE.with(Reason::Crash).with(Reason::CrashLoop);
+    assert_eq!(scan.reasons, told);
     for _ in 0..20_000 {
         bench.step();
     }
@@ -395,14 +398,18 @@ fn a_stuck_port_is_owed_one_live_at_most() {
 /// What is wrong with processor, memory or supply is told again and again, and nothing moves.
 #[test]
 fn an_unfit_board_never_scans() {
-    for reason in [
-        Reason::ImageDamaged,
-        Reason::MemoryDamaged,
-        Reason::Supply,
-        Reason::InternalClock,
-    ] {
+    type Defect = fn(&mut Fitness);
+    let defects: [(Reason, Defect); 4] = [
+        (Reason::ImageDamaged, |f| f.image = ImageState::Damaged),
+        (Reason::MemoryDamaged, |f| f.memory_damaged = true),
+        (Reason::Supply, |f| f.supply_low = true),
+        (Reason::InternalClock, |f| f.internal_clock = true),
+    ];
+    for (reason, defect) in defects {
+        let mut fitness = Fitness::GOOD;
+        defect(&mut fitness);
         let identity = Identity {
-            standing: Reasons::NONE.with(reason),
+            fitness,
             ..IDENTITY
         };
         let mut bench = Bench::boot(Some(Settings::default()), identity, |_| ());
@@ -424,7 +431,10 @@ fn an_unfit_board_never_scans() {
 #[test]
 fn the_internal_oscillator_is_allowed_by_a_setting() {
     let identity = Identity {
-        standing: Reasons::NONE.with(Reason::InternalClock),
+        fitness: Fitness {
+            internal_clock: true,
+            ..Fitness::GOOD
+        },
         ..IDENTITY
     };
     let mut settings = Settings::default();
@@ -441,7 +451,10 @@ fn the_internal_oscillator_is_allowed_by_a_setting() {
 #[test]
 fn an_unsealed_image_is_never_ok() {
     let identity = Identity {
-        standing: Reasons::NONE.with(Reason::ImageUnsealed),
+        fitness: Fitness {
+            image: ImageState::Blank,
+            ..Fitness::GOOD
+        },
         ..IDENTITY
     };
     let mut bench = Bench::boot(Some(Settings::default()), identity, |_| ());
