@@ -5,7 +5,7 @@ use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::finder::StairFinder;
 use crate::fusion;
-use crate::health::Health;
+use crate::health::{Expected, Health};
 use crate::motion::{Drive, Retention, Track};
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
@@ -14,7 +14,7 @@ use crate::params::current;
 use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
-use crate::verdict::{Conditions, Evidence, Outcome, Reason, Reasons, Sight};
+use crate::verdict::{Conditions, Evidence, Outcome, Sight};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -127,23 +127,29 @@ impl Pipeline {
             ..Evidence::default()
         };
         if evidence.unusable.is_none() {
-            let stands = !drive.known().is_some_and(moves);
-            evidence.signs = self.health.doubts(&self.config, self.finder.map(), stands);
-            evidence.sight = self.look(drive, evidence.signs, observer, &mut outcome.answer);
+            let expected = Expected {
+                moving: drive.known().is_some_and(moves),
+                uncalibrated: false,
+            };
+            evidence.signs = self
+                .health
+                .doubts(&self.config, self.finder.map(), expected);
+            let well = evidence.signs.is_empty();
+            evidence.sight = self.look(drive, well, observer, &mut outcome.answer);
         }
         outcome.decide(&evidence);
         outcome
     }
 
-    /// Lets the estimator make `answer`, and returns what it says of its worth.
+    /// Lets the estimator make `answer`, and returns what it says of its worth. `well` says that the instrument
+    /// shows no sign of a defect.
     fn look(
         &mut self,
         drive: &Drive<'_>,
-        signs: Reasons,
+        well: bool,
         observer: &mut dyn Observer,
         answer: &mut Answer,
     ) -> Option<Sight> {
-        let well = signs.is_empty();
         let drive = Drive {
             // What an instrument in doubt says is not carried on.
             memory: if well { drive.memory } else { Retention::Off },
@@ -220,13 +226,12 @@ impl DataPath for Pipeline {
 
     #[inline(never)]
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
-        let (config, health) = (&mut self.config, &self.health);
-        // Another mirror's echo has another level, which is what is to be found.
-        config.mount.mirror_level = 0;
-        let config = &*config;
-        let doubts = health.doubts(config, self.finder.map(), true);
-        // What calibration is there to take out is no doubt about the instrument.
-        let doubts = doubts.without(Reason::Mount).without(Reason::RangeScale);
+        let (config, health) = (&self.config, &self.health);
+        let expected = Expected {
+            moving: false,
+            uncalibrated: true,
+        };
+        let doubts = health.doubts(config, self.finder.map(), expected);
         let verdict = health.verdict(config.mount.mirror_offset > 0);
         if let Some(reason) = verdict.or(doubts.first()) {
             return Err(ConfigError {

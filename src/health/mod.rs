@@ -64,6 +64,15 @@ const QUARTER: usize = 4;
 /// What is seen in more than so many per cent of the rows is no chance.
 const MOST: i32 = 75;
 
+/// What is expected of a scan, and no sign of a defect.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Expected {
+    /// The chair is known to move: the echoes' phases go on from row to row.
+    pub moving: bool,
+    /// The scan is for calibration: place and level of the mirror's echo are still to be found.
+    pub uncalibrated: bool,
+}
+
 /// The health of one scan.
 #[derive(Clone, Debug)]
 pub struct Health {
@@ -290,9 +299,15 @@ impl Health {
         }
     }
 
-    /// What is looked at in the whole scan, one after the other: an answer is not to be trusted where more
-    /// is seen than may be. `config` is that of the scan that filled `map`.
-    pub fn signs(&self, config: &Config, map: &PolarMap, each: &mut dyn FnMut(Sign)) {
+    /// What is looked at in the whole scan, one after the other, but for what is `expected`: an answer is not to
+    /// be trusted where more is seen than may be. `config` is that of the scan that filled `map`.
+    pub fn signs(
+        &self,
+        config: &Config,
+        map: &PolarMap,
+        expected: Expected,
+        each: &mut dyn FnMut(Sign),
+    ) {
         let levels = &self.levels;
         let share = |rows: u32| (PER_CENT * rows / self.rows.max(1)) as i32;
         let mut sign = |reason, seen, limit| {
@@ -323,24 +338,25 @@ impl Health {
                 levels.near as i32,
                 p().near_rows as i32,
             );
-            self.mirror_seen(config).signs(config, &mut sign);
+            if !expected.uncalibrated {
+                self.mirror_seen(config).signs(config, &mut sign);
+            }
         }
         self.converter.signs(each);
         self.turning.signs(map, each);
-        if config.mount.mirror_offset > 0 {
+        if config.mount.mirror_offset > 0 && !expected.moving {
             self.standing.signs(each);
         }
         turning::lines(map, config, self.noise(), each);
     }
 
     /// Why an answer is not to be trusted: empty where the instrument is well. `config` is that of the
-    /// scan that filled `map`; `stands` says that the chair is taken to stand, and not known to move.
+    /// scan that filled `map`.
     #[inline(never)]
-    pub fn doubts(&self, config: &Config, map: &PolarMap, stands: bool) -> Reasons {
+    pub fn doubts(&self, config: &Config, map: &PolarMap, expected: Expected) -> Reasons {
         let mut doubts = Reasons::NONE;
-        self.signs(config, map, &mut |sign| {
-            let expected = sign.reason == Reason::Moving && !stands;
-            if sign.seen > sign.limit && !expected && !p().rules.muted.has(sign.reason) {
+        self.signs(config, map, expected, &mut |sign| {
+            if sign.seen > sign.limit && !p().rules.muted.has(sign.reason) {
                 doubts.add(sign.reason);
             }
         });
@@ -404,7 +420,7 @@ mod tests {
         let config = Config::default();
         let mut map = Box::new(PolarMap::new());
         map.begin(&config).unwrap();
-        (health.doubts(&config, &map, true), aside)
+        (health.doubts(&config, &map, Expected::default()), aside)
     }
 
     #[test]
@@ -442,11 +458,20 @@ mod tests {
         let seen_m = health.mirror_echo_m(&config);
         assert!((seen_m - 0.2259).abs() < 1e-3, "{seen_m}");
         let map = Box::new(PolarMap::new());
-        assert!(!health.doubts(&config, &map, true).has(Reason::RangeScale));
+        let doubted = |config: &Config, uncalibrated| {
+            let expected = Expected {
+                uncalibrated,
+                moving: false,
+            };
+            let doubts = health.doubts(config, &map, expected);
+            doubts.has(Reason::RangeScale)
+        };
+        assert!(!doubted(&config, false));
         config.mount.mirror_echo = 22_000;
-        assert!(health.doubts(&config, &map, true).has(Reason::RangeScale));
+        assert!(doubted(&config, false));
+        assert!(!doubted(&config, true), "calibration finds it");
         config.mount.mirror_echo = 22_600;
-        assert!(!health.doubts(&config, &map, true).has(Reason::RangeScale));
+        assert!(!doubted(&config, false));
         // Calibrated, and then somebody set another offset, which all distances count from.
         for (place, doubted) in [(40, false), (60, true)] {
             stats.mirror_place = place;
@@ -454,7 +479,7 @@ mod tests {
             let seen_m = health.mirror_echo_m(&config);
             assert_eq!(seen_m - 0.22 > p().mirror_place_m, doubted, "{seen_m}");
             config.mount.mirror_echo = (seen_m * 1e5) as i32;
-            let doubts = health.doubts(&config, &map, true);
+            let doubts = health.doubts(&config, &map, Expected::default());
             assert_eq!(doubts.has(Reason::RangeScale), doubted);
         }
     }

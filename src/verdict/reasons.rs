@@ -260,12 +260,6 @@ impl Reasons {
         self.0 == 0
     }
 
-    /// This set without one.
-    #[must_use]
-    pub fn without(self, reason: Reason) -> Self {
-        Self(self.0 & !(1 << reason as u8))
-    }
-
     /// The first reason of the set.
     pub fn first(self) -> Option<Reason> {
         Reason::ALL.get(self.0.trailing_zeros() as usize).copied()

@@ -6,6 +6,7 @@ use std::process::ExitCode;
 use anyhow::{Context, Result, ensure};
 use serde_json::json;
 use stairscan::estimate::Estimate;
+use stairscan::health::Expected;
 use stairscan::motion::Drive;
 use stairscan::mount::Mounting;
 use stairscan::mount::command::{Refusal, calibrate};
@@ -82,12 +83,13 @@ pub fn mounting(recording: &Recording, wall_m: f32, options: &Options) -> Result
 
 fn of(scanned: &Scanned<'_>, wall_m: f32) -> Result<Mounting> {
     let (config, map) = (scanned.config, scanned.pipeline.map());
-    // What calibration is there to take out is no doubt about the instrument.
-    let expected = [Reason::Mount, Reason::RangeScale];
+    let expected = Expected {
+        moving: false,
+        uncalibrated: true,
+    };
     let health = scanned.pipeline.health();
-    let doubts = health.doubts(config, map, true);
+    let doubts = health.doubts(config, map, expected);
     let doubts: Vec<&str> = (doubts.iter())
-        .filter(|reason| !expected.contains(reason))
         .chain(health.verdict(config.mount.mirror_offset > 0))
         .map(Reason::as_str)
         .collect();

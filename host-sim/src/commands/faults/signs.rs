@@ -6,7 +6,7 @@ use std::fmt::Write as _;
 use anyhow::Result;
 use rayon::prelude::*;
 use stairscan::flight::Likelihood;
-use stairscan::health::Sign;
+use stairscan::health::{Expected, Sign};
 use stairscan::mount::{Calibration, Floor};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::Params;
@@ -87,15 +87,20 @@ fn of(recording: &Recording, options: &Options) -> Result<Vec<(String, Seen)>> {
                 },
             ));
         };
-        health.signs(scanned.config, map, &mut |sign: Sign| {
-            let unit = f64::from(sign.limit.max(1));
-            let value = f64::from(sign.seen) / unit;
-            add(
-                sign.reason.as_str().to_owned(),
-                value,
-                sign.seen > sign.limit,
-            );
-        });
+        health.signs(
+            scanned.config,
+            map,
+            Expected::default(),
+            &mut |sign: Sign| {
+                let unit = f64::from(sign.limit.max(1));
+                let value = f64::from(sign.seen) / unit;
+                add(
+                    sign.reason.as_str().to_owned(),
+                    value,
+                    sign.seen > sign.limit,
+                );
+            },
+        );
         if let Some(floor) = seen.floor {
             let more = floor.elsewhere - floor.here;
             let value = f64::from(more) / f64::from(p.floor_elsewhere);
