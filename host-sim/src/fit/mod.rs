@@ -24,7 +24,7 @@ use stairscan::params::{Params, measured};
 use stairscan::posterior::View;
 use stairscan::report::sentence::write_scan;
 use stairscan::signal::echoes::Echo;
-use stairscan::verdict::{Outcome, Reason, Reasons};
+use stairscan::verdict::{Outcome, Reason, ReasonEffect, Reasons};
 
 use crate::answer::Answer;
 use crate::inspect;
@@ -155,21 +155,15 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
     })
 }
 
-/// What may stand beside `ok`, and what a farther horizon takes away.
-const BESIDE_OK: [Reason; 7] = [
-    Reason::InferredStep,
-    Reason::CloseRival,
-    Reason::WeakEchoes,
-    Reason::BlockedView,
-    Reason::IrregularStep,
-    Reason::ShortHorizon,
-    Reason::SceneChanged,
-];
-
 /// Whether nothing but its horizon decides on an answer: no threshold makes an `ok` of one that no second sweep has
-/// confirmed, say.
+/// confirmed, say. A reason may stand beside an `ok` by its effect in the table; a farther horizon takes away
+/// `short-horizon`.
 fn may_be_ok(reasons: Reasons) -> bool {
-    reasons.iter().all(|reason| BESIDE_OK.contains(&reason))
+    reasons.iter().all(|reason| {
+        let may = |effect| reason.effects().contains(&effect);
+        let word = may(ReasonEffect::Word) && !may(ReasonEffect::Degraded);
+        word || reason == Reason::ShortHorizon
+    })
 }
 
 /// How far the horizon of an `ok` must reach, metres: farther than any where something else keeps the answer from it.
@@ -362,7 +356,22 @@ mod tests {
             .with(Reason::CloseRival)
             .with(Reason::ShortHorizon);
         assert!(reach_m(Reasons::NONE) < 1.0 && reach_m(hints) < 1.0);
-        for doubt in [Reason::Unconfirmed, Reason::Moving, Reason::Mount] {
+        let words = [
+            Reason::InferredStep,
+            Reason::WeakEchoes,
+            Reason::BlockedView,
+            Reason::IrregularStep,
+            Reason::SceneChanged,
+        ];
+        for word in words {
+            assert!(reach_m(hints.with(word)) < 1.0, "{}", word.as_str());
+        }
+        for doubt in [
+            Reason::Unconfirmed,
+            Reason::Moving,
+            Reason::Mount,
+            Reason::MotionInput,
+        ] {
             assert!(reach_m(hints.with(doubt)) > 100.0, "{}", doubt.as_str());
         }
     }
