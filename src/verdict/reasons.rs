@@ -72,37 +72,37 @@ macro_rules! reasons {
 reasons! {
     /// Some rows' chirps were lost after all retries.
     LostRows = "lost-rows" [Degraded]
-        "A row's chirp did not come after all retries, and fewer rows were lost than end the scan.",
+        "The chirps of some rows did not come after all retries, or a mirror that turns all the time passed their angles; it stands beside a fault, too.",
     /// A step, or its height, was inferred from its neighbours: no echo of its own shows it well.
     InferredStep = "inferred-step" [Word]
-        "A step has no echo of its own, or the standard deviation of its height is above `sure_height_m` (`sure_last_height_m` for a last riser that flashes).",
+        "A step has no echo of its own, or the standard deviation of its height is above `sure_height_m` (`sure_last_height_m` for the last riser of a regular flight, if it flashes).",
     /// Another reading of the echoes is nearly as likely.
     CloseRival = "close-rival" [Word]
-        "The winner leads by less than `clear_lead_nats`, or a single rise may be a threshold or an obstacle as well as a step.",
+        "The flight, or the answer without steps, leads by less than `clear_lead_nats`, or a single rise may be a threshold or an obstacle as well as a step.",
     /// The steps rest on echoes little above the noise.
     WeakEchoes = "weak-echoes" [Word]
         "A step's strongest echo is below `weak_step_db`, the next riser's would be below `next_seen_db`, or, without steps, no echo reaches `view_db`.",
     /// Something stands in the line of sight.
     BlockedView = "blocked-view" [Doubt, Word]
-        "Something shines right before the mirror in more than `near_rows` rows, or at one range nearer than `blocked_m` in all rows (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
+        "Right before the mirror something shines by `near_db` more than the mirror in more than `near_rows` rows, or one level stands at one range nearer than `blocked_m` in a share of the rows above `line_share` (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
     /// The answer does not vouch for the first metre of the way.
     ShortHorizon = "short-horizon" [Degraded]
         "The horizon is below 1.0 m.",
     /// A step departs from the others by more than a person would expect.
     IrregularStep = "irregular-step" [Word]
-        "A step's own echoes put it more than `irregular_m`, and more than two standard deviations, off the straight flight.",
+        "A step's own echoes put its height more than `irregular_m`, and more than two standard deviations, off the straight flight, or its place along the line of sight more than `irregular_m`.",
     /// Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.
     Unconfigured = "unconfigured" [Doubt]
-        "No settings were saved, and since boot not all that say how the scanner is mounted were set.",
+        "No settings were saved, or others were in force before a reset, and since boot not all that say how the scanner is mounted were set.",
     /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
     Unconfirmed = "unconfirmed" [Degraded]
-        "No sweep before this one can be compared with it, or too little is seen in both.",
+        "No sweep before this one can be compared with it, or too little is seen in both; in the paper's estimator always, unless `motion` is `standing`.",
     /// The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.
     Moving = "moving" [Doubt, Degraded]
-        "The phases of echoes go on from row to row though the chair is not known to move (doubt); or two sweeps do not agree on what the motion input says (degraded).",
+        "On the mean the phases of echoes turn by more than `phase_turned_deg` from row to row though the chair is not known to move (doubt); or two sweeps agree better on another way than on what the motion input says, or than on none where there is no input (degraded).",
     /// The motion input was lost, late, damaged or impossible: the scan was worked off without it.
     MotionInput = "motion-input" [Degraded, Word]
-        "Motion input is required and missing (degraded); or it was lost, late, damaged or impossible during the scan (word).",
+        "Motion input is required, and not every row's place is known by it (degraded); or it was late, jumping, frozen, garbled or disordered during the scan (word).",
     /// What was carried on from earlier scans contradicts this one, and was forgotten.
     SceneChanged = "scene-changed" [Word]
         "What earlier scans said contradicts this one.",
@@ -111,76 +111,76 @@ reasons! {
         "More than one sample in 1000 stands at full scale.",
     /// No signal at all.
     Silent = "silent" [Fault, Doubt]
-        "Samples do not swing in more than half of the rows (fault), or in any row (doubt); or there was nothing to decide on (fault).",
+        "Samples do not swing in more than half of the rows (fault), or in at least one (doubt); or there was nothing to decide on (fault).",
     /// No echo from the mirror.
     MirrorMissing = "mirror-missing" [Fault]
-        "The mirror's own echo stands less than 9 dB above the noise.",
+        "On the mean the mirror's own echo stands less than 9 dB above the noise.",
     /// The mirror's echo never changes: the same chirp again and again.
     MirrorFrozen = "mirror-frozen" [Fault]
-        "More than half of the chirps are the same as the one before.",
+        "In more than half of the rows four samples across the chirp are those of the chirp before.",
     /// The map holds no noise, so that it cannot come from a radar.
     NoNoise = "no-noise" [Fault]
         "The median of the map is zero.",
     /// Nothing but noise: not even the floor was seen.
     NoEcho = "no-echo" [Fault]
-        "No echo reaches `sure_echo_db`; in the paper's estimator no more cells than false alarms.",
+        "No echo reaches `sure_echo_db`; in the paper's estimator no more than three times as many cells as false alarms are expected.",
     /// A bit of the converter never changes.
     AdcBit = "adc-bit" [Doubt]
-        "A bit of the samples stays the same in more rows than its limit.",
+        "In more than `lame_rows` rows a bit of the samples does not change though a lower one does.",
     /// I and Q have changed places, or one has the wrong sign: echoes beat backwards.
     IqSwapped = "iq-swapped" [Fault]
-        "The image of the mirror's echo is stronger than the echo in more than half of the rows.",
+        "The image of the mirror's echo is more than `twin_db` stronger than the echo in more than half of the rows.",
     /// One of the two channels is dead, or both give the same.
     ChannelDead = "channel-dead" [Doubt]
-        "The image of the mirror's echo is as strong as the echo in more than three quarters of the rows.",
+        "The image of the mirror's echo is as strong as the echo within `twin_db` in more than three quarters of the rows.",
     /// I and Q are so unlike that echoes have images.
     IqImbalance = "iq-imbalance" [Doubt]
-        "The image of the mirror's echo is too strong in more than three quarters of the rows.",
+        "The image of the mirror's echo is less than `image_db` weaker than the echo in more than three quarters of the rows, and not `channel-dead`.",
     /// The converter's offset walks during the scan.
     DcDrift = "dc-drift" [Doubt]
-        "The mean of the samples walks by more than its limit during the scan.",
+        "The mean of the samples walks by more than `offset_walk` of full scale during the scan.",
     /// Samples are cut off below the converter's full scale.
     Clipped = "clipped" [Doubt]
-        "Samples gather at one value below full scale in more than 35 % of the rows looked at.",
+        "More than `clipped_share` of the samples stand at the chirp's own extreme in more than 35 % of the rows looked at.",
     /// The level of the mirror's own echo changes during the scan.
     GainDrift = "gain-drift" [Doubt]
-        "What the scanner shows of itself is `inside_drift_db` off its first level in more than `strayed_rows` rows, or the mirror's own echo that much off its calibrated level.",
+        "What the scanner shows of itself is more than `inside_drift_db` off its first level in more than `strayed_rows` rows, or the mirror's own echo on the mean that much off its calibrated level.",
     /// Rows were set aside because something else transmits, or a tone stands in all of them.
     Interference = "interference" [Doubt]
-        "The noise of a row jumps by more than `burst_db`, or one level stands at one range in a share of the rows above `line_share`.",
+        "The noise of a row jumps by more than `burst_db`, or one level stands at one range from `blocked_m` on in a share of the rows above `line_share`.",
     /// The mirror's own echo is not where the mirror's offset says: the range scale is not true.
     RangeScale = "range-scale" [Doubt]
-        "The mirror's own echo is more than `mirror_place_m` off the mirror's offset, or `mirror_moved_m` off its calibrated place.",
+        "On the mean the mirror's own echo is more than `mirror_place_m` off the mirror's offset, or `mirror_moved_m` off its calibrated place.",
     /// The same chirp came more than once.
     StaleChirp = "stale-chirp" [Doubt]
-        "A chirp came more than once.",
+        "A chirp is one of the 16 before it once more.",
     /// Echoes do not change though the mirror should have turned.
     MirrorStuck = "mirror-stuck" [Doubt]
-        "Rows stay alike for longer than the beam's width of turning.",
+        "Rows stay like those `still_lag_beams` before them for more than `still_beams` beam widths and more than `still_rows` rows.",
     /// Echoes change faster or slower over the rows than the beam's width says: rows are not at their angles.
     AngleJump = "angle-jump" [Doubt]
         "Neighbouring rows differ by more than `jump_db` beyond the usual, or the lobes of strong echoes are narrower or broader over the rows than the beam.",
     /// The floor is not where mount height, angle and offset say that it must be.
     Mount = "mount" [Doubt]
-        "The floor is elsewhere than the mounting says, calibration takes out more than it may, or the first riser's corner is off the ground.",
+        "The floor is elsewhere than the mounting says, calibration's strain is above `calibration_strain`, or the first riser's corner is more than `corner_astray_rad` off the ground while the floor does not show that the mounting is right.",
     /// Too many chirps were lost.
     TooManyLost = "too-many-lost" [Fault]
-        "More rows were lost than `max-lost`, or 8 one after the other.",
+        "More rows were lost than `max-lost`.",
     /// The radar module does not answer.
     LinkSilent = "link-silent" [Fault]
-        "The radar module did not answer in time, or not in whole frames.",
+        "The radar module did not answer in time, or not in whole frames that fit the request: when asked for its settings, or for 8 rows one after the other.",
     /// The radar module reports an error.
     ModuleError = "module-error" [Fault]
-        "The radar module answered with an error.",
+        "The radar module answered with an error or with another answer than was asked for: when asked for its settings, or for 8 rows one after the other.",
     /// The radar module is set to something that the scanner cannot work with.
     ModuleConfig = "module-config" [Fault]
-        "What the radar module is set to makes no scan that the buffers hold.",
+        "With what the radar module is set to the settings are not valid, or make no scan that schedule and buffers hold.",
     /// The motor's driver reports a stall.
     MotorStall = "motor-stall" [Fault]
-        "The driver's stall input fell during a move.",
+        "The driver's stall input came to the level `stall-level`.",
     /// The home switch was not found.
     HomeNotFound = "home-not-found" [Fault]
-        "The home switch did not close within a turn.",
+        "The home switch does not close within a turn, does not open, or closes elsewhere each time.",
     /// The known-answer test of the arithmetic failed.
     SelfTest = "self-test" [Fault]
         "A known chirp does not come out of the arithmetic as it must.",
@@ -189,13 +189,13 @@ reasons! {
         "The checksum of the settings in memory is not that of what was set.",
     /// The watchdog had to reset the chip.
     Watchdog = "watchdog" [Fault]
-        "The chip was reset by its watchdog; told until a scan has succeeded.",
+        "The chip was reset by its watchdog; told by `status` and a failed self-test until the first scan.",
     /// The firmware panicked or took a hardware fault.
     Crash = "crash" [Fault]
-        "The firmware panicked or took a hardware fault; told until a scan has succeeded.",
+        "The firmware panicked, took a hardware fault or an interrupt that nobody handles, or lost its clock; told by `status` and a failed self-test until the first scan.",
     /// Crashes followed one another: the scanner stands still until it is told to start.
     CrashLoop = "crash-loop" [Fault]
-        "Crashes followed one another without a minute between them.",
+        "Three resets by crash, watchdog or supply followed one another, with no minute between them that ended in an answer.",
     /// The image in flash is not what was built.
     ImageDamaged = "image-damaged" [Fault]
         "The checksum of the flash is not that of the sealed image.",
@@ -207,7 +207,7 @@ reasons! {
         "The march test of the memory at boot failed.",
     /// The supply is too low, or was before the reset.
     Supply = "supply" [Fault]
-        "The supply detector reports a supply that is too low, or did before the reset.",
+        "At boot the supply detector reports a supply that is too low, or its fall made the reset.",
     /// The crystal does not run, and nobody has said that the internal oscillator will do.
     InternalClock = "internal-clock" [Fault]
         "The crystal does not run, and the setting `internal-clock` is off.",
