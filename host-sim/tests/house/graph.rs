@@ -105,6 +105,15 @@ impl<'a> Graph<'a> {
     }
 }
 
+impl Graph<'_> {
+    /// Every import: the importing file, the imported one, and where it stands.
+    pub fn imports(&self) -> impl Iterator<Item = (&File, &File, String)> {
+        let arrows = self.arrows.iter();
+        let arrows = arrows.flat_map(|(from, tos)| tos.keys().map(move |to| (*from, *to)));
+        arrows.map(|(from, to)| (&self.files[from], &self.files[to], self.tell(from, to)))
+    }
+}
+
 /// Where names are defined.
 struct Index {
     /// The file that a module is.

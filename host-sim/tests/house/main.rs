@@ -1,8 +1,10 @@
 //! The rules of the house, checked on the sources of the firmware and of the host's programs: no circles among
 //! files, no folder that outgrows the others; on the firmware's alone: no arrow back up the way of the data, no
 //! tuned number outside its table, no two types of one name, no status that is written outside `verdict`; and on
-//! the documents: no link that leads nowhere, and as many tuned numbers as there are.
+//! the documents: no link that leads nowhere, as many tuned numbers as there are, and a diagram of the imports that
+//! there are.
 
+mod diagram;
 mod documents;
 mod graph;
 mod literals;
@@ -12,6 +14,7 @@ mod statuses;
 
 use std::path::Path;
 
+use diagram::Layer;
 use graph::Graph;
 use sources::Sources;
 use stairscan::params::{Origin, Params};
@@ -32,6 +35,39 @@ const TUNED: &[&str] = &[
 ];
 /// The folder that writes a status, and the one that writes and parses its words.
 const STATUSES: &[&str] = &["verdict", "report"];
+/// The layers of the diagram in docs/architecture.md. Files right in `src/` that stand in none are left out.
+const LAYERS: &[Layer] = &[
+    ("the image", &[("board", &["board", "main"])]),
+    (
+        "the loop, and the stages joined",
+        &[
+            ("scanner", &["scanner"]),
+            ("pipeline", &["pipeline", "finder"]),
+        ],
+    ),
+    (
+        "estimators",
+        &[("flight", &["flight"]), ("paper", &["paper"])],
+    ),
+    (
+        "what may stand there",
+        &[("fusion", &["fusion"]), ("posterior", &["posterior"])],
+    ),
+    (
+        "instrument and mounting",
+        &[("mount", &["mount"]), ("health", &["health"])],
+    ),
+    (
+        "chirps and echoes, the chair's motion",
+        &[("signal", &["signal"]), ("motion", &["motion"])],
+    ),
+    (
+        "what is told",
+        &[("report", &["report"]), ("verdict", &["verdict"])],
+    ),
+];
+/// Folders that the diagram leaves out: nearly all import them.
+const LEFT_OUT: &[&str] = &["params"];
 /// No folder of `src/` holds a larger share of its lines, tests not counted.
 const LARGEST_SHARE: f64 = 0.25;
 
@@ -157,4 +193,21 @@ fn every_link_of_a_document_leads_somewhere() {
         .collect();
     assert!(documents.len() > 10, "{documents:?}");
     none(&documents::dead_links(&root, &documents));
+}
+
+/// The diagram of docs/architecture.md, from above.
+#[test]
+fn the_diagram_of_the_folders_shows_who_imports_whom() {
+    let sources = firmware();
+    for (_, folders) in LAYERS.iter().flat_map(|(_, parts)| *parts) {
+        all_of(&sources, folders);
+    }
+    none(&diagram::forgotten(LAYERS, LEFT_OUT, &sources.files));
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/architecture.md");
+    let document = std::fs::read_to_string(path).unwrap();
+    none(&diagram::differences(
+        LAYERS,
+        &Graph::new(&sources),
+        &document,
+    ));
 }

@@ -1,0 +1,167 @@
+//! The diagram of who imports whom, folder by folder, in docs/architecture.md: made from the imports, and compared
+//! with them.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::fmt::Write as _;
+
+use super::graph::Graph;
+use super::sources::File;
+
+/// A node: its name, and the folders and files of `src/` that it stands for.
+pub type Part = (&'static str, &'static [&'static str]);
+/// A layer of the diagram: its title and its nodes.
+pub type Layer = (&'static str, &'static [Part]);
+
+/// Importing and imported node, with the first import.
+type Arrows = BTreeMap<(String, String), String>;
+
+/// The node that a file belongs to; `None` for what is left out.
+fn part_of(layers: &[Layer], file: &File) -> Option<&'static str> {
+    let parts = layers.iter().flat_map(|(_, parts)| *parts);
+    let mut found = parts.filter(|(_, folders)| folders.iter().any(|folder| file.is_in(folder)));
+    found.next().map(|(name, _)| *name)
+}
+
+/// The folders of `src/` that no node and none of `left_out` stands for.
+pub fn forgotten(layers: &[Layer], left_out: &[&str], files: &[File]) -> Vec<String> {
+    let mut folders = BTreeSet::new();
+    for file in files {
+        let parts: Vec<&str> = file.path.split('/').collect();
+        let known = left_out.iter().any(|folder| file.is_in(folder));
+        if parts.len() > 2 && !known && part_of(layers, file).is_none() {
+            folders.insert(format!("src/{} stands in no layer", parts[1]));
+        }
+    }
+    folders.into_iter().collect()
+}
+
+/// The imports between nodes.
+fn imports(layers: &[Layer], graph: &Graph<'_>) -> Arrows {
+    let mut arrows = Arrows::new();
+    for (from, to, place) in graph.imports() {
+        if let (Some(from), Some(to)) = (part_of(layers, from), part_of(layers, to))
+            && from != to
+        {
+            let arrow = (from.to_owned(), to.to_owned());
+            arrows.entry(arrow).or_insert(place);
+        }
+    }
+    arrows
+}
+
+/// The block of mermaid that shows them.
+fn block(layers: &[Layer], arrows: &Arrows) -> String {
+    let mut out = String::from("```mermaid\nflowchart TB\n");
+    for (k, (title, parts)) in layers.iter().enumerate() {
+        let _ = writeln!(out, "    subgraph layer{k} [\"{title}\"]");
+        for (name, _) in *parts {
+            let _ = writeln!(out, "        {name}");
+        }
+        out += "    end\n";
+    }
+    for (name, _) in layers.iter().flat_map(|(_, parts)| *parts) {
+        let to = arrows.keys().filter(|(from, _)| from == name);
+        let to: Vec<&str> = to.map(|(_, to)| to.as_str()).collect();
+        if !to.is_empty() {
+            let _ = writeln!(out, "    {name} --> {}", to.join(" & "));
+        }
+    }
+    out + "```\n"
+}
+
+/// The arrows that a document's diagram draws.
+fn drawn(document: &str) -> BTreeSet<(String, String)> {
+    let block = document.split("```mermaid\n").nth(1).unwrap_or("");
+    let block = block.split("```").next().unwrap_or("");
+    let mut arrows = BTreeSet::new();
+    for (from, to) in block.lines().filter_map(|line| line.split_once("-->")) {
+        for to in to.split('&') {
+            arrows.insert((from.trim().to_owned(), to.trim().to_owned()));
+        }
+    }
+    arrows
+}
+
+/// Where `document` differs from the imports, followed by the block that it should hold; nothing where they agree.
+pub fn differences(layers: &[Layer], graph: &Graph<'_>, document: &str) -> Vec<String> {
+    let (imports, drawn) = (imports(layers, graph), drawn(document));
+    let mut found = Vec::new();
+    for (arrow, place) in imports.iter().filter(|(arrow, _)| !drawn.contains(*arrow)) {
+        found.push(format!("no arrow {} --> {}: {place}", arrow.0, arrow.1));
+    }
+    for (from, to) in drawn.iter().filter(|arrow| !imports.contains_key(*arrow)) {
+        found.push(format!("an arrow too many: {from} --> {to}"));
+    }
+    let block = block(layers, &imports);
+    if !document.contains(&block) {
+        found.push(format!("the block to paste:\n\n{block}"));
+    }
+    found
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sources::Sources;
+
+    const LAYERS: &[Layer] = &[
+        ("above", &[("a", &["a", "main"])]),
+        ("below", &[("b", &["b"]), ("c", &["c"])]),
+    ];
+
+    fn sources() -> Sources {
+        Sources::new(
+            "stairscan",
+            [
+                (
+                    "src/lib.rs",
+                    "pub mod a;\npub mod b;\npub mod c;\nmod leaf;",
+                ),
+                ("src/main.rs", "use stairscan::c::g;"),
+                ("src/leaf.rs", "pub fn l() {}"),
+                ("src/a/mod.rs", "use crate::b::f;\nuse crate::leaf::l;"),
+                (
+                    "src/b/mod.rs",
+                    "#[cfg(test)]\nuse crate::c::g;\npub fn f() {}",
+                ),
+                ("src/c/mod.rs", "pub fn g() {}"),
+            ],
+        )
+    }
+
+    fn found(document: &str) -> Vec<String> {
+        let sources = sources();
+        differences(LAYERS, &Graph::new(&sources), document)
+    }
+
+    const RIGHT: &str = "```mermaid\nflowchart TB\n    subgraph layer0 [\"above\"]\n        a\n    end\n    \
+                         subgraph layer1 [\"below\"]\n        b\n        c\n    end\n    a --> b & c\n```\n";
+
+    #[test]
+    fn the_diagram_of_the_imports_differs_from_none() {
+        assert_eq!(found(&format!("Text.\n\n{RIGHT}\nText.\n")), [""; 0]);
+    }
+
+    #[test]
+    fn an_arrow_that_is_missing_or_too_many_is_named_and_the_block_printed() {
+        let missing = found(&RIGHT.replace(" & c", ""));
+        assert_eq!(
+            missing[0],
+            "no arrow a --> c: src/main.rs:1 imports src/c/mod.rs"
+        );
+        assert_eq!(missing[1], format!("the block to paste:\n\n{RIGHT}"));
+        let more = found(&RIGHT.replace("b & c\n", "b & c\n    b --> c\n"));
+        assert_eq!(more[0], "an arrow too many: b --> c");
+        assert_eq!(found("No diagram.").len(), 3);
+    }
+
+    #[test]
+    fn a_new_folder_is_not_forgotten() {
+        let files = sources().files;
+        assert_eq!(forgotten(LAYERS, &[], &files), [""; 0]);
+        let fewer = &LAYERS[..1];
+        let expected = ["src/b stands in no layer", "src/c stands in no layer"];
+        assert_eq!(forgotten(fewer, &[], &files), expected);
+        assert_eq!(forgotten(fewer, &["b"], &files), expected[1..]);
+    }
+}
