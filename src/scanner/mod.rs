@@ -14,8 +14,8 @@
 //! It is polled: [`Scanner::step`] never waits, so that a command is answered during a scan, the watchdog
 //! sees every state's own deadline, and a chirp is on the wire and worked off while the mirror moves to the
 //! next angle. Hardware comes in behind four narrow traits ([`Mirror`],
-//! [`RadarModule`](crate::signal::radar::RadarModule), [`BytePort`], [`Board`]) and time as an argument, so
-//! the code that scans on the chip is the code that runs in the emulator and behind `replay`.
+//! [`RadarModule`], [`BytePort`], [`Board`]) and time as an argument, so the code that scans on the chip is
+//! the code that runs in the emulator and behind `replay`.
 //!
 //! A fault leaves the motor's driver off, and so does `stop`. After `fault-hold` the self-test homes the
 //! mirror and asks the module again; nothing has to be reset by hand. Only after crashes that followed
