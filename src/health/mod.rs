@@ -168,10 +168,14 @@ impl Levels {
 /// Noise of a row: the lower quartile of its cells, which echoes do not reach, map units.
 fn row_noise(cells: &[u8]) -> i32 {
     let mut classes = [0u8; CELL_VALUES >> CLASS_SHIFT];
-    for &cell in cells.iter().step_by(CELL_STRIDE) {
+    // By number: with `step_by` here and in `Health::row` the worst row takes 65 instructions more.
+    let mut k = 0;
+    while let Some(&cell) = cells.get(k) {
         if let Some(count) = classes.get_mut(usize::from(cell >> CLASS_SHIFT)) {
-            *count = count.saturating_add(1);
+            // A row has fewer cells than a count holds: nothing wraps around, and no instruction tests that.
+            *count = count.wrapping_add(1);
         }
+        k += CELL_STRIDE;
     }
     let quarter = (cells.len().div_ceil(CELL_STRIDE) / QUARTER) as i32;
     let mut below = 0;
@@ -223,10 +227,13 @@ impl Health {
         self.frozen += u32::from(same);
         self.mirror += u32::from(stats.mirror_echo);
         if row.is_multiple_of(NOISE_ROWS) {
-            for &cell in cells.iter().step_by(NOISE_CELLS) {
+            let mut k = 0;
+            while let Some(&cell) = cells.get(k) {
                 if let Some(count) = self.cells.get_mut(usize::from(cell)) {
-                    *count = count.saturating_add(1);
+                    // Of the largest map, 65,536 cells, one in 24 is counted: nothing wraps around.
+                    *count = count.wrapping_add(1);
                 }
+                k += NOISE_CELLS;
             }
         }
         burst
