@@ -17,18 +17,18 @@ use stairscan::verdict::Outcome;
 
 /// Scenes whose flight the search alone takes for a longer or shorter one.
 const CONFUSED: [(Kind, u64); 9] = [
-    (Kind::Ascending, 5_031),
+    (Kind::Ascending, 5_041),
     (Kind::Ascending, 5_042),
-    (Kind::Open, 5_030),
+    (Kind::Open, 5_048),
     (Kind::Uneven, 5_018),
-    (Kind::Uneven, 5_041),
+    (Kind::Uneven, 5_031),
     (Kind::Irregular, 5_024),
     (Kind::Irregular, 5_036),
     (Kind::Irregular, 5_041),
     (Kind::Irregular, 5_048),
 ];
 /// In so many of them at least the particles must make the difference between right and wrong.
-const SETTLED: usize = 4;
+const SETTLED: usize = 5;
 
 /// An answer, and what its verdict knows of each cell of the way.
 struct Answered {
@@ -98,7 +98,7 @@ fn the_particles_settle_how_many_steps_there_are() {
         }
     }
     assert!(settled.len() >= SETTLED, "only {settled:?}");
-    assert!(right > right_without, "{right} {right_without}");
+    assert!(right >= right_without + SETTLED, "{right} {right_without}");
 }
 
 /// Ramps and rough ground of which the search makes a flight by scattered weak echoes.
