@@ -37,7 +37,8 @@ pub struct Step {
     pub quality: u8,
 }
 
-/// What stands ahead, as an estimator says it. What it is worth stands in its [`Verdict`](crate::verdict::Verdict).
+/// An estimator's answer: direction, steps, and places where more may stand. Its status, horizon and confidence are its
+/// [`Verdict`](crate::verdict::Verdict).
 ///
 /// ```
 /// use stairscan::answer::{Answer, Step};

@@ -18,7 +18,7 @@ pub struct MappedScan<'a> {
     pub config: &'a Config,
     /// Its number.
     pub number: u32,
-    /// What is known of the chair's motion during it.
+    /// The chair's motion during the scan, as far as it is known.
     pub drive: &'a Drive<'a>,
 }
 

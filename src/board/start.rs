@@ -190,7 +190,7 @@ fn untouched(bottom: *const u32, words: u32) -> u32 {
 /// still.
 const CRASH_LOOP: u32 = 3;
 
-/// What the last boot left, with this one counted in it.
+/// The record of boots and crashes that is kept over a reset, with this boot counted.
 fn this_boot(before: BootRecord, crashed: bool) -> BootRecord {
     BootRecord {
         crash: Crash::None,

@@ -34,32 +34,30 @@ pub struct AscentShape {
     pub open: bool,
 }
 
-/// Riser number `k` of a flight of regular rises.
-pub fn riser(chain: &[ChainLink], shape: AscentShape, k: usize) -> Riser {
+/// Riser `k` of a chain, between two levels, metres.
+fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f32, f32)) -> Riser {
     let at = |k: usize| chain.get(k).map(|l| l.along_m);
-    let base_m = k as f32 * shape.rise_m;
     Riser {
         previous_m: k.checked_sub(1).and_then(at),
         along_m: at(k).unwrap_or(f32::INFINITY),
         base_m,
-        top_m: base_m + shape.rise_m,
-        open: shape.open,
+        top_m,
+        open,
     }
 }
 
-/// Riser `k` of a chain whose levels are known.
+/// Riser number `k` of a flight of regular rises.
+pub fn riser(chain: &[ChainLink], shape: AscentShape, k: usize) -> Riser {
+    let base_m = k as f32 * shape.rise_m;
+    riser_between(chain, shape.open, k, (base_m, base_m + shape.rise_m))
+}
+
+/// Riser `k` of a chain whose levels are known; behind its last one, the landing.
 pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize) -> Riser {
-    let place = |k: usize| chain.get(k).map(|l| l.along_m);
     let level = |k: usize| levels.get(k).map(|l| l.height.value);
-    let before = k.checked_sub(1);
-    let base_m = before.and_then(level).unwrap_or(0.0);
-    Riser {
-        previous_m: before.and_then(place),
-        along_m: place(k).unwrap_or(f32::INFINITY),
-        base_m,
-        top_m: place(k).and(level(k)).unwrap_or(base_m),
-        open,
-    }
+    let base_m = k.checked_sub(1).and_then(level).unwrap_or(0.0);
+    let top_m = chain.get(k).and(level(k)).unwrap_or(base_m);
+    riser_between(chain, open, k, (base_m, top_m))
 }
 
 /// Number of the riser that a mark lies near or before; that of the landing beyond the last.
@@ -68,7 +66,7 @@ pub fn riser_of(m: &Mark, chain: &[ChainLink], column_m: f32) -> usize {
     chain.iter().take_while(behind).count()
 }
 
-/// What each mark is taken for if the flight has these levels.
+/// The role of each mark, in the marks' order, under a flight whose treads have these levels.
 pub fn roles_by(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {

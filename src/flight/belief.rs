@@ -36,8 +36,6 @@ impl core::fmt::Debug for Posterior {
 /// How much the measurement model's word counts beside the search's score, which rests on the same
 /// echoes.
 const SHARE: f32 = 0.5;
-/// Riser height of a hypothesis before its own readings, metres: standard deviation.
-const RISE_SIGMA_M: f32 = 0.02;
 /// Riser heights from which the refinement begins, as multiples of the search's.
 const STRETCHES: [f32; 2] = [0.95, 1.05];
 /// Overhangs that are tried beside what the echoes say, metres.
@@ -323,7 +321,7 @@ impl Posterior {
     #[inline(never)]
     fn refine(&self, s: &mut Staircase, sigmas: &mut Sigmas) {
         let (mut levels, mut readings) = (TreadLevels::default(), Readings::default());
-        let rise = Estimate::new(s.rise(), RISE_SIGMA_M);
+        let rise = Estimate::new(s.rise(), current().flight_rise_sigma_m);
         refine(
             &self.model,
             s,

@@ -299,24 +299,14 @@ fn ascend(
     } else {
         best.map(Chosen::of)
     };
-    let mut best = chosen.map(|mut chosen| {
-        let (rise, score) = stairs.rise(&chosen.flight);
-        chosen.flight.score = score;
-        (chosen, rise)
-    });
+    let mut best = chosen.map(|chosen| with_rise(&stairs, chosen));
     observer.event(Event::Done(Stage::Search));
     let mut measured = None;
     let bias_sigma_rad = found.bias_sigma_rad;
-    if let Some((chosen, rise)) = best.as_ref()
-        && chosen.flight.score + chosen.odds >= 0.0
+    if let Some(best) = &best
+        && best.0.flight.score + best.0.odds >= 0.0
     {
-        measure(
-            &stairs,
-            (chosen, *rise),
-            bias_sigma_rad,
-            posterior,
-            &mut measured,
-        );
+        measure(&stairs, best, posterior, bias_sigma_rad, &mut measured);
     }
     let mut belief = Belief::default();
     if particles {
@@ -325,18 +315,11 @@ fn ascend(
             measured = None;
             posterior.judge(None, &mut belief);
         }
-        let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior)
-            .filter(|_| p.rules.next_step);
-        if let Some((chosen, rise)) = &longer {
-            measure(
-                &stairs,
-                (chosen, *rise),
-                bias_sigma_rad,
-                posterior,
-                &mut measured,
-            );
+        let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior);
+        if let Some(longer) = longer.filter(|_| p.rules.next_step) {
+            measure(&stairs, &longer, posterior, bias_sigma_rad, &mut measured);
             posterior.judge(measured.as_ref(), &mut belief);
-            best = longer;
+            best = Some(longer);
         }
         posterior.tell(observer);
     }
@@ -363,17 +346,24 @@ fn ascend(
     ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
 }
 
+/// A flight with its score and the height of its risers by the likelihood of all echoes.
+fn with_rise(stairs: &Ascending<'_>, mut chosen: Chosen) -> (Chosen, Estimate) {
+    let (rise, score) = stairs.rise(&chosen.flight);
+    chosen.flight.score = score;
+    (chosen, rise)
+}
+
 /// Measures a flight into `out`, so that no second answer stands on the stack.
 #[inline(never)]
 fn measure(
     stairs: &Ascending<'_>,
-    (chosen, rise): (&Chosen, Estimate),
-    bias_sigma_rad: f32,
+    (chosen, rise): &(Chosen, Estimate),
     posterior: &Posterior,
+    bias_sigma_rad: f32,
     out: &mut Option<Measured>,
 ) {
     let begun = (&posterior.model, posterior.refined_from(chosen));
-    let measured = dimensions::ascending(stairs, &chosen.flight, rise, begun, bias_sigma_rad);
+    let measured = dimensions::ascending(stairs, &chosen.flight, *rise, begun, bias_sigma_rad);
     *out = Some(measured);
 }
 
@@ -388,10 +378,8 @@ fn longer(
 ) -> Option<(Chosen, Estimate)> {
     let next_m = posterior.next_step(&measured?.answer.steps)?;
     let before = &best?.0;
-    let mut flight = before.flight.longer(search.at(next_m))?;
-    let (rise, score) = search.stairs.rise(&flight);
-    flight.score = score;
-    Some((before.with(flight), rise))
+    let flight = before.flight.longer(search.at(next_m))?;
+    Some(with_rise(search.stairs, before.with(flight)))
 }
 
 /// The same for stairs going down.

@@ -31,8 +31,6 @@ pub struct FeaturePlace {
     pub x_m: f32,
     /// Height above the ground, metres.
     pub y_m: f32,
-    /// How well the height is known, metres: 0 for a hypothesis as it stands.
-    pub sigma_m: f32,
     /// Range from the mirror, metres.
     pub range_m: f32,
     /// Distance to what it may melt into one echo with, in resolution cells.

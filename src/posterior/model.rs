@@ -576,7 +576,7 @@ impl<'p> Model<'p> {
     /// Whether a flash covers what a feature of a class shows of its own, so that echo `e` beside it is its flank, and
     /// no reading of the feature's height.
     fn masks(&self, flash: &Seen, class: Class, e: &Seen) -> bool {
-        let cross = e.x_m * (flash.y_m - self.height_m) - (e.y_m - self.height_m) * flash.x_m;
+        let cross = self.cross_m2((e.x_m, e.y_m), (flash.x_m, flash.y_m));
         let apart = (cross / (e.range_m * flash.range_m)).abs() / self.beam_rad;
         match class {
             Class::Corner => {
@@ -589,12 +589,8 @@ impl<'p> Model<'p> {
 
     /// Share of the density of an echo as a point feature that is the Gaussian's core, not its wide tails.
     fn core(&self, place: &FeaturePlace, p: &Point, e: &Seen) -> f32 {
-        let (z2, root) = self.deviation(place, p, e);
-        let odd = FeaturePlace {
-            sigma_m: current().odd_rise_sigma_m,
-            ..*place
-        };
-        let (odd_z2, odd_root) = self.deviation(&odd, p, e);
+        let (z2, root) = self.deviation(place, p, e, 0.0);
+        let (odd_z2, odd_root) = self.deviation(place, p, e, current().odd_rise_sigma_m);
         let odd = number::ODD_ODDS * math::exp(-0.5 * odd_z2) * root / odd_root;
         let core = number::CORE_SHARE * (math::exp(-0.5 * z2) + odd);
         core / (tailed(z2) + number::CORE_SHARE * odd)
@@ -613,7 +609,7 @@ impl<'p> Model<'p> {
         let density = match place.class {
             Class::Hidden => self.hidden(s, k, e, place.x_m),
             _ => {
-                let (z2, root) = self.deviation(place, p, e);
+                let (z2, root) = self.deviation(place, p, e, 0.0);
                 if z2 <= number::POINT_REACH {
                     tailed(z2) * GAUSS * GAUSS / root
                 } else {
@@ -628,21 +624,27 @@ impl<'p> Model<'p> {
     }
 
     /// Squared deviation of an echo from where a point feature is expected, in standard deviations, and the root of
-    /// the product of both variances, m²; infinitely far off outside the gates.
-    fn deviation(&self, place: &FeaturePlace, p: &Point, e: &Seen) -> (f32, f32) {
-        let up_m = place.y_m - self.height_m;
+    /// the product of both variances, m²; infinitely far off outside the gates. The feature's height is known to
+    /// `level_sigma_m`, metres.
+    fn deviation(
+        &self,
+        place: &FeaturePlace,
+        p: &Point,
+        e: &Seen,
+        level_sigma_m: f32,
+    ) -> (f32, f32) {
         let dr = e.range_m - place.range_m - p.range_m;
         if dr.abs() > GATE_M {
             return (f32::INFINITY, 1.0);
         }
-        let across = (place.x_m * (e.y_m - self.height_m) - up_m * e.x_m) / place.range_m;
+        let across = self.cross_m2((place.x_m, place.y_m), (e.x_m, e.y_m)) / place.range_m;
         let dc = across - p.across_m - p.across_per_width_m * e.wide;
         if dc.abs() > CROSS_GATE_M {
             return (f32::INFINITY, 1.0);
         }
         let wide = p.sigma_per_width_m * e.wide;
         let vr = p.range_sigma_m * p.range_sigma_m;
-        let level = place.sigma_m * place.x_m / place.range_m;
+        let level = level_sigma_m * place.x_m / place.range_m;
         let vc = p.across_sigma_m * p.across_sigma_m
             + wide * wide
             + e.across_m * e.across_m

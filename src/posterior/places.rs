@@ -53,7 +53,6 @@ impl Model<'_> {
                     class,
                     x_m,
                     y_m,
-                    sigma_m: 0.0,
                     range_m,
                     room,
                 });
@@ -96,11 +95,16 @@ impl Model<'_> {
         places
     }
 
+    /// Product of two places' ranges and the sine of the angle from the first one up to the second, m².
+    pub fn cross_m2(&self, (x, y): (f32, f32), (other_x, other_y): (f32, f32)) -> f32 {
+        x * (other_y - self.height_m) - (y - self.height_m) * other_x
+    }
+
     /// Distance of two features in beams and range cells.
     fn room(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
         let range = math::hypot(x, y - self.height_m);
-        let cross = (x * (other_y - self.height_m) - (y - self.height_m) * other_x)
-            / math::max(range, number::LEAST_RANGE_M);
+        let cross =
+            self.cross_m2((x, y), (other_x, other_y)) / math::max(range, number::LEAST_RANGE_M);
         let other = math::hypot(other_x, other_y - self.height_m);
         let angle = cross / math::max(range, number::LEAST_RANGE_M) / self.beam_rad;
         math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)

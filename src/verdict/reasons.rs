@@ -37,6 +37,7 @@ macro_rules! reasons {
         #[repr(u8)]
         pub enum Reason { $($(#[doc = $doc])* $name),* }
 
+        // A list for each kind of text, not one of rows: the image then holds the words alone.
         impl Reason {
             /// Every reason, in the order of their bits.
             pub const ALL: &'static [Reason] = &[$(Reason::$name),*];

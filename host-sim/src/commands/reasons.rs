@@ -8,7 +8,7 @@ use stairscan::verdict::{Reason, ReasonEffect};
 
 use super::emit;
 
-/// What stands above the table.
+/// Heading and introduction of the page.
 const HEAD: &str = "\
 # Reasons
 

@@ -36,7 +36,7 @@ fn is_value(expression: &syn::Expr) -> bool {
 }
 
 impl Finder {
-    /// What stands in a macro's call, which is no syntax tree.
+    /// Looks through the arguments of a macro call: they are bare tokens, which `syn` does not parse.
     fn tokens(&mut self, tokens: TokenStream) {
         let mut colons = None;
         for token in tokens {
