@@ -24,11 +24,12 @@
 //! | [`verdict`] | evidence → status, horizon, confidence, reasons: the only writer of a status |
 //! | [`report`] | sentences out, commands and motion in |
 //! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
+//! | [`crc`] | the checksum of sentences, records and the radar link's frames |
 //!
 //! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
 //!
-//! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`] and
-//! [`scanner::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
+//! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`],
+//! [`crc`] and [`scanner::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
 //! [`signal::echoes`], then [`mount`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
 //! Estimators, pipeline and scanner hand their evidence to [`verdict`], which knows none of them.
 //! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. [`observer`] names what
@@ -42,6 +43,7 @@
 
 pub mod answer;
 pub mod config;
+pub mod crc;
 pub mod estimate;
 pub mod estimator;
 pub mod finder;

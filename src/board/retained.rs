@@ -1,6 +1,6 @@
 //! What survives a reset, as long as the power stays.
 
-use stairscan::report::crc;
+use stairscan::crc;
 
 /// Cause of a reset that the firmware brought about itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

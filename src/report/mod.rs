@@ -1,7 +1,6 @@
 //! Sentences out, commands and motion in: everything that travels over the report UART.
 
 pub mod command;
-pub mod crc;
 pub mod motion;
 pub mod sentence;
 

@@ -2,8 +2,8 @@
 
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
+use crate::crc;
 use crate::report::command::CalibrationRequest;
-use crate::report::crc;
 use crate::scanner::board::{Board, BytePort};
 use crate::scanner::chain::DataPath;
 use crate::scanner::mirror::Mirror;

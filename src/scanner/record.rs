@@ -1,7 +1,7 @@
 //! Settings as words: what their hash is taken over, and what a record of them holds.
 
 use super::settings::Settings;
-use crate::report::crc;
+use crate::crc;
 use crate::setting::Effect;
 
 /// What no default can know: how this scanner is mounted. Until each of these has been set or loaded,

@@ -10,7 +10,7 @@
 //! | 2 | end of code and constants, which begin behind the settings' sectors |
 //! | 3 | CRC-32 (ISO-HDLC) of words 0 to 2, the vector table, code and constants |
 
-use crate::report::crc;
+use crate::crc;
 
 /// Words of a seal.
 pub const WORDS: usize = 4;

@@ -22,7 +22,7 @@ use embedded_storage::nor_flash::NorFlash;
 
 use super::record::{LAYOUT, WORDS};
 use super::settings::Settings;
-use crate::report::crc;
+use crate::crc;
 
 /// Bytes of a slot.
 pub const SLOT: u32 = 1024;

@@ -71,7 +71,7 @@ fn encode(kind: u8, sequence: u16, payload: &[u8]) -> Vec<u8> {
     let mut bytes = out.to_vec();
     bytes[3] = kind;
     let body = bytes.len() - TRAILER;
-    let crc = stairscan::report::crc::CRC32.checksum(&bytes[..body]);
+    let crc = stairscan::crc::CRC32.checksum(&bytes[..body]);
     bytes[body..].copy_from_slice(&crc.to_le_bytes());
     bytes
 }

@@ -1,6 +1,6 @@
 //! What all sentences have in common: their frame, and lengths.
 
-use crate::report::crc;
+use crate::crc;
 
 /// Longest sentence with its line end, bytes.
 pub const MAX_SENTENCE: usize = 224;

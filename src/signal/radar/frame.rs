@@ -36,7 +36,7 @@ use super::module::{FrameError, Wish};
 use super::wire::{HEADER, TRAILER};
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig};
-use crate::report::crc;
+use crate::crc;
 
 /// Version of the format.
 pub const VERSION: u8 = 1;
