@@ -10,7 +10,8 @@
 //! |---|---|
 //! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
-//! | [`scanner`] | schedule of angles, mirror motor, the scanner's loop |
+//! | [`schedule`], [`time`], [`port`] | which microstep belongs to which row; microseconds that wrap; a serial port |
+//! | [`scanner`] | mirror motor, settings, the scanner's loop |
 //! | [`motion`] | what the chair's controller says of its motion → where each row was seen, and whether two sweeps agree |
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
 //! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
@@ -29,7 +30,7 @@
 //! `board` and `main.rs` are not here: they belong to the image, and are all that knows the chip.
 //!
 //! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`],
-//! [`crc`] and [`scanner::schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
+//! [`crc`] and [`schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
 //! [`signal::echoes`], then [`mount`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
 //! Estimators, pipeline and scanner hand their evidence to [`verdict`], which knows none of them.
 //! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. [`observer`] names what
@@ -58,12 +59,15 @@ pub mod observer;
 pub mod paper;
 pub mod params;
 pub mod pipeline;
+pub mod port;
 pub mod posterior;
 pub mod report;
 pub mod scanner;
+pub mod schedule;
 pub mod setting;
 pub mod signal;
 pub mod sort;
+pub mod time;
 pub mod verdict;
 
 /// The git revision that this was built from, `unknown` without git; a changed tree says so (`-dirty`).

@@ -9,7 +9,7 @@
 use super::known::{Drive, Input, Mode, Retention};
 use super::track::{RowPose, Track};
 use crate::math::RAD_PER_DEG;
-use crate::scanner::time::Micros;
+use crate::time::Micros;
 use heapless::Deque;
 
 /// A sentence older than this says nothing any more, unless the scanner is told otherwise, microseconds.

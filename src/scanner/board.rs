@@ -6,39 +6,6 @@ use super::store::StoreError;
 use crate::report::command::Measure;
 use crate::verdict::{Reason, Reasons};
 
-/// Most bytes that are read of a port in one go, so that a module that never falls silent cannot hold the
-/// scanner up beyond a deadline: more than a port's queue holds.
-pub const MOST_READ: u32 = 4096;
-
-/// A serial port that never waits.
-pub trait BytePort {
-    /// The next byte that has come in.
-    fn read(&mut self) -> Option<u8>;
-    /// Throws away what has come in, before a request: it answers an earlier one. A module that babbles fills
-    /// the port again meanwhile.
-    fn drain(&mut self) {
-        for _ in 0..MOST_READ {
-            if self.read().is_none() {
-                break;
-            }
-        }
-    }
-    /// Takes as many bytes as fit and says how many.
-    fn write(&mut self, bytes: &[u8]) -> usize;
-    /// Bytes that came damaged or were lost on the way in, since boot; 65535 for more.
-    fn errors(&self) -> u16 {
-        0
-    }
-    /// Whether the port can be set to this rate, baud, exactly.
-    fn has_rate(&self, _baud: u32) -> bool {
-        false
-    }
-    /// Sets it to a rate that it has, while it sends nothing.
-    fn set_rate(&mut self, _baud: u32) {}
-    /// A pulse on the TRIG pin beside the port.
-    fn pulse(&mut self) {}
-}
-
 /// What else the scanner needs of its board.
 pub trait Board {
     /// Whether `stop` was the last word; survives a reset.
@@ -56,32 +23,6 @@ pub trait Board {
     fn survived(&mut self);
     /// A diagnostic value.
     fn measure(&self, measure: Measure) -> u32;
-}
-
-impl<P: BytePort + ?Sized> BytePort for &mut P {
-    fn read(&mut self) -> Option<u8> {
-        (**self).read()
-    }
-
-    fn write(&mut self, bytes: &[u8]) -> usize {
-        (**self).write(bytes)
-    }
-
-    fn errors(&self) -> u16 {
-        (**self).errors()
-    }
-
-    fn has_rate(&self, baud: u32) -> bool {
-        (**self).has_rate(baud)
-    }
-
-    fn set_rate(&mut self, baud: u32) {
-        (**self).set_rate(baud);
-    }
-
-    fn pulse(&mut self) {
-        (**self).pulse();
-    }
 }
 
 impl<B: Board + ?Sized> Board for &mut B {
@@ -156,7 +97,7 @@ pub struct Hardware<M, L, P, B> {
     pub mirror: M,
     /// The radar module ([`crate::signal::radar::RadarModule`]).
     pub link: L,
-    /// The report port ([`BytePort`]).
+    /// The report port ([`BytePort`](crate::port::BytePort)).
     pub port: P,
     /// The rest ([`Board`]).
     pub board: B,

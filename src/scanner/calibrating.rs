@@ -3,14 +3,15 @@
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
 use crate::crc;
+use crate::port::BytePort;
 use crate::report::command::CalibrationRequest;
-use crate::scanner::board::{Board, BytePort};
+use crate::scanner::board::Board;
 use crate::scanner::chain::DataPath;
 use crate::scanner::mirror::Mirror;
 use crate::scanner::settings;
 use crate::scanner::sweep::Rows;
-use crate::scanner::time::Micros;
 use crate::signal::radar::module::RadarModule;
+use crate::time::Micros;
 
 impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
     /// The command: a scan from a standstill, of which [`Machine::calibrated`] makes the settings.

@@ -3,14 +3,15 @@
 use super::pulse::Pulse;
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
+use crate::port::BytePort;
 use crate::report::LiveLine;
 use crate::report::command::{self, Command, LineReader, ParserEvent};
-use crate::scanner::board::{Board, BytePort};
+use crate::scanner::board::Board;
 use crate::scanner::chain::DataPath;
 use crate::scanner::mirror::Mirror;
 use crate::scanner::settings::{self, Settings};
-use crate::scanner::time::Micros;
 use crate::signal::radar::module::RadarModule;
+use crate::time::Micros;
 
 /// Most bytes that are read in one go, so that who never falls silent cannot hold the scanner up: more than a
 /// port's queue holds.

@@ -3,7 +3,7 @@
 use core::task::Poll;
 
 use super::settings::MotorConfig;
-use super::time::Micros;
+use crate::time::Micros;
 
 /// What can be wrong with a driver.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -19,9 +19,9 @@ pub mod as5600;
 pub mod bus;
 
 use super::mirror::{Mirror, MirrorError, Motion};
-use super::schedule::MICROSTEPS_PER_TURN;
 use super::settings::{Encoder, MotorConfig};
-use super::time::Micros;
+use crate::schedule::MICROSTEPS_PER_TURN;
+use crate::time::Micros;
 
 /// What can be wrong with an encoder.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -4,9 +4,9 @@ use core::task::Poll;
 
 use super::driver::{MotorDriver, NoWire};
 use super::ramp::Ramp;
-use super::schedule::{MICROSTEPS_PER_TURN, microsteps};
 use super::settings::{Driver, DriverConfig, MotorConfig};
-use super::time::Micros;
+use crate::schedule::{MICROSTEPS_PER_TURN, microsteps};
+use crate::time::Micros;
 
 /// Whether the shaft stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

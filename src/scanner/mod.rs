@@ -1,4 +1,4 @@
-//! The scanner: schedule of angles, mirror motor, and the state machine that ties them to the stages.
+//! The scanner: mirror motor, settings, and the state machine that ties them to the stages.
 //!
 //! ```text
 //!            ┌────────── stopped ──────────┐
@@ -29,23 +29,21 @@
 //! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`record`] |
 //! | `fitness` | whether processor, memory, clock and supply are fit to scan | |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`outbox`] |
-//! | `pulse` | when `LIVE` is due, and its times | [`time`] |
+//! | `pulse` | when `LIVE` is due, and its times | [`crate::time`] |
 //!
 //! | its parts | what they do |
 //! |---|---|
-//! | [`time`] | microseconds that wrap |
 //! | [`settings`] | configuration, time-outs and motor data, by key |
 //! | [`record`] | settings as text: their hash, and what a record of them holds |
 //! | [`seal`] | a checksum over the whole image |
 //! | [`store`] | settings that outlive the power: records in two sectors of flash |
-//! | [`schedule`] | which microstep belongs to which row |
 //! | [`mirror`] | the mirror as the sweep sees it; homing over any step generator |
 //! | [`driver`] | the motor's driver as the mirror sees it |
 //! | [`tmc2209`] | that driver's wire and registers |
 //! | [`encoder`] | an absolute encoder on the mirror's shaft: AS5600 over I²C |
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
-//! | [`board`] | the report port, what survives a reset, who the firmware is |
+//! | [`board`] | what survives a reset, who the firmware is |
 //! | [`chain`] | the data's way: samples, map, estimator |
 //! | [`pace`] | how fast a mirror that does not stop may turn |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
@@ -67,23 +65,22 @@ pub mod pulser;
 pub mod ramp;
 pub mod record;
 mod reports;
-pub mod schedule;
 pub mod seal;
 pub mod settings;
 mod states;
 pub mod store;
 pub mod sweep;
-pub mod time;
 pub mod tmc2209;
 
-pub use board::{Board, BytePort, Hardware, Identity};
+pub use crate::port::BytePort;
+pub use crate::schedule::{MICROSTEPS_PER_TURN, Schedule};
+pub use crate::time::Micros;
+pub use board::{Board, Hardware, Identity};
 pub use chain::DataPath;
 pub use fitness::Fitness;
 pub use mirror::{Mirror, MirrorError, Motion};
 pub use reports::Reports;
-pub use schedule::{MICROSTEPS_PER_TURN, Schedule};
 pub use settings::Settings;
-pub use time::Micros;
 
 use crate::motion::{Drive, Odometry};
 use crate::signal::radar::module::RadarModule;

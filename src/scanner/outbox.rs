@@ -1,6 +1,6 @@
 //! Sentences on their way out.
 
-use super::board::BytePort;
+use crate::port::BytePort;
 use crate::report::sentence::MAX_SENTENCE;
 use crate::report::{Line, Sentence};
 

@@ -1,7 +1,7 @@
 //! How fast a mirror that does not stop may turn.
 
-use super::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
 use super::settings::Settings;
+use crate::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
 use crate::signal::radar::wire::{SLACK_US, Wire};
 
 /// A module that takes one request at a time gets the next one after the row has been worked off,

@@ -1,6 +1,6 @@
 //! When the scanner says how it fares, and the times that it tells then.
 
-use crate::scanner::time::Micros;
+use crate::time::Micros;
 
 /// From one `LIVE` to the next, ms.
 const PERIOD_MS: u32 = 200;

@@ -13,8 +13,8 @@ use core::hint::black_box;
 use embedded_hal::digital::OutputPin;
 
 use super::ramp::{self, Ramp};
-use super::schedule::scaled;
 use super::settings::WireLevel;
+use crate::schedule::scaled;
 
 /// Emits the pulses of one move after another.
 #[derive(Debug)]

@@ -8,9 +8,9 @@ mod found;
 mod motor;
 mod words;
 
-use super::schedule::{SHAFT_LIMIT, Schedule};
 use crate::config::{Config, ConfigError, SAMPLES, check};
 use crate::motion;
+use crate::schedule::{SHAFT_LIMIT, Schedule};
 pub use crate::setting::ValueText;
 pub(crate) use crate::setting::number;
 use crate::setting::{SettingRow, Value, settings};

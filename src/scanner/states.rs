@@ -7,16 +7,17 @@ use super::reports::{Reports, Telling};
 use crate::config::ConfigError;
 use crate::crc;
 use crate::motion::{Drive, Odometry, Retention};
+use crate::port::BytePort;
 use crate::report::Sentence;
 use crate::report::command::CalibrationRequest;
-use crate::scanner::board::{Board, BytePort, Hardware, Identity};
+use crate::scanner::board::{Board, Hardware, Identity};
 use crate::scanner::chain::DataPath;
 use crate::scanner::mirror::{Mirror, Motion};
-use crate::scanner::schedule::MICROSTEPS_PER_TURN;
 use crate::scanner::settings::{Settings, Sweeping, Switch};
 use crate::scanner::sweep::{Rows, Sweep, link_reason, mirror_reason};
-use crate::scanner::time::Micros;
+use crate::schedule::MICROSTEPS_PER_TURN;
 use crate::signal::radar::module::RadarModule;
+use crate::time::Micros;
 use crate::verdict::{Conditions, Outcome, Reason, Reasons, Status};
 
 /// What the self-test is at.

@@ -25,10 +25,10 @@
 use core::hint::black_box;
 use core::task::Poll;
 
-use super::board::BytePort;
 use super::driver::{DriverError, MotorDriver};
 use super::settings::{DriverConfig, MotorConfig};
-use super::time::Micros;
+use crate::port::BytePort;
+use crate::time::Micros;
 
 /// Baud rate of the wire: the chip takes 9600 to 500,000 and finds out by itself (section 4).
 pub const BAUD: u32 = 115_200;

@@ -12,8 +12,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, Result, anyhow, bail, ensure};
 use serialport::SerialPort;
 use stairscan::config::{Config, Plane, SweepConfig, to_fixed};
-use stairscan::scanner::schedule::shaft_angle;
 use stairscan::scanner::{Micros, Schedule};
+use stairscan::schedule::shaft_angle;
 use stairscan::signal::radar::wire::LINK_BAUD;
 
 use super::{Settings, emit};

@@ -1,6 +1,6 @@
 //! The motor at the driver's other end: pulses read from the emulator's log of GPIO writes.
 
-use stairscan::scanner::schedule::microsteps;
+use stairscan::schedule::microsteps;
 
 /// Bit of a pin in the upper half of BSRR: reset.
 const RESET: u32 = 16;

@@ -6,7 +6,7 @@
 //! several do; rows of either are the same.
 
 use stairscan::config::{Plane, SweepConfig};
-use stairscan::scanner::schedule::{microsteps, shaft_angle};
+use stairscan::schedule::{microsteps, shaft_angle};
 
 /// How far a scheduled angle may lie from its microstep, 0.001°, rounded up.
 const OFF: i32 = 4;

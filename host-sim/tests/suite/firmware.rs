@@ -20,7 +20,7 @@ use stairscan::config::Config;
 use stairscan::report::command::framed;
 use stairscan::report::{LiveLine, ScanLine, Sentence, Tenths};
 use stairscan::scanner::Settings;
-use stairscan::scanner::schedule::{Schedule, shaft_angle};
+use stairscan::schedule::{Schedule, shaft_angle};
 use stairscan::verdict::{Reason, Status};
 
 use crate::common::{elf, replayed, tools};

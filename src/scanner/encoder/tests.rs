@@ -1,8 +1,8 @@
 //! A shaft that slips, an encoder that errs.
 
 use super::*;
-use crate::scanner::schedule::microsteps;
 use crate::scanner::settings::EncoderConfig;
+use crate::schedule::microsteps;
 use proptest::prelude::*;
 
 /// A mirror that is at once where it is sent, on a shaft that may be elsewhere.

@@ -2,7 +2,7 @@
 
 use crate::config::{ConfigError, check};
 use crate::scanner::ramp::Ramp;
-use crate::scanner::schedule::MICROSTEPS_PER_TURN;
+use crate::schedule::MICROSTEPS_PER_TURN;
 use crate::setting::settings;
 
 /// What the motor's driver is told, and how.

@@ -1,8 +1,8 @@
 //! How long the mirror must not move after a trigger.
 
-use crate::scanner::time::Micros;
 use crate::signal::radar::module::RadarModule;
 use crate::signal::radar::wire::SLACK_US;
+use crate::time::Micros;
 
 /// What a port may still hold of a trigger that has been handed to it, bytes: the one under way and the next.
 const HELD: u32 = 2;

@@ -6,10 +6,10 @@ use super::Sweep;
 use super::rows::{LOST_STREAK, MARGIN_US, RowState, Rows, later, link_reason};
 use crate::scanner::chain::DataPath;
 use crate::scanner::mirror::{Mirror, Motion};
-use crate::scanner::schedule::shaft_angle;
 use crate::scanner::settings::MotorConfig;
-use crate::scanner::time::Micros;
+use crate::schedule::shaft_angle;
 use crate::signal::radar::module::{LinkError, RadarModule};
+use crate::time::Micros;
 use crate::verdict::Reason;
 
 /// A trigger that is later than this misses its row, microsteps: 0.02 degree, as much as a shaft at rest

@@ -1,8 +1,8 @@
 //! What both ways of sweeping share: what a row is at, how a scan's rows went, the reasons of its end.
 
 use crate::scanner::mirror::MirrorError;
-use crate::scanner::time::Micros;
 use crate::signal::radar::module::LinkError;
+use crate::time::Micros;
 use crate::verdict::Reason;
 
 /// So many rows in a row without a chirp are no noise on the line: the scan ends at once.

@@ -3,8 +3,8 @@
 use heapless::Deque;
 
 use crate::scanner::pace::Cruise;
-use crate::scanner::schedule::Schedule;
-use crate::scanner::time::Micros;
+use crate::schedule::Schedule;
+use crate::time::Micros;
 
 /// A continuous sweep under way.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@ use super::window::MAX_CELLS;
 use super::{BinWindow, Geometry};
 use crate::config::{Config, ConfigError, MAX_ROWS, check};
 use crate::math;
-use crate::scanner::schedule::Schedule;
+use crate::schedule::Schedule;
 
 /// Most range bins of one map.
 pub const MAX_BINS: usize = 256;

@@ -11,8 +11,8 @@ use super::sirad::SiRad;
 use super::wire::Wire;
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scanner::board::BytePort;
-use crate::scanner::time::Micros;
+use crate::port::BytePort;
+use crate::time::Micros;
 
 /// The protocol in use. They share their memory: only one module is there.
 #[derive(Debug)]

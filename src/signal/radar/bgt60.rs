@@ -19,7 +19,7 @@ use embedded_hal::spi::SpiDevice;
 use super::module::{LinkError, Wish};
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scanner::time::Micros;
+use crate::time::Micros;
 use chip::{
     BURST_ERROR, CHIP_ID, CLOCK_ERROR, ChirpShape, FIFO_RESET, FILLED, FRAME_START, FSTAT,
     GSR0_ERRORS, GSR0_FIFO, IDENTITY, MAIN, MAIN_AT_REST, OVERFLOW, PACR1, PLL_ON, SFCTL, SW_RESET,

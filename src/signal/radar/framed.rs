@@ -5,10 +5,10 @@ use core::task::Poll;
 use super::link::Frames;
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scanner::board::BytePort;
-use crate::scanner::time::Micros;
+use crate::port::BytePort;
 use crate::signal::radar::module::{LinkError, RadarModule, Wish};
 use crate::signal::radar::wire::Wire;
+use crate::time::Micros;
 
 /// [`Frames`] over a port of their own.
 #[derive(Debug)]

@@ -19,8 +19,8 @@ use super::module::{LinkError, Wish};
 use super::wire::{LINK_BAUD, Wire};
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scanner::board::{BytePort, MOST_READ};
-use crate::scanner::time::Micros;
+use crate::port::{BytePort, MOST_READ};
+use crate::time::Micros;
 
 /// The request that waits for its answer.
 #[derive(Clone, Copy, Debug)]

@@ -5,8 +5,8 @@ use core::task::Poll;
 use super::wire::Wire;
 use crate::Iq;
 use crate::config::RadarConfig;
-use crate::scanner::time::Micros;
 use crate::setting::{settings, words};
+use crate::time::Micros;
 
 /// What is wrong with bytes that began like a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -22,8 +22,8 @@ use core::task::Poll;
 use super::module::{FrameError, LinkError, Wish};
 use crate::Iq;
 use crate::config::{MAX_SAMPLES, RadarConfig, SAMPLES};
-use crate::scanner::board::{BytePort, MOST_READ};
-use crate::scanner::time::Micros;
+use crate::port::{BytePort, MOST_READ};
+use crate::time::Micros;
 pub use reader::{Reader, ReaderEvent};
 
 /// A module that triggers itself pauses at most 128 ms, and measures for some 16.

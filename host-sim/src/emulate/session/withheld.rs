@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use anyhow::Result;
-use stairscan::scanner::schedule::microsteps;
+use stairscan::schedule::microsteps;
 
 use super::Session;
 use crate::emulate::qemu::write_all;

@@ -13,7 +13,7 @@ use crate::Iq;
 use crate::config::{Config, ConfigError, RadarConfig};
 use crate::motion::Drive;
 use crate::mount::Mounting;
-use crate::scanner::board::BytePort;
+use crate::port::BytePort;
 use crate::scanner::mirror::MirrorError;
 use crate::scanner::pulser::Pulser;
 use crate::scanner::settings::MotorConfig;
@@ -482,7 +482,7 @@ impl Bench {
         };
         let w = self.world.0.borrow();
         let captured = w.captures.iter().map(|&(angle, begin, end)| Capture {
-            wanted: crate::scanner::schedule::microsteps(angle),
+            wanted: crate::schedule::microsteps(angle),
             begin: w.place(begin),
             middle: w.place(u64::midpoint(begin, end)),
             end: w.place(end),

@@ -33,7 +33,7 @@ pub const fn shaft_angle(position: i32) -> i32 {
 
 /// x · a / b, rounded, halves away from zero; saturates.
 #[inline(always)]
-pub(super) const fn scaled(x: i32, (a, b): (i32, i32)) -> i32 {
+pub(crate) const fn scaled(x: i32, (a, b): (i32, i32)) -> i32 {
     let doubled = x.saturating_mul(2 * a);
     let rounded = doubled.saturating_add(if doubled < 0 { -b } else { b });
     // No ratio has a b of 0; what cannot be told of one that is not a constant must not end in a panic.

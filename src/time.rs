@@ -3,7 +3,7 @@
 /// A moment, in microseconds of a free-running 32-bit counter that wraps after 71 minutes.
 ///
 /// Only differences mean anything, and only below half of the counter's span; every time-out is
-/// held below that ([`super::settings::MAX_TIME`]).
+/// held below that ([`crate::scanner::settings::MAX_TIME`]).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Micros(pub u32);
 
