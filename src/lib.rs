@@ -11,7 +11,7 @@
 //! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
 //! | [`schedule`], [`time`], [`port`] | which microstep belongs to which row; microseconds that wrap; a serial port |
-//! | [`scanner`] | mirror motor, settings, the scanner's loop |
+//! | [`scanner`] | mirror motor, settings, commands, the scanner's loop |
 //! | [`motion`] | what the chair's controller says of its motion → where each row was seen, and whether two sweeps agree |
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
 //! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
@@ -23,7 +23,7 @@
 //! | [`finder`], [`pipeline`] | map and estimator, and all stages, in one value |
 //! | [`answer`] | steps, direction, what may stand there besides: the answer of a scan |
 //! | [`verdict`] | evidence → status, horizon, confidence, reasons: the only writer of a status |
-//! | [`report`] | sentences out, commands and motion in |
+//! | [`report`] | sentences out, motion in |
 //! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
 //! | [`crc`] | the checksum of sentences, records and the radar link's frames |
 //!

@@ -1,6 +1,6 @@
 //! A board without any memory of its own, for scanners on the host.
 
-use stairscan::report::command::Measure;
+use stairscan::scanner::command::Measure;
 use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{Board, Fitness, Identity, Settings};
 

@@ -3,7 +3,7 @@
 use core::sync::atomic::AtomicU16;
 
 use cortex_m::peripheral::{MPU, SCB, SYST};
-use stairscan::report::command::Measure;
+use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::as5600::As5600;
 use stairscan::scanner::settings::WireLevel;
 use stairscan::scanner::store::{Store, StoreError};

@@ -1,6 +1,5 @@
-//! Sentences out, commands and motion in: everything that travels over the report UART.
+//! Sentences out, motion in. Commands, which come over the same UART, are the scanner's: [`crate::scanner::command`].
 
-pub mod command;
 pub mod motion;
 pub mod sentence;
 

@@ -49,7 +49,7 @@ pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
 pub use lines::{MaybeLine, ScanLine, StepLine};
 pub use live::LiveLine;
-pub(super) use writer::Writer;
+pub(crate) use writer::Writer;
 
 /// Any sentence; text is borrowed from the line it was parsed from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

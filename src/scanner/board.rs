@@ -3,7 +3,7 @@
 use super::fitness::Fitness;
 use super::settings::Settings;
 use super::store::StoreError;
-use crate::report::command::Measure;
+use crate::scanner::command::Measure;
 use crate::verdict::{Reason, Reasons};
 
 /// What else the scanner needs of its board.

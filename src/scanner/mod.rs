@@ -44,6 +44,7 @@
 //! | [`ramp`] | acceleration-limited moves: the time from one step to the next |
 //! | [`pulser`] | STEP/DIR/EN over embedded-hal pins |
 //! | [`board`] | what survives a reset, who the firmware is |
+//! | [`command`] | lines of the report port → commands, checked against the settings' keys |
 //! | [`chain`] | the data's way: samples, map, estimator |
 //! | [`pace`] | how fast a mirror that does not stop may turn |
 //! | [`sweep`] | one scan: move, settle, trigger, receive, retry; or all rows in passing |
@@ -52,6 +53,7 @@
 pub mod board;
 mod calibrating;
 pub mod chain;
+pub mod command;
 mod commands;
 pub mod driver;
 pub mod encoder;

@@ -1,10 +1,10 @@
 //! What the scanner says: which sentences tell a scan, a state, the answer to a command.
 
 use crate::port::BytePort;
-use crate::report::command;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
 use crate::report::{LiveLine, ScanLine, Sentence};
 use crate::scanner::board::Identity;
+use crate::scanner::command;
 use crate::scanner::outbox::Outbox;
 use crate::verdict::{Conditions, Outcome, Reasons};
 

@@ -9,8 +9,8 @@ use stairscan::Iq;
 use stairscan::config::{Config, ConfigError, RadarConfig};
 use stairscan::motion::{Agreement, Drive, Odometry};
 use stairscan::mount::Mounting;
-use stairscan::report::command::{Measure, framed};
 use stairscan::report::{ScanLine, Sentence};
+use stairscan::scanner::command::{Measure, framed};
 use stairscan::scanner::settings::{MotorConfig, SweepMode};
 use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{

@@ -7,7 +7,7 @@ use crate::bench::{Bench, IDENTITY, Shared};
 use stairscan::estimate::Estimate;
 use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
-use stairscan::report::command::framed;
+use stairscan::scanner::command::framed;
 use stairscan::scanner::encoder::{AngleEncoder, EncodedMirror, EncoderError};
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::{MICROSTEPS_PER_TURN, Settings};

@@ -3,7 +3,7 @@
 use stairscan::estimate::Estimate;
 use stairscan::mount::Mounting;
 use stairscan::report::Sentence;
-use stairscan::report::command::framed;
+use stairscan::scanner::command::framed;
 use stairscan::scanner::record::MOUNTING;
 use stairscan::scanner::{Identity, Settings};
 use stairscan::signal::radar::LinkError;

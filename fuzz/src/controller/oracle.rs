@@ -2,11 +2,11 @@
 
 use stairscan::answer::Direction;
 use stairscan::motion::Reading;
-use stairscan::report::command::{
-    self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
-};
 use stairscan::report::{
     LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
+};
+use stairscan::scanner::command::{
+    self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
 };
 use stairscan::verdict::{Reasons, Status};
 

@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use anyhow::{Context, Result};
-use stairscan::report::command::Measure;
 use stairscan::scanner::Settings;
+use stairscan::scanner::command::Measure;
 use stairscan::verdict::Reason;
 
 const BEGIN: &str =

@@ -4,10 +4,10 @@ use std::path::PathBuf;
 
 use stairscan::answer::Direction;
 use stairscan::motion::Reading;
-use stairscan::report::command::framed;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion};
 use stairscan::scanner::Settings;
+use stairscan::scanner::command::framed;
 use stairscan::verdict::{Reason, Reasons, Status};
 
 use super::{Way, oracle, tables};

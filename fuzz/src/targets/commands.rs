@@ -4,9 +4,9 @@
 //! A line that begins with `!` gets the frame and the CRC that it needs, so that a change of its text does
 //! not end at the CRC.
 
-use stairscan::report::command::{self, Command, LineReader, ParserEvent};
 use stairscan::report::sentence::crc32;
 use stairscan::scanner::Settings;
+use stairscan::scanner::command::{self, Command, LineReader, ParserEvent};
 
 /// Reads the lines.
 pub fn run(data: &[u8]) {

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::report::Sentence;
-use stairscan::report::command::framed;
 use stairscan::scanner::Settings;
+use stairscan::scanner::command::framed;
 use stairscan::scanner::record::MOUNTING;
 
 use super::module::{Module, Request, Trigger};

@@ -1,7 +1,7 @@
 //! What is said of a command before it is sent.
 
-use stairscan::report::command::{self, Command, MAX_COMMAND, framed};
 use stairscan::scanner::Settings;
+use stairscan::scanner::command::{self, Command, MAX_COMMAND, framed};
 
 /// Nothing stops a person who insists.
 const ANYWAY: &str = "Enter sends it anyway, but";

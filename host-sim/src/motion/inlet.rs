@@ -4,7 +4,7 @@ use std::cell::RefCell;
 use std::collections::VecDeque;
 use std::rc::Rc;
 
-use stairscan::report::command::framed;
+use stairscan::scanner::command::framed;
 
 use super::Timetable;
 

@@ -6,8 +6,8 @@ use std::rc::Rc;
 use anyhow::{Context, Result, bail, ensure};
 use stairscan::motion::Odometry;
 use stairscan::pipeline::Pipeline;
-use stairscan::report::command::framed;
 use stairscan::report::{ScanLine, Sentence};
+use stairscan::scanner::command::framed;
 use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
 
 use super::stage::{Link, Shaft, Shared, Stage};

@@ -234,8 +234,8 @@ fn the_command_prints_what_the_scanner_takes() {
         .map(str::trim)
         .filter(|line| line.starts_with("$PSTC"))
     {
-        let Ok(stairscan::report::command::Command::Set(key, value)) =
-            stairscan::report::command::parse(line)
+        let Ok(stairscan::scanner::command::Command::Set(key, value)) =
+            stairscan::scanner::command::parse(line)
         else {
             panic!("{line}: no command that sets");
         };

@@ -17,9 +17,9 @@ use host_sim::replay;
 use host_sim::scene::Scene;
 use host_sim::scene::driving::Drive;
 use stairscan::config::Config;
-use stairscan::report::command::framed;
 use stairscan::report::{LiveLine, ScanLine, Sentence, Tenths};
 use stairscan::scanner::Settings;
+use stairscan::scanner::command::framed;
 use stairscan::schedule::{Schedule, shaft_angle};
 use stairscan::verdict::{Reason, Status};
 

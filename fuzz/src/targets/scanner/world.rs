@@ -10,7 +10,7 @@ use stairscan::config::{Config, ConfigError, MAX_SAMPLES, RadarConfig};
 use stairscan::estimate::Estimate;
 use stairscan::motion::{Agreement, Drive};
 use stairscan::mount::Mounting;
-use stairscan::report::command::Measure;
+use stairscan::scanner::command::Measure;
 use stairscan::scanner::encoder::{AngleEncoder, EncoderError};
 use stairscan::scanner::mirror::{PulseState, StepPort};
 use stairscan::scanner::ramp::Ramp;

@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use anyhow::Result;
 use stairscan::report::Sentence;
-use stairscan::report::command::framed;
+use stairscan::scanner::command::framed;
 
 use super::{PAUSE, Session};
 use crate::emulate::qemu::write_all;

@@ -16,22 +16,22 @@
 //! | `selftest` | arithmetic, home, link, when stopped | `DONE` once passed, else `FAIL` |
 //! | `get` | every setting, one sentence each | `CONF`s, `DONE` |
 //! | `get,KEY` | | `CONF` |
-//! | `set,KEY,VALUE` | framed; from the next scan on ([`crate::scanner::settings`] lists the keys) | `CONF` |
-//! | `save` | framed, when stopped: the settings outlive the power ([`crate::scanner::store`]) | `DONE` |
+//! | `set,KEY,VALUE` | framed; from the next scan on ([`super::settings`] lists the keys) | `CONF` |
+//! | `save` | framed, when stopped: the settings outlive the power ([`super::store`]) | `DONE` |
 //! | `calibrate,WALL_MM,DATE` | framed, when stopped: a scan of a flat floor and a wall, date as YYYYMMDD; sets and saves how the scanner is mounted ([`crate::mount::command`]) | later `CONF` with the range scale (1e-6), `DONE`, else `FAIL` |
 //! | `reset` | forgets what earlier scans said: the next answer is a first one | `DONE` |
-//! | `MOTION,…` | the chair's own motion, always framed ([`super::motion`]) | none |
+//! | `MOTION,…` | the chair's own motion, always framed ([`crate::report::motion`]) | none |
 //!
 //! Whatever is wrong gets one `FAIL` that names the field, and changes nothing.
 
 use core::iter::Filter;
 use core::str::Split;
 
-use super::motion;
-use super::sentence::{Line, ParseError, Writer, crc32};
+use super::settings::Settings;
 use crate::config::ConfigError;
 use crate::motion::Reading;
-use crate::scanner::settings::Settings;
+use crate::report::motion;
+use crate::report::sentence::{Line, ParseError, Writer, crc32};
 
 /// Longest command line, bytes.
 pub const MAX_COMMAND: usize = 96;
@@ -202,7 +202,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
 /// The sentence of a command, of its words: with its CRC and line end.
 ///
 /// ```
-/// use stairscan::report::command::framed;
+/// use stairscan::scanner::command::framed;
 ///
 /// assert_eq!(framed(&["set", "seed", "7"]), "$PSTC,set,seed,7*352B37A8\r\n");
 /// ```
