@@ -3,8 +3,8 @@
 
 use crate::answer::Answer;
 use crate::config::Config;
+use crate::drive::Drive;
 use crate::fusion::History;
-use crate::motion::Drive;
 use crate::observer::Observer;
 use crate::signal::grid::PolarMap;
 use crate::verdict::{Evidence, Outcome, Sight};

@@ -2,10 +2,10 @@
 
 use crate::answer::Answer;
 use crate::config::{Config, ConfigError, EstimatorKind};
+use crate::drive::Drive;
 use crate::estimator::{Estimator, MappedScan};
 use crate::flight::Likelihood;
 use crate::fusion::History;
-use crate::motion::Drive;
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
 use crate::paper::Paper;

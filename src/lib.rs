@@ -12,7 +12,8 @@
 //! | [`config`] | what a recording, a command or the radar module may set, checked once |
 //! | [`schedule`], [`time`], [`port`] | which microstep belongs to which row; microseconds that wrap; a serial port |
 //! | [`scanner`] | mirror motor, settings, commands, the scanner's loop |
-//! | [`motion`] | what the chair's controller says of its motion → where each row was seen, and whether two sweeps agree |
+//! | [`drive`], [`track`] | what is known of the chair's motion; when and where each row was seen |
+//! | [`motion`] | what the chair's controller says of its motion → [`drive`] and [`track`], and whether two sweeps agree |
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
 //! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
@@ -45,6 +46,7 @@
 pub mod answer;
 pub mod config;
 pub mod crc;
+pub mod drive;
 pub mod estimate;
 pub mod estimator;
 pub mod finder;
@@ -68,6 +70,7 @@ pub mod setting;
 pub mod signal;
 pub mod sort;
 pub mod time;
+pub mod track;
 pub mod verdict;
 
 /// The git revision that this was built from, `unknown` without git; a changed tree says so (`-dirty`).

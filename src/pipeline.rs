@@ -3,10 +3,10 @@
 use crate::Iq;
 use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
+use crate::drive::{Drive, Retention};
 use crate::finder::StairFinder;
 use crate::fusion;
 use crate::health::{Expected, Health};
-use crate::motion::{Drive, Retention, Track};
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
 use crate::observer::Observer;
@@ -14,6 +14,7 @@ use crate::params::current;
 use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
+use crate::track::Track;
 use crate::verdict::{Conditions, Evidence, Outcome, Sight};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.

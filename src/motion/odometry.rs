@@ -6,10 +6,10 @@
 //! through the last two sentences. Anything suspicious between two sentences makes the rows between
 //! them, and with them the scan, one without motion input.
 
-use super::known::{Drive, Input, Mode, Retention};
-use super::track::{RowPose, Track};
+use crate::drive::{Drive, Input, Mode, Retention};
 use crate::math::RAD_PER_DEG;
 use crate::time::Micros;
+use crate::track::{RowPose, Track};
 use heapless::Deque;
 
 /// A sentence older than this says nothing any more, unless the scanner is told otherwise, microseconds.

@@ -6,12 +6,11 @@
 //! height that a straight drive can have made votes for a speed. Echoes of the floor look alike
 //! everywhere and change with every centimetre: strong echoes weigh more.
 
-use super::known::{Drive, Input, Mode};
 use super::odometer::{SAME_PLACE_M, same_place_m};
-use super::place::{Ride, row_of};
 use crate::config::{Config, Plane};
+use crate::drive::{Drive, Input, Mode};
 use crate::math;
-use crate::signal::echoes::Echo;
+use crate::signal::echoes::{Echo, Ride, row_of};
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
 

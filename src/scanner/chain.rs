@@ -2,7 +2,7 @@
 
 use crate::Iq;
 use crate::config::{Config, ConfigError};
-use crate::motion::Drive;
+use crate::drive::Drive;
 use crate::mount::Mounting;
 use crate::verdict::{Conditions, Outcome};
 

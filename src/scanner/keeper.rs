@@ -1,7 +1,7 @@
 //! The settings in force: whether somebody vouches for them, and whether memory still holds them.
 
 use crate::config::{ConfigError, RadarConfig};
-use crate::motion::Mode;
+use crate::drive::Mode;
 use crate::scanner::record::MOUNTING;
 use crate::scanner::settings::{Settings, Switch};
 

@@ -84,7 +84,8 @@ pub use mirror::{Mirror, MirrorError, Motion};
 pub use reports::Reports;
 pub use settings::Settings;
 
-use crate::motion::{Drive, Odometry};
+use crate::drive::Drive;
+use crate::motion::Odometry;
 use crate::signal::radar::module::RadarModule;
 use commands::Console;
 use states::Machine;

@@ -1,6 +1,6 @@
 //! From the radar module to echoes: everything before a model of what may stand there.
 //!
-//! In: the bytes of a radar module, and the chair's motion during the scan ([`crate::motion::Drive`]). Out: chirps, the
+//! In: the bytes of a radar module, and the chair's motion during the scan ([`crate::drive::Drive`]). Out: chirps, the
 //! polar map of logarithmic power with its CFAR mask, and point scatterers ([`echoes::Echo`]), each with range, angle,
 //! strength, width and the standard deviations of its place. Nothing here knows floor or stairs.
 //!

@@ -24,7 +24,6 @@ const WAY: &[&str] = &["signal", "mount", "flight"];
 /// The folders and files of `src/` in which a number stands in `params*.rs` or in a constant with a comment.
 const TUNED: &[&str] = &[
     "signal/echoes",
-    "motion/place",
     "motion/sweeps",
     "mount/online",
     "mount/floor",

@@ -1,7 +1,7 @@
 //! Settings that are words, and their words.
 
 use super::motor::{Driver, Encoder, WireLevel};
-use crate::motion;
+use crate::drive::Mode;
 use crate::setting::words;
 
 /// Something that is on or off.
@@ -42,5 +42,5 @@ words!(SweepMode: "stop" SweepMode::Stop, "continuous" SweepMode::Continuous);
 words!(Driver: "step-dir" Driver::StepDir, "tmc2209" Driver::Tmc2209);
 words!(Encoder: "none" Encoder::None, "as5600" Encoder::As5600);
 words!(WireLevel: "low" WireLevel::Low, "high" WireLevel::High);
-words!(motion::Mode:
-    "auto" motion::Mode::Auto, "required" motion::Mode::Required, "standing" motion::Mode::Standing);
+words!(Mode:
+    "auto" Mode::Auto, "required" Mode::Required, "standing" Mode::Standing);

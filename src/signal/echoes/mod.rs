@@ -7,6 +7,7 @@
 //! | `noise` | filtered rows → noise, and what side lobes add per range bin |
 //! | `lobe` | the levels around a maximum → place below the cell, variance, width |
 //! | `ghosts` | what a strong echo shows where nothing is, one function per artefact |
+//! | `place` | echoes as they were seen from a chair that moves → as they lie from the mirror at the last row |
 //! | `echo` | one point scatterer |
 //! | `detect` | maxima → echoes that need a scatterer of their own |
 
@@ -18,18 +19,21 @@ mod ghosts;
 mod lobe;
 mod maxima;
 mod noise;
+mod place;
 
 #[cfg(test)]
 pub(crate) mod tests;
 
 use crate::config::Config;
-use crate::motion::{Drive, Ride};
+use crate::drive::Drive;
 use crate::params::Params;
 use crate::signal::grid::PolarMap;
 pub use angle_filter::two_way_sigma;
 pub use beam::Lobes;
 pub use echo::{Echo, Echoes, MAX_ECHOES};
 pub use lobe::Walk;
+pub use place::Ride;
+pub(crate) use place::row_of;
 
 impl Default for Collector {
     fn default() -> Self {

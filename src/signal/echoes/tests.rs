@@ -4,7 +4,7 @@ use super::angle_filter::{self, AngleFilter};
 use super::lobe::{self, Lobe, Responses};
 use super::*;
 use crate::config::Config;
-use crate::motion::Drive;
+use crate::drive::Drive;
 use std::vec::Vec;
 
 /// Noise of the maps made here, map units.

@@ -11,7 +11,7 @@ use embedded_hal::digital::OutputPin;
 use super::super::*;
 use crate::Iq;
 use crate::config::{Config, ConfigError, RadarConfig};
-use crate::motion::Drive;
+use crate::drive::Drive;
 use crate::mount::Mounting;
 use crate::port::BytePort;
 use crate::scanner::mirror::MirrorError;

@@ -4,12 +4,13 @@
 //! that comes back from something nearing beats lower by the Doppler shift, and so seems nearer than
 //! it is at mid chirp.
 
-use super::known::Drive;
-use super::track::{RowPose, Track};
+use super::echo::Echo;
+use super::lobe::Walk;
 use crate::config::{Plane, RadarConfig};
+use crate::drive::Drive;
 use crate::math;
-use crate::signal::echoes::{Echo, Walk};
 use crate::signal::grid::{Geometry, PolarMap};
+use crate::track::{RowPose, Track};
 
 /// How the chair went during a scan.
 #[derive(Clone, Copy, Debug)]

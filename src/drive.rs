@@ -1,6 +1,6 @@
 //! What is known of the chair's motion when a scan ends, and what holds where nothing is.
 
-use super::track::Track;
+use crate::track::Track;
 
 /// What holds where nothing is known of the chair's motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
