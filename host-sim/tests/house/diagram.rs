@@ -1,5 +1,5 @@
-//! The diagram of who imports whom, folder by folder, in docs/architecture.md: made from the imports, and compared
-//! with them.
+//! The diagram of who imports whom, folder by folder, in docs/architecture.md: made from the imports, compared with
+//! them, and searched for circles.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
@@ -47,6 +47,52 @@ fn imports(layers: &[Layer], graph: &Graph<'_>) -> Arrows {
         }
     }
     arrows
+}
+
+/// The shortest way along `arrows` from `start` back to it.
+fn circle<'a>(arrows: &'a Arrows, start: &'a str) -> Option<Vec<&'a str>> {
+    let mut ways = vec![vec![start]];
+    let mut seen = BTreeSet::new();
+    while !ways.is_empty() {
+        let mut longer = Vec::new();
+        for way in ways {
+            let last = way[way.len() - 1];
+            for (_, to) in arrows.keys().filter(|(from, _)| from == last) {
+                if to == start {
+                    return Some(way);
+                }
+                if seen.insert(to) {
+                    longer.push([&way[..], &[to]].concat());
+                }
+            }
+        }
+        ways = longer;
+    }
+    None
+}
+
+/// For every node that imports itself, directly or through others: a shortest circle, with an import for each of its
+/// arrows. Each is told once.
+pub fn circles(layers: &[Layer], graph: &Graph<'_>) -> Vec<String> {
+    let arrows = imports(layers, graph);
+    let mut told = BTreeSet::new();
+    let mut found = Vec::new();
+    for (start, _) in layers.iter().flat_map(|(_, parts)| *parts) {
+        let Some(circle) = circle(&arrows, start) else {
+            continue;
+        };
+        if told.insert(circle.iter().copied().collect::<BTreeSet<_>>()) {
+            let ends = circle.iter().skip(1).chain(circle.first());
+            let pairs = circle.iter().zip(ends);
+            let tell = |(from, to): (&&str, &&str)| {
+                let place = &arrows[&((*from).to_owned(), (*to).to_owned())];
+                format!("{from} --> {to} ({place})")
+            };
+            let pairs: Vec<String> = pairs.map(tell).collect();
+            found.push(format!("circle: {}", pairs.join(", ")));
+        }
+    }
+    found
 }
 
 /// The block of mermaid that shows them.
@@ -153,6 +199,33 @@ mod tests {
         let more = found(&RIGHT.replace("b & c\n", "b & c\n    b --> c\n"));
         assert_eq!(more[0], "an arrow too many: b --> c");
         assert_eq!(found("No diagram.").len(), 3);
+    }
+
+    /// What `circles` finds where folder `b` imports `g` of `c`, and `c` is `text`.
+    fn round(text: &str) -> Vec<String> {
+        let sources = Sources::new(
+            "stairscan",
+            [
+                ("src/lib.rs", "pub mod a;\npub mod b;\npub mod c;"),
+                ("src/a/mod.rs", "use crate::b::f;"),
+                ("src/b/mod.rs", "use crate::c::g;"),
+                ("src/b/other.rs", "pub fn f() {}"),
+                ("src/c/mod.rs", text),
+            ],
+        );
+        circles(LAYERS, &Graph::new(&sources))
+    }
+
+    #[test]
+    fn a_circle_of_folders_is_found_though_no_file_imports_itself() {
+        assert_eq!(round("#[cfg(test)]\nuse crate::a::h;"), [""; 0]);
+        let of_two = "circle: b --> c (src/b/mod.rs:1 imports src/c/mod.rs), \
+                      c --> b (src/c/mod.rs:1 imports src/b/other.rs)";
+        assert_eq!(round("use crate::b::other::f;"), [of_two]);
+        let through_another = "circle: a --> b (src/a/mod.rs:1 imports src/b/mod.rs), \
+                               b --> c (src/b/mod.rs:1 imports src/c/mod.rs), \
+                               c --> a (src/c/mod.rs:1 imports src/a/mod.rs)";
+        assert_eq!(round("use crate::a::h;"), [through_another]);
     }
 
     #[test]
