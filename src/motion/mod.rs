@@ -1,6 +1,7 @@
 //! The chair's own motion: what its controller reports of it, and whether two sweeps agree with it.
 //!
-//! What comes out are the values of [`crate::drive`] and [`crate::track`]; [`Ride`] puts echoes where they lie by them.
+//! Its results are values of [`crate::drive`] and [`crate::track`]. By them [`Ride`] moves echoes to where they lie from
+//! the chair's last place.
 //!
 //! | module | does |
 //! |---|---|

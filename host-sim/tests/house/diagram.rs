@@ -201,7 +201,7 @@ mod tests {
         assert_eq!(found("No diagram.").len(), 3);
     }
 
-    /// What `circles` finds where folder `b` imports `g` of `c`, and `c` is `text`.
+    /// The circles among three folders: `b` imports `c`, whose source is `text`.
     fn round(text: &str) -> Vec<String> {
         let sources = Sources::new(
             "stairscan",
