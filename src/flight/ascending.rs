@@ -1,5 +1,5 @@
 //! Stairs going up, as the search sees them: risers one behind the other, each as high as the
-//! others, closed or floating; and single things too tall to climb.
+//! others, closed or floating.
 
 use super::roles::{Riser, Role, Roles};
 use super::scene::{MAX_COLUMNS, Mark, Scene};
@@ -21,9 +21,6 @@ const RISES_M: [f32; 11] = [
 const FINE_RISES_M: [f32; 11] = [
     -0.030, -0.024, -0.018, -0.012, -0.006, 0.0, 0.006, 0.012, 0.018, 0.024, 0.030,
 ];
-/// Heights of single things too tall to climb, metres: from above the tallest riser to a wall, each
-/// a fifth higher than the one before, as far as an echo's height at a metre tells them apart.
-const TALL_RISES_M: [f32; 4] = [0.36, 0.43, 0.60, 2.0];
 
 /// What two flights of the same risers may differ in.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -189,13 +186,12 @@ impl<'e> Ascending<'e> {
     /// Scores everything that is no stair.
     #[inline(never)]
     pub fn new(scene: &'e Scene<'e>) -> Self {
-        let ramp = scene.best_ramp();
         let mut ascending = Self {
             scene,
             spans: [Span::default(); MAX_COLUMNS],
             floors: [Before::default(); MAX_COLUMNS],
             landing: RefCell::new(Landing::default()),
-            null: ramp,
+            null: scene.flat(),
         };
         let nearest = scene.first_beyond(scene.params.nearest_riser_m);
         for (k, column) in scene.columns.iter().enumerate() {
@@ -210,29 +206,7 @@ impl<'e> Ascending<'e> {
                 (*place.0, *place.1) = (floor, span);
             }
         }
-        if scene.params.rules.tall_thing {
-            ascending.null = ramp + ascending.tall_thing();
-        }
         ascending
-    }
-
-    /// By how much one thing too tall to climb explains more than a ramp, nats. A post shows no corner, a box or
-    /// a wall does.
-    fn tall_thing(&self) -> f32 {
-        let mut most = 0.0;
-        for rise_m in TALL_RISES_M {
-            for open in [false, true] {
-                let columns = self.scene.columns.iter().enumerate();
-                for (k, column) in columns.filter(|(_, column)| column.begins) {
-                    let link = ChainLink {
-                        along_m: column.along_m,
-                        column: Some(k as u8),
-                    };
-                    most = math::max(most, self.whole(&[link], AscentShape { rise_m, open }));
-                }
-            }
-        }
-        most
     }
 
     /// The marks near a riser.
@@ -282,10 +256,7 @@ impl<'e> Ascending<'e> {
                 total -= p.stray_nats * m.weight;
             }
         }
-        // A flash's flank hides the corner below it.
-        let near_flash = riser.top_m > scene.mount_height_m - p.flash_below_m
-            && scene.mount_height_m - riser.base_m < p.flash_flank * riser.along_m;
-        let corner_shows = !riser.open && !scene.hides_foot(riser) && !near_flash;
+        let corner_shows = !riser.open && !scene.hides_foot(riser);
         if corner_shows && corner < p.corner_seen_nats {
             total -= p.no_corner_nats;
         }

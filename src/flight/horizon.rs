@@ -112,7 +112,7 @@ pub struct Ground<'a> {
     /// … and what each rests on.
     pub supports: &'a [Support],
     /// The winner's score less that of the next best explanation; without steps, the best flight's
-    /// score less what it takes to count, nats.
+    /// score, level ground counting 0, nats.
     pub lead: f32,
     /// Whether the treads float.
     pub open: bool,
@@ -271,7 +271,7 @@ impl Ground<'_> {
         floor
     }
 
-    /// The strongest echo near step `k` in a role, tens of dB; 0 for none.
+    /// The strongest echo near a step in a role, tens of dB; 0 for none.
     fn shown(&self, step: &Step, wanted: Role) -> f32 {
         let reach = self.scene.params.column_m + RIGHT_M;
         let near = (step.distance_m - reach, step.distance_m + reach);

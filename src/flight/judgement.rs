@@ -1,33 +1,62 @@
-//! What the particles say of the answer: doubts, and what may stand there besides.
+//! What the particles say: the likeliest outline of stairs, doubts about an answer, and what may stand there besides.
 
-use super::belief::{LANDING_M, NEAREST_M, Posterior, walls};
+use super::ascending::AscentShape;
+use super::bases::{LANDING_M, Posterior, staircase};
 use super::dimensions::Measured;
-use crate::answer::{MAX_MAYBES, Maybe, Step};
+use super::stairs::Flight;
+use crate::answer::{MAX_MAYBES, Maybe};
+use crate::fusion::{History, Weighed};
 use crate::math;
 use crate::observer::{Event, Observer};
-use crate::params::current;
 use crate::posterior::{
-    Base, CELLS, Cloud, Edge, GroundKind, MAX_STEPS, Proposals, SAME_M, Sigmas, Staircase, Told,
-    ToldStep, weight,
+    Base, CELLS, Cloud, Edge, GroundKind, MAX_STEPS, Proposals, SAME_M, Staircase, Told, ToldStep,
 };
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// Places where something may stand that are told apart, and what is told of: from this probability on.
+/// So many places where something may stand are told apart.
 const MAX_PLACES: usize = 16;
-/// See [`MAX_PLACES`].
+/// From this probability on a place is told.
 const LEAST_MAYBE: f32 = 0.05;
 /// So many hypotheses are looked around that are not like each other …
 const LOOKED: usize = 2;
 /// … if they are within so many nats of the likeliest.
 const NEAR_NATS: f32 = 4.0;
-/// The particles' word against the search's counts from this probability on: so sure of one more step, they were
-/// right in 27 of 31 scenes of the simulator.
-const SURE: f32 = 0.9;
-/// Where ramps begin, metres, and their slopes.
-const RAMPS_FROM_M: [f32; 3] = [0.4, 0.8, 1.2];
-/// See [`RAMPS_FROM_M`].
-const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
+/// So many outlines are told apart, the likeliest.
+const OUTLINES: usize = 6;
+
+/// What may stand there, particles with the same outline as one: as many visible steps, each within 10 cm of the other's,
+/// whatever their heights. Each is its heaviest particle, or level ground where it shows no step, with the weight of all.
+type Outlines = Vec<Weighed, OUTLINES>;
+
+/// What stands there, by the particles and by earlier scans.
+#[derive(Clone, Copy, Debug)]
+pub struct Likeliest {
+    /// The staircase; none where ground without one is likelier.
+    pub staircase: Option<Staircase>,
+    /// Log-odds of the likeliest staircase against ground without one, nats.
+    pub odds: f32,
+}
+
+impl Likeliest {
+    /// By the search alone.
+    pub fn of(best: Option<&Flight<AscentShape>>) -> Self {
+        let odds = best.map_or(f32::NEG_INFINITY, |b| b.score);
+        Self {
+            staircase: best.filter(|_| odds >= 0.0).map(staircase),
+            odds,
+        }
+    }
+
+    /// Whether another one has its steps in the same places.
+    pub fn is_like(&self, other: Option<&Staircase>) -> bool {
+        let places = |s: Option<&Staircase>| {
+            let s = s.copied().unwrap_or_default();
+            s.x_m.into_iter().take(s.len())
+        };
+        alike(places(self.staircase.as_ref()), places(other))
+    }
+}
 
 /// What the particles say of an answer.
 #[derive(Clone, Debug, Default)]
@@ -36,71 +65,96 @@ pub struct Belief {
     pub doubts: [f32; CELLS],
     /// What may stand there though the answer does not hold it.
     pub maybes: Vec<Maybe, MAX_MAYBES>,
-    /// Whether the answer has steps where the particles are sure of ground without any obstacle.
-    pub unfounded: bool,
 }
 
 impl Posterior {
-    /// What the particles say of the answer, after [`Posterior::choose`]: into `belief`, so that no second one stands
+    /// What the particles say of the answer, after [`Posterior::propose`]: into `belief`, so that no second one stands
     /// on the stack.
     #[inline(never)]
-    pub fn judge(&mut self, measured: Option<&Measured>, belief: &mut Belief) {
+    pub fn judge(&mut self, told: Option<(&Measured, &Staircase)>, belief: &mut Belief) {
         let mut edges: Vec<ToldStep, MAX_STEPS> = Vec::new();
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
-        if let Some(m) = measured {
-            let steps = &m.answer.steps;
-            let begins = |b: &&Base| {
-                let first = steps.first().map_or(0.0, |s| s.distance_m);
-                (b.staircase.x(0) - first).abs() < SAME_M
-            };
-            let mut same = self
-                .bases
-                .iter()
-                .filter(|b| b.staircase.len() == steps.len());
-            let same = same.clone().find(begins).or_else(|| same.next());
-            answer = same.map_or(answer, |b| b.staircase);
-            let levels = answer.top_m.iter_mut().zip(&mut sigmas);
-            for (step, (top, sigma)) in steps.iter().zip(levels) {
-                // As many as a staircase has.
-                let _ = edges.push(ToldStep::new(
-                    (step.distance_m, step.height_m),
-                    (step.distance_sigma_m, step.height_sigma_m),
-                ));
-                (*top, *sigma) = (step.height_m, step.height_sigma_m);
-            }
+        let steps = told.map_or(&[][..], |(m, _)| &m.answer.steps);
+        if let Some((_, told)) = told.filter(|_| !steps.is_empty()) {
+            answer = *told;
+        }
+        let levels = answer.top_m.iter_mut().zip(&mut sigmas);
+        for (step, (top, sigma)) in steps.iter().zip(levels) {
+            // As many as a staircase has.
+            let _ = edges.push(ToldStep::new(
+                (step.distance_m, step.height_m),
+                (step.distance_sigma_m, step.height_sigma_m),
+            ));
+            (*top, *sigma) = (step.height_m, step.height_sigma_m);
         }
         let told = Told {
             edges: &edges,
             view: self.model.view,
         };
-        let flights = self.bases.len();
-        self.add_ground(&answer, &sigmas);
+        if !answer.is_empty() {
+            self.add(&answer, &sigmas, answer.last_x() + LANDING_M);
+        }
         self.spread(&told);
         self.cloud.resample();
-        // Another answer may be judged after this one.
-        self.bases.truncate(flights);
         belief.doubts = self.cloud.doubts();
         belief.maybes = maybes(&self.cloud, &told);
-        belief.unfounded = is_unfounded(&self.cloud, &told);
     }
 
-    /// Where one more step stands behind the last one of the answer that was judged, metres, if the
-    /// particles are sure of it. They see the flight as a whole, where the search adds step after step.
+    /// The likeliest outline by the particles that were judged last and by earlier scans.
     #[inline(never)]
-    pub fn next_step(&self, steps: &[Step]) -> Option<f32> {
-        let (mut sure, mut sum) = (0.0, 0.0);
-        for (staircase, probability) in self.cloud.particles() {
-            let mut edges = staircase.edges(&self.model.view).filter(|e| e.seen);
-            let mut pairs = steps.iter().zip(edges.by_ref());
-            let same = pairs.all(|(step, e)| (step.distance_m - e.x_m).abs() < SAME_M);
-            // The pairs end with the steps: where edges end before them, none is left.
-            if let Some(next) = edges.next().filter(|_| same) {
-                sure += probability;
-                sum += probability * next.x_m;
-            }
+    pub fn likeliest(&self, past: Option<&History>) -> Likeliest {
+        let outlines = self.outlines();
+        let word = |o: &Weighed| past.map_or(0.0, |past| past.hypotheses.word(&o.staircase));
+        let most = |steps: bool| {
+            let of = outlines.iter();
+            let of = of.filter(|o| steps != o.staircase.is_empty());
+            of.map(|o| (o, o.log_weight + word(o)))
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let (stairs, ground) = (most(true), most(false));
+        let odds = match (stairs, ground) {
+            (None, _) => f32::NEG_INFINITY,
+            (_, None) => f32::INFINITY,
+            (Some((_, stairs)), Some((_, ground))) => stairs - ground,
+        };
+        let stairs = stairs.filter(|_| odds >= 0.0);
+        Likeliest {
+            staircase: stairs.map(|(o, _)| o.staircase),
+            odds,
         }
-        (sure > SURE && !steps.is_empty()).then(|| sum / sure)
+    }
+
+    /// The likeliest outlines by this scan alone.
+    #[inline(never)]
+    pub fn outlines(&self) -> Outlines {
+        let mut outlines = Outlines::new();
+        while !outlines.is_full() {
+            let known = |s: &Staircase| {
+                let same = |o: &Weighed| alike(self.shown(s), self.shown(&o.staircase));
+                outlines.iter().any(same)
+            };
+            let fresh = self.cloud.particles().filter(|(s, _)| !known(s));
+            let Some((next, _)) = fresh.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+                break;
+            };
+            let same = self.cloud.particles();
+            let same = same.filter(|(s, _)| alike(self.shown(s), self.shown(next)));
+            let bare = self.shown(next).next().is_none();
+            let outline = Weighed {
+                staircase: if bare { Staircase::nothing() } else { *next },
+                log_weight: math::ln(same.map(|(_, p)| p).sum()),
+            };
+            // There is room, or the loop would have ended.
+            let _ = outlines.push(outline);
+        }
+        outlines
+    }
+
+    /// Where a staircase's steps stand that can be seen, metres.
+    fn shown<'a>(&self, s: &'a Staircase) -> impl Iterator<Item = f32> + 'a {
+        let seen = s.edges(&self.model.view).filter(|e| e.seen);
+        seen.map(|e| e.x_m)
     }
 
     /// Tells the observer the particles.
@@ -109,21 +163,6 @@ impl Posterior {
             cloud: &self.cloud,
             view: &self.model.view,
         });
-    }
-
-    /// Level ground and the answer, either with a wall behind.
-    #[inline(never)]
-    fn add_ground(&mut self, answer: &Staircase, sigmas: &Sigmas) {
-        let nothing = Staircase::nothing();
-        let grounds = [(&nothing, NEAREST_M), (answer, answer.last_x() + LANDING_M)];
-        let different = if answer.is_empty() { 1 } else { 2 };
-        for (from, from_m) in grounds.into_iter().take(different) {
-            for &wall_m in &walls(&self.model, from_m) {
-                let s = Staircase { wall_m, ..*from };
-                // There is room for each wall and none, twice.
-                let _ = self.bases.push(Base::new(&self.model, s, *sigmas));
-            }
-        }
     }
 
     /// Fills the cloud with what may stand there: the hypotheses, and what is near the likeliest of them.
@@ -135,12 +174,6 @@ impl Posterior {
             cloud,
         } = self;
         cloud.clear();
-        let ramps = RAMPS_FROM_M
-            .into_iter()
-            .flat_map(|from_m| SLOPES.map(|slope| Staircase::ramp(from_m, slope)));
-        for ramp in ramps.filter(|_| current().rules.ramp_particles) {
-            cloud.add(&ramp, weight(model, &ramp), &[0.0; MAX_STEPS], told);
-        }
         let weights = bases.iter().map(|b| b.log_weight);
         let top = weights.fold(f32::NEG_INFINITY, math::max);
         for base in bases.iter() {
@@ -156,7 +189,11 @@ impl Posterior {
                         || ground && l.staircase.kind == GroundKind::Nothing
                 })
             };
-            let near = bases.iter().filter(|b| b.log_weight > top - NEAR_NATS);
+            // Nothing is proposed around a ramp.
+            let around = bases
+                .iter()
+                .filter(|b| b.staircase.kind != GroundKind::Ramp);
+            let near = around.filter(|b| b.log_weight > top - NEAR_NATS);
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
             let Some(base) = next else { break };
@@ -167,19 +204,13 @@ impl Posterior {
     }
 }
 
-/// Whether the particles agree on ground without an obstacle where the answer has steps. A wall there is none of that:
-/// echoes behind it may yet be those of a flight.
-fn is_unfounded(cloud: &Cloud, told: &Told<'_>) -> bool {
-    let Some(last) = told.edges.last() else {
-        return false;
-    };
-    let ground = |s: &Staircase| match s.kind {
-        GroundKind::Nothing | GroundKind::Threshold => s.wall() > last.x_m + SAME_M,
-        GroundKind::Ramp => true,
-        _ => false,
-    };
-    let agreed = cloud.particles().filter(|(s, _)| ground(s)).map(|(_, p)| p);
-    agreed.sum::<f32>() > SURE
+/// Whether there are as many steps, each in the same place.
+fn alike(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool {
+    let mut same = true;
+    for x_m in a {
+        same &= b.next().is_some_and(|other| (x_m - other).abs() < SAME_M);
+    }
+    same && b.next().is_none()
 }
 
 /// The edges of particles that the answer does not hold, those near each other as one.

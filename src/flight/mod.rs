@@ -12,20 +12,23 @@
 //! | `dimensions` | steps with their standard deviations |
 //! | `chart` | the map with what it takes to read it |
 //! | `floor_line` | what the ground shows along its line, and where it is missing |
-//! | `support`, `horizon` | what each step rests on and is weak about the answer, and how far it is valid |
-//! | `belief`, `judgement` | hypotheses weighed by the posterior; what its particles say of the answer |
+//! | `support`, `horizon` | what each step rests on, what is weak about the answer, and how far it is valid |
+//! | `bases` | hypotheses that begin the posterior: flights of the search and of earlier scans, refined; a ramp; level ground |
+//! | `judgement` | what the particles say: the likeliest outline, doubts, what may stand there besides |
+//! | `inference` | what stands there: proposals, particles and dimensions, in two rounds at most |
 //! | [`trace`] | what it thought on the way |
 
 // The stages are `inline(never)`: each has its working memory on a stack of 18 KB, and merged into
 // one function they would hold all of it at the same time.
 
 mod ascending;
-mod belief;
+mod bases;
 mod chart;
 mod descending;
 mod dimensions;
 mod floor_line;
 mod horizon;
+mod inference;
 mod judgement;
 mod nosings;
 mod null;
@@ -41,7 +44,6 @@ mod tests;
 
 use crate::answer::Answer;
 use crate::config::{Config, Plane};
-use crate::estimate::Estimate;
 use crate::estimator::{Estimator, MappedScan};
 use crate::fusion::{History, Outlook};
 use crate::math;
@@ -56,13 +58,14 @@ use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::verdict::{Reason, Reasons, Sight, Validity};
 use ascending::Ascending;
-use belief::{Chosen, Posterior};
+use bases::Posterior;
 use chart::Chart;
 use descending::Descending;
 use dimensions::Measured;
 use floor_line::FloorLine;
 use horizon::Ground;
 pub use horizon::Reach;
+use inference::Inferred;
 use judgement::Belief;
 use roles::{Role, Roles};
 use scene::{Mark, Scene};
@@ -294,50 +297,31 @@ fn ascend(
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
     posterior.take(echoes, chart.map);
-    let chosen = if particles {
-        posterior.choose(&search, past.as_deref_mut())
-    } else {
-        best.map(Chosen::of)
-    };
-    let mut best = chosen.map(|chosen| with_rise(&stairs, chosen));
     observer.event(Event::Done(Stage::Search));
-    let mut measured = None;
-    let bias_sigma_rad = found.bias_sigma_rad;
-    if let Some(best) = &best
-        && best.0.flight.score + best.0.odds >= 0.0
-    {
-        measure(&stairs, best, posterior, bias_sigma_rad, &mut measured);
-    }
-    let mut belief = Belief::default();
+    let mut inferred = Inferred::default();
     if particles {
-        posterior.judge(measured.as_ref(), &mut belief);
-        if belief.unfounded && p.rules.unfounded {
-            measured = None;
-            posterior.judge(None, &mut belief);
-        }
-        let longer = longer(&search, best.as_ref(), measured.as_ref(), posterior);
-        if let Some(longer) = longer.filter(|_| p.rules.next_step) {
-            measure(&stairs, &longer, posterior, bias_sigma_rad, &mut measured);
-            posterior.judge(measured.as_ref(), &mut belief);
-            best = Some(longer);
-        }
+        let known = (&mut *posterior, past.as_deref_mut());
+        inferred.settle(&search, best, known, found.bias_sigma_rad);
         posterior.tell(observer);
+    } else {
+        inferred.search_alone(&search, best, posterior, found.bias_sigma_rad);
     }
-    let best = best.as_ref().map(|b| &b.0.flight);
     if let Some(past) = &mut past {
-        let steps = measured.as_mut().map(|m| m.answer.steps.as_mut_slice());
-        past.combine(steps.unwrap_or(&mut []));
+        let steps = inferred.measured.as_mut();
+        past.combine(steps.map_or(&mut [], |m| m.answer.steps.as_mut_slice()));
     }
-    let clear = measured.as_ref().is_none_or(|m| m.answer.steps.is_empty());
+    let steps = inferred.measured.as_ref().map(|m| &m.answer.steps);
+    let clear = steps.is_none_or(|steps| steps.is_empty());
     if clear {
         floor_line.look(&chart, p);
     }
     let ended = Ended {
         search: &search,
-        best,
-        measured,
+        best: inferred.flight.as_ref(),
+        odds: inferred.odds,
+        measured: &mut inferred.measured,
         geometry,
-        belief: &belief,
+        belief: &inferred.belief,
         strained: !found.fits(p),
         firm,
         floor_line: (clear && p.rules.floor_line).then_some(&*floor_line),
@@ -346,43 +330,7 @@ fn ascend(
     ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
 }
 
-/// A flight with its score and the height of its risers by the likelihood of all echoes.
-fn with_rise(stairs: &Ascending<'_>, mut chosen: Chosen) -> (Chosen, Estimate) {
-    let (rise, score) = stairs.rise(&chosen.flight);
-    chosen.flight.score = score;
-    (chosen, rise)
-}
-
-/// Measures a flight into `out`, so that no second answer stands on the stack.
-#[inline(never)]
-fn measure(
-    stairs: &Ascending<'_>,
-    (chosen, rise): &(Chosen, Estimate),
-    posterior: &Posterior,
-    bias_sigma_rad: f32,
-    out: &mut Option<Measured>,
-) {
-    let begun = (&posterior.model, posterior.refined_from(chosen));
-    let measured = dimensions::ascending(stairs, &chosen.flight, *rise, begun, bias_sigma_rad);
-    *out = Some(measured);
-}
-
-/// The flight with one more step behind those that were measured, where the particles are sure of it and
-/// echoes stand there; and the height of its risers.
-#[inline(never)]
-fn longer(
-    search: &Search<'_, Ascending<'_>>,
-    best: Option<&(Chosen, Estimate)>,
-    measured: Option<&Measured>,
-    posterior: &Posterior,
-) -> Option<(Chosen, Estimate)> {
-    let next_m = posterior.next_step(&measured?.answer.steps)?;
-    let before = &best?.0;
-    let flight = before.flight.longer(search.at(next_m))?;
-    Some(with_rise(search.stairs, before.with(flight)))
-}
-
-/// The same for stairs going down.
+/// The best stairs going down.
 #[inline(never)]
 fn descend(
     echoes: &[Echo],
@@ -399,11 +347,12 @@ fn descend(
     let best = search.best(memory);
     observer.event(Event::Done(Stage::Search));
     let accepted = best.as_ref().filter(|f| f.score >= 0.0);
-    let measured = accepted.map(|flight| dimensions::descending(&stairs, flight));
+    let mut measured = accepted.map(|flight| dimensions::descending(&stairs, flight));
     let ended = Ended {
         search: &search,
         best: best.as_ref(),
-        measured,
+        odds: best.as_ref().map_or(f32::NEG_INFINITY, |b| b.score),
+        measured: &mut measured,
         geometry,
         belief: &Belief::default(),
         strained: false,
@@ -414,12 +363,14 @@ fn descend(
     ended.conclude(None, observer, answer)
 }
 
-/// A search that has come to its end.
+/// What was found, going up or down.
 struct Ended<'s, S: Stairs> {
     search: &'s Search<'s, S>,
     best: Option<&'s Flight<S::Shape>>,
-    /// The best flight's steps, if it was accepted.
-    measured: Option<Measured>,
+    /// Log-odds of the likeliest stairs against ground without any, nats.
+    odds: f32,
+    /// The steps that stand there; none where no flight was accepted.
+    measured: &'s mut Option<Measured>,
     geometry: &'s Geometry,
     belief: &'s Belief,
     /// Whether calibration had more to take out than a mounting that is as it is said to be leaves.
@@ -434,7 +385,7 @@ impl<S: Stairs> Ended<'_, S> {
     /// Makes the answer, of a flight that was accepted and measured or of none, and returns its worth.
     #[inline(never)]
     fn conclude(
-        mut self,
+        self,
         outlook: Option<&mut Outlook>,
         observer: &mut dyn Observer,
         answer: &mut Answer,
@@ -446,9 +397,9 @@ impl<S: Stairs> Ended<'_, S> {
         let accepted = self.measured.is_some();
         let mut supports = heapless::Vec::new();
         let mut weak = Reasons::NONE;
-        if let Some(measured) = self.measured.take() {
-            *answer = measured.answer;
-            supports = measured.supports;
+        if let Some(measured) = &*self.measured {
+            answer.clone_from(&measured.answer);
+            supports.clone_from(&measured.supports);
             if measured.may_be {
                 weak.add(Reason::CloseRival);
             }
@@ -465,10 +416,12 @@ impl<S: Stairs> Ended<'_, S> {
             None => {
                 // A flight that was accepted and then found to be a box or a threshold is no rival.
                 let rival = self.best.filter(|_| !accepted);
-                let rival = rival.map_or(f32::NEG_INFINITY, |b| b.score);
+                // Close is what the posterior hardly rejects, or what explains more than level ground to the search.
+                let close = |b: &Flight<_>| math::max(self.odds, b.score - p.clear_lead_nats);
+                let odds = rival.map_or(f32::NEG_INFINITY, close);
                 let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
-                weak = weak.and(support::judge_none(rival, strongest_db, p));
-                rival
+                weak = weak.and(support::judge_none(odds, strongest_db, p));
+                rival.map_or(f32::NEG_INFINITY, |b| b.score)
             }
         };
         answer.link();
@@ -500,7 +453,7 @@ impl<S: Stairs> Ended<'_, S> {
     /// below it.
     #[inline(never)]
     fn corner_astray(&self) -> bool {
-        let Some(measured) = &self.measured else {
+        let Some(measured) = &*self.measured else {
             return false;
         };
         let scene = self.search.stairs.scene();

@@ -45,7 +45,7 @@ pub fn regular(chain: &[ChainLink], most_m: f32) -> (f32, usize) {
 /// A kind of explanation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Explanation {
-    /// Flat ground, a ramp, or one thing too tall to climb.
+    /// Level ground; going down also ground that falls.
     NoStairs,
     /// Stairs going up.
     Up {
@@ -122,17 +122,4 @@ pub struct Flight<S> {
     pub faces: f32,
     /// Log-likelihood ratio of the whole against everything that is no stair, nats.
     pub score: f32,
-}
-
-impl<S: Clone> Flight<S> {
-    /// The same with one more face behind the last one, if echoes stand there and there is room.
-    pub fn longer(&self, next: ChainLink) -> Option<Self> {
-        let behind = self.chain.last().is_some_and(|l| l.along_m < next.along_m);
-        if !behind || next.column.is_none() {
-            return None;
-        }
-        let mut longer = self.clone();
-        longer.chain.push(next).ok()?;
-        Some(longer)
-    }
 }

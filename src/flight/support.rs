@@ -96,11 +96,11 @@ pub fn judge<'m>(
     reasons
 }
 
-/// Returns what is weak about the answer that there are no stairs: `rival` is the best flight's score less what it
-/// takes to count, nats; `strongest_db` the strongest echo.
-pub fn judge_none(rival: f32, strongest_db: f32, p: &Params) -> Reasons {
+/// Returns what is weak about the answer that there are no stairs: `odds` are the best flight's log-odds against that,
+/// nats; `strongest_db` the strongest echo.
+pub fn judge_none(odds: f32, strongest_db: f32, p: &Params) -> Reasons {
     let mut reasons = Reasons::NONE;
-    if rival > -p.clear_lead_nats {
+    if odds > -p.clear_lead_nats {
         reasons.add(Reason::CloseRival);
     }
     if strongest_db < p.view_db {

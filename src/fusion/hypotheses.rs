@@ -14,11 +14,13 @@ const MARGIN_M: f32 = 0.15;
 /// See [`MARGIN_M`].
 const MARGIN_SHARE: f32 = 0.9;
 
-/// A staircase with the logarithm of its weight, that of the likeliest being 0.
+/// A staircase with its weight among others.
 #[derive(Clone, Copy, Debug)]
-struct Weighed {
-    staircase: Staircase,
-    log_weight: f32,
+pub struct Weighed {
+    /// The staircase.
+    pub staircase: Staircase,
+    /// Logarithm of its weight. Of those that are carried on, the likeliest has 0.
+    pub log_weight: f32,
 }
 
 /// Those of earlier scans, in the place where they stand now, and those that this one is for.
@@ -136,7 +138,7 @@ impl Hypotheses {
 
     /// This scan and all before are for a staircase by so many nats.
     #[inline(never)]
-    pub fn keep(&mut self, staircase: &Staircase, log_weight: f32) {
+    pub(super) fn keep(&mut self, staircase: &Staircase, log_weight: f32) {
         let new = Weighed {
             staircase: *staircase,
             log_weight,
@@ -161,7 +163,7 @@ impl Hypotheses {
     }
 
     /// All of this scan's are there: the likeliest counts 0.
-    pub fn settle(&mut self) {
+    pub(super) fn normalise(&mut self) {
         let weights = self.present.iter().map(|h| h.log_weight);
         let most = weights.fold(f32::NEG_INFINITY, math::max);
         for h in &mut self.present {

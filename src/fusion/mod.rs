@@ -14,12 +14,14 @@ mod hypotheses;
 mod outlook;
 mod tracks;
 
-pub use hypotheses::Hypotheses;
+pub use hypotheses::{Hypotheses, Weighed};
 pub use outlook::Outlook;
 pub use tracks::Tracks;
 
 use crate::answer::Step;
 use crate::config::{Config, MountConfig, RadarConfig};
+use crate::math;
+use crate::params::current;
 use crate::posterior::View;
 
 /// The evidence of earlier scans, moved along with the chair.
@@ -123,15 +125,30 @@ impl History {
         tracks.combine(steps);
     }
 
+    /// Keeps what may stand there by this scan alone for the next one, weighed by earlier scans, too. Where this scan
+    /// contradicts them, they are forgotten first.
+    #[inline(never)]
+    pub fn keep(&mut self, outlines: &[Weighed]) {
+        let expected =
+            |o: &&Weighed| self.hypotheses.word(&o.staircase) > -current().carried_most_nats;
+        let most =
+            |weights: &mut dyn Iterator<Item = f32>| weights.fold(f32::NEG_INFINITY, math::max);
+        let alone = most(&mut outlines.iter().map(|o| o.log_weight));
+        let known = most(&mut outlines.iter().filter(expected).map(|o| o.log_weight));
+        if !self.is_empty() && alone > known + current().scene_changed_nats {
+            self.changed = true;
+            self.drop_past();
+        }
+        for o in outlines {
+            let word = self.hypotheses.word(&o.staircase);
+            self.hypotheses.keep(&o.staircase, o.log_weight + word);
+        }
+        self.hypotheses.normalise();
+    }
+
     /// Whether what was carried on contradicted this scan and was forgotten.
     pub fn changed(&self) -> bool {
         self.changed
-    }
-
-    /// Forgets what was carried on, because this scan contradicts it.
-    pub fn contradict(&mut self) {
-        self.changed = true;
-        self.drop_past();
     }
 
     /// Whether this scan tells just the steps that were told before, where the way since has brought

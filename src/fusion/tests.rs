@@ -35,12 +35,18 @@ fn steps(x_m: f32, sigma_m: f32) -> [Step; 3] {
     })
 }
 
+/// What a scan from which the flight stands at `x_m` is for.
+fn outlines(x_m: f32) -> [Weighed; 2] {
+    [(flight(x_m), 5.0), (Staircase::nothing(), -20.0)].map(|(staircase, log_weight)| Weighed {
+        staircase,
+        log_weight,
+    })
+}
+
 /// A scan from which the flight stands at `x_m`.
 fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [Step; 3] {
     memory.begin(number, instrument(), VIEW, moved_m, 0.0);
-    memory.hypotheses.keep(&flight(x_m), 5.0);
-    memory.hypotheses.keep(&Staircase::nothing(), -20.0);
-    memory.hypotheses.settle();
+    memory.keep(&outlines(x_m));
     let mut steps = steps(x_m, 0.01);
     memory.combine(&mut steps);
     steps
@@ -142,7 +148,7 @@ fn a_contradicted_memory_is_a_first_scan() {
     let mut memory = History::new();
     scan(&mut memory, 1, 1.2, None);
     memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
-    memory.contradict();
+    memory.keep(&outlines(1.4));
     assert!(memory.changed() && memory.is_empty());
     let mut told = steps(1.1, 0.01);
     memory.combine(&mut told);
@@ -162,4 +168,28 @@ fn a_cell_knows_how_many_scans_were_sure_of_it() {
     let [unseen, _, seen, _, least, mean, scans, differs, ..] = known;
     assert_eq!((unseen, seen, scans, differs), (0.0, 1.0, 1.0, 0.0));
     assert!((least + 4.0).abs() < 0.1 && (mean + 4.0).abs() < 0.1);
+}
+
+#[test]
+fn what_this_scan_contradicts_does_not_live_on_in_its_own_weights() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
+    let like_before = Weighed {
+        log_weight: -8.5,
+        ..outlines(1.1)[0]
+    };
+    let other = Weighed {
+        log_weight: 0.0,
+        ..outlines(1.4)[0]
+    };
+    memory.keep(&[other, like_before]);
+    assert!(memory.changed() && memory.is_empty());
+    memory.begin(3, instrument(), VIEW, Some(0.0), 0.0);
+    let word = memory.hypotheses.word(&like_before.staircase);
+    let alone = math::max(
+        current().carried_share * like_before.log_weight,
+        -current().carried_most_nats,
+    );
+    assert!((word - alone).abs() < 1e-5, "{word} {alone}");
 }

@@ -236,26 +236,6 @@ pub const BEHIND_GRID_M: f32 = 0.08;
 pub const BEHIND_RISES: [(f32, f32); 3] = [(0.0, 0.6), (-RISE_OFF_M, 0.2), (RISE_OFF_M, 0.2)];
 /// Difference of a rise to the mean that is proposed, metres.
 pub const RISE_OFF_M: f32 = 0.03;
-/// Nearest riser before the first, metres.
-pub const FRONT_FROM_M: f32 = 0.3;
-/// Least distance of it to the first, metres.
-pub const FRONT_APART_M: f32 = 0.15;
-/// Distance of places for it, metres.
-pub const FRONT_GRID_M: f32 = 0.16;
-/// Way that an echo stands for there, metres.
-pub const FRONT_SPOT_M: f32 = 0.012;
-/// Heights of its top, metres.
-pub const FRONT_RISES_M: [f32; 2] = [0.08, 0.15];
-/// Odds of such a riser …
-pub const FRONT_ODDS: f32 = 0.015;
-/// … over this way, metres.
-pub const FRONT_WAY_M: f32 = 1.5;
-/// Nearest first riser of a flight that is one longer, metres.
-pub const FRONT_NEAREST_M: f32 = 0.1;
-/// Factors on its rises.
-pub const FRONT_STRETCHES: [f32; 3] = [0.94, 1.0, 1.06];
-/// Least of its rises, metres.
-pub const FRONT_LEAST_M: f32 = 0.06;
 /// Odds of an odd rise.
 pub const ODD_ODDS: f32 = 0.1;
 /// Nearest and farthest first step where none is told, metres.

@@ -89,8 +89,6 @@ numbers! {
     no_corner in "roles": |p| p.no_corner_nats = 0.0;
     /// An edge that is missing costs.
     no_edge in "roles": |p| p.no_edge_nats = 0.0;
-    /// A flash hides the corner below it.
-    flash_hides_corner in "roles": |p| p.flash_flank = 0.0;
     /// A single riser that is too low is a threshold.
     lowest_step in "choice": |p| p.lowest_step_m = 0.0;
     /// A single riser that is too high is an obstacle.

@@ -53,26 +53,14 @@ macro_rules! switches {
 switches! {
     /// One face may go unseen between two.
     skipped_face in "search";
-    /// One thing too tall to climb is a rival of stairs.
-    tall_thing in "search";
-    /// Ramps are rivals of stairs.
-    ramps in "search";
     /// Walls behind a flight are tried.
     walls_behind in "choice";
-    /// A further step that the particles are sure of is added to the answer.
-    next_step in "choice";
-    /// An answer is given up where the particles agree on ground without an obstacle.
-    unfounded in "choice";
     /// Particles: ramps.
     ramp_particles in "particles";
     /// Particles: a flight less its last steps.
     less in "particles";
-    /// Particles: one more riser before the first.
-    front in "particles";
     /// Particles: one odd rise.
     odd in "particles";
-    /// Particles: other overhangs.
-    overhangs in "particles";
     /// Particles: one more riser behind the last.
     behind in "particles";
     /// Particles: steps, boxes and thresholds on bare ground.

@@ -206,8 +206,6 @@ params! {
         flash_above_m = 0.03, "m", Hand;
         /// A flash lies this near the mirror's height, beside the error of an echo's height.
         flash_margin_m = 0.01, "m", Hand;
-        /// A flash's flank hides a corner whose height below it is this share of the distance.
-        flash_flank = 0.13, "", Derived, "7.4 degrees, one and a half beams";
         /// An echo is above a riser from this on, beside twice its deviation.
         above_margin_m = 0.015, "m", Hand;
         /// It is inside the solid from this depth on, beside twice its deviation.
@@ -346,10 +344,10 @@ params! {
         fades_db = 6.0, "dB", Hand;
         /// … and by as much from one that looks straight at the mirror.
         flash_fades_db = 25.0, "dB", Hand;
-        /// Without stairs the strongest echo must be at least this, or too little was seen to say so.
+        /// Without stairs the strongest echo must be at least this, or the answer gets the word `weak-echoes`.
         view_db = 10.0, "dB", Hand;
-        /// A height with a larger standard deviation does not suffice for `ok`.
-        sure_height_m = 0.015, "m", Derived, "two standard deviations are the 3 cm of `ok`";
+        /// A height with a larger standard deviation gets the word `inferred-step`.
+        sure_height_m = 0.015, "m", Derived, "two standard deviations are 3 cm";
         /// The same for a last riser whose flash hides its edge.
         sure_last_height_m = 0.025, "m", Hand;
         /// A step whose expected departure is larger may be odd.
@@ -364,7 +362,7 @@ params! {
     "fusion: from scan to scan" {
         /// How much the logarithm of a staircase's weight counts in the next scan.
         carried_share = 0.7, "", Hand, "a riser that shows nothing shows nothing again";
-        /// All earlier scans together count so much at most, in the search's score.
+        /// All earlier scans together count so much at most, in the weight of what may stand there.
         carried_most_nats = 4.0, "nats", Hand, "evidence of one scan beats any number of scans before";
         /// The scene has changed where a staircase that was not thought of before explains a scan better by so much.
         scene_changed_nats = 8.0, "nats", Hand;

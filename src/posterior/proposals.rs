@@ -1,11 +1,12 @@
-//! What else may stand there: one riser more or less, another overhang, an odd rise.
+//! Variants of a hypothesis: one more riser behind the last, the last ones left out, an odd rise. On bare ground: a step,
+//! a box, a threshold, a drop.
 //!
 //! Each proposal differs from a hypothesis in a few risers, so that only their part of the
 //! likelihood is looked at anew.
 
 use super::cloud::{Cloud, Told};
 use super::model::{BEHIND_M, EchoSums, Model};
-use super::prior::{GOES_ON, LANDING, going, ln, overhang, prior};
+use super::prior::{GOES_ON, LANDING, going, ln, prior};
 use super::staircase::{GroundKind, MAX_STEPS, Sigmas, Staircase};
 use crate::math;
 use crate::params::current;
@@ -100,12 +101,10 @@ impl Proposals<'_> {
             GroundKind::Stairs => {
                 let rules = &current().rules;
                 type Proposal<'a> = fn(&mut Proposals<'a>, &Base);
-                let proposals: [(bool, Proposal<'_>); 5] = [
+                let proposals: [(bool, Proposal<'_>); 3] = [
                     (rules.less, Self::less),
                     (rules.behind, Self::behind),
-                    (rules.front, Self::front),
                     (rules.odd, Self::odd),
-                    (rules.overhangs, Self::overhangs),
                 ];
                 for (_, propose) in proposals.into_iter().filter(|(on, _)| *on) {
                     propose(self, base);
@@ -277,51 +276,6 @@ impl Proposals<'_> {
         (new, base.log_weight + part - old)
     }
 
-    /// One more riser before the first.
-    #[inline(never)]
-    fn front(&mut self, base: &Base) {
-        let s = &base.staircase;
-        let (n, first) = (s.len(), s.x(0));
-        let old = base.part(0, 1);
-        for &(x, dx) in &self.spots(
-            number::FRONT_FROM_M,
-            first - number::FRONT_APART_M,
-            number::FRONT_GRID_M,
-            number::FRONT_SPOT_M,
-        ) {
-            for h in number::FRONT_RISES_M {
-                if h < s.level(1) - number::LEAST_RISE_M {
-                    let new = s.with(0, x, h);
-                    let weight = ln(number::FRONT_ODDS * dx / number::FRONT_WAY_M)
-                        + self.part(&new, 0, 2)
-                        - old;
-                    self.put(&new, base.log_weight + weight, &base.sigmas);
-                }
-            }
-        }
-        // As regular as the others, each riser lower.
-        let Some(going) = s
-            .going()
-            .filter(|g| first - g > number::FRONT_NEAREST_M && n < MAX_STEPS)
-        else {
-            return;
-        };
-        let old = base.part(0, n + 1);
-        for stretch in number::FRONT_STRETCHES {
-            let mut new = s.with(0, first - going, 0.0);
-            let rise = stretch * s.level(n) / (n + 1) as f32;
-            for (k, top) in (1u8..).zip(&mut new.top_m) {
-                *top = rise * f32::from(k);
-            }
-            if rise > number::FRONT_LEAST_M {
-                let weight = ln(GOES_ON / number::FRONT_STRETCHES.len() as f32)
-                    + self.part(&new, 0, n + 2)
-                    - old;
-                self.put(&new, base.log_weight + weight, &base.sigmas);
-            }
-        }
-    }
-
     /// One rise higher or lower than the others, the rest moved along or not.
     #[inline(never)]
     fn odd(&mut self, base: &Base) {
@@ -349,23 +303,6 @@ impl Proposals<'_> {
         }
     }
 
-    /// Other overhangs of all treads.
-    #[inline(never)]
-    fn overhangs(&mut self, base: &Base) {
-        let s = &base.staircase;
-        if s.open {
-            return;
-        }
-        let n = s.len();
-        let others = OVERHANGS_M.into_iter();
-        for overhang_m in others.filter(|o| (o - s.overhang_m).abs() > SAME_OVERHANG_M) {
-            let new = Staircase { overhang_m, ..*s };
-            let weight = overhang(overhang_m) - overhang(s.overhang_m) + self.part(&new, 0, n + 1)
-                - base.part(0, n + 1);
-            self.put(&new, base.log_weight + weight, &base.sigmas);
-        }
-    }
-
     /// The ground ends.
     #[inline(never)]
     fn drops(&mut self, base: &Base, spots: &Spots) {
@@ -385,7 +322,7 @@ impl Proposals<'_> {
             let first = model.first_beyond(x);
             let part = at(&before, 0) - at(&before, first) + at(&behind, first)
                 - model.expected(&brink, 0);
-            let weight = ln(DROP * dx / number::FLOOR_WAY_M) + part - base.part(0, 1);
+            let weight = ln(DROP_ODDS * dx / number::FLOOR_WAY_M) + part - base.part(0, 1);
             self.put(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
         }
     }
@@ -437,10 +374,6 @@ struct Split<'b> {
     wall: f32,
 }
 
-/// Overhangs of all treads: none, a usual one, a wide one.
-const OVERHANGS_M: [f32; 3] = [0.0, 0.03, 0.06];
-/// Two overhangs are the same within this, metres.
-const SAME_OVERHANG_M: f32 = 0.006;
 /// A regular going is as the flight's within this, times √(2π), metres.
 const REGULAR_M: f32 = 0.03;
 /// So many risers may be odd ones, the nearest.
@@ -451,8 +384,8 @@ const ODD_M: [f32; 2] = [-0.03, 0.03];
 const NEAR_M: f32 = 0.10;
 /// Of the way, an echo stands for less than this, metres; the places between are farther apart.
 const ECHO_M: f32 = 0.02;
-/// The ground ends somewhere ahead so often.
-const DROP: f32 = 0.1;
+/// The ground ends somewhere ahead so often, beside level ground.
+const DROP_ODDS: f32 = 0.1;
 /// What may stand alone on the floor: height, metres, how often where an echo shows it and where none
 /// does, and what that is called. Boxes and thresholds that show nothing change nothing; steps that show
 /// nothing look alike, low ones and high ones.

@@ -87,8 +87,8 @@ fn little_that_is_seen_of_the_floor_shows_a_wrong_mounting() {
     let cases = [
         (Kind::Irregular, 1_000_008, -0.06, 0.0),
         (Kind::Low, 14, 0.0, -2.0),
-        (Kind::Beside, 22, 0.04, 0.0),
-        (Kind::Beside, 22, -0.04, 0.0),
+        (Kind::Uneven, 19, 0.04, 0.0),
+        (Kind::Uneven, 19, -0.04, 0.0),
     ];
     for (kind, seed, off_m, off_deg) in cases {
         let name = format!("{} {seed}", kind.name());
