@@ -1,7 +1,7 @@
 //! What stands there: search and earlier scans propose, the particles decide.
 
 use super::ascending::{Ascending, AscentShape};
-use super::bases::{Posterior, flight};
+use super::bases::{Posterior, ROUNDS, flight};
 use super::dimensions::{self, Measured};
 use super::judgement::{Belief, Likeliest};
 use super::search::Search;
@@ -9,11 +9,6 @@ use super::stairs::Flight;
 use crate::estimate::Estimate;
 use crate::fusion::History;
 use crate::posterior::Staircase;
-
-/// So many answers are tried at most: each is measured, and joins the particles with all that is near it; the first stands
-/// if it is still their likeliest outline, the second in any case. With one, 16 of 2,014 validation scenes fewer are
-/// exact; with three, one.
-pub(super) const ROUNDS: usize = 2;
 
 /// A flight, and the height of its risers by the likelihood of all echoes.
 type Risen = (Flight<AscentShape>, Estimate);
