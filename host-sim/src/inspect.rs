@@ -8,7 +8,7 @@ use stairscan::answer::{Direction, Maybe};
 use stairscan::config::Config;
 use stairscan::estimator::{Estimator, MappedScan};
 use stairscan::flight::Likelihood;
-use stairscan::flight::trace::{Explanation, Hypothesis, Role, Scatterer};
+use stairscan::flight::trace::{Cell, Explanation, Hypothesis, Role, Scatterer};
 use stairscan::motion::Drive;
 use stairscan::mount::Floor;
 use stairscan::observer::{Event, Observer};
@@ -22,6 +22,11 @@ use crate::plots::{
     ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict, meaning,
 };
 use crate::posterior;
+
+/// Ends of the first and behind the last cell of the way that are shown, metres.
+const WAY_FROM_M: f32 = 0.25;
+/// See [`WAY_FROM_M`].
+const WAY_TO_M: f32 = 1.65;
 
 /// Millionths, so that an f32 does not drag its binary digits along.
 fn decimal(v: f64) -> f64 {
@@ -40,6 +45,8 @@ pub struct Inspection {
     /// How wide the lobes of strong echoes are over the rows, where there are some.
     lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
+    /// Cells of the way ahead.
+    way: Vec<Cell>,
     /// For pictures.
     view: InspectView,
     outcome: Outcome,
@@ -53,6 +60,7 @@ struct Witness {
     floor: Option<Floor>,
     lobes: Option<Lobes>,
     scatterers: Vec<Scatterer>,
+    way: Vec<Cell>,
     view: InspectView,
 }
 
@@ -132,7 +140,8 @@ impl Observer for Witness {
             Event::Posterior { cloud, view } => {
                 self.view.posterior = posterior::view(cloud, view);
             }
-            Event::Cell(_) | Event::Done(_) | Event::Particles { .. } => {}
+            Event::Cell(cell) => self.way.push(*cell),
+            Event::Done(_) | Event::Particles { .. } => {}
         }
     }
 }
@@ -181,6 +190,7 @@ impl Inspection {
             floor: None,
             lobes: None,
             scatterers: Vec::new(),
+            way: Vec::new(),
             view: InspectView::default(),
         };
         let outcome = repeat(map, config, scan, drive, &mut witness);
@@ -193,6 +203,7 @@ impl Inspection {
             floor: witness.floor,
             lobes: witness.lobes,
             scatterers: witness.scatterers,
+            way: witness.way,
             view,
             outcome,
         }
@@ -207,11 +218,12 @@ impl Inspection {
     pub fn text(&self, answer: &Answer) -> String {
         let mut text = self.surroundings();
         text.push_str(&self.echo_table());
-        text.push_str(&self.readings());
+        text.push_str(&self.flights());
         if let Some(view) = self.posterior() {
             text.push_str(&posterior::text(view));
         }
         text.push_str(&self.maybes());
+        text.push_str(&self.way_table());
         text.push_str(&ending(answer));
         text
     }
@@ -278,10 +290,10 @@ impl Inspection {
         text
     }
 
-    /// The readings of the echoes.
-    fn readings(&self) -> String {
+    /// The search's flights.
+    fn flights(&self) -> String {
         let mut text =
-            "\n  score nats  reading, with distance and height of each edge, m\n".to_owned();
+            "\n  score nats  flight, with distance and height of each edge, m\n".to_owned();
         for explanation in &self.view.explanations {
             let mark = if explanation.winner { '*' } else { ' ' };
             let _ = write!(
@@ -295,9 +307,43 @@ impl Inspection {
             text.push('\n');
         }
         text.push_str(
-            "  *: the winner. nats: logarithm of how much likelier the echoes are so than without stairs; 2.3 \
-             more are\n  ten times. closed: stairs with risers; floating: with nothing between the treads.\n",
+            "  *: has as many steps as the answer. nats: logarithm of how much likelier the search finds the echoes so than \
+             without\n  stairs; it only proposes. closed: stairs with risers; floating: with nothing between the treads.\n",
         );
+        text
+    }
+
+    /// How far the answer is right, cell by cell of the way that can be driven.
+    fn way_table(&self) -> String {
+        let mut text = String::new();
+        let cells = self.way.iter();
+        for cell in cells.filter(|c| (WAY_FROM_M..WAY_TO_M).contains(&c.end_m)) {
+            if text.is_empty() {
+                text.push_str("\n  up to m  right so far  asked\n");
+            }
+            let (right, asked) = (100.0 * cell.right, 100.0 * cell.asked);
+            let asked = if asked > 100.0 {
+                "never".to_owned()
+            } else {
+                format!("{asked:.1} %")
+            };
+            let short = if cell.right < cell.asked {
+                "  too little"
+            } else {
+                ""
+            };
+            let _ = writeln!(
+                text,
+                "  {:7.1}  {right:10.1} %  {asked:>6}{short}",
+                cell.end_m
+            );
+        }
+        if !text.is_empty() {
+            text.push_str(
+                "  right so far: probability that nothing is wrong from the mirror up to there. asked: from which on the \
+                 answer\n  is valid up to there; never where no threshold keeps the promise, as going down.\n",
+            );
+        }
         text
     }
 
@@ -358,6 +404,13 @@ impl Inspection {
                 "probability": decimal(m.probability.into()),
             })
         };
+        let cell = |c: &Cell| {
+            json!({
+                "up_to_m": decimal(c.end_m.into()),
+                "right": decimal(c.right.into()),
+                "asked": (c.asked <= 1.0).then(|| decimal(c.asked.into())),
+            })
+        };
         json!({
             "recording": answer.recording,
             "scan": answer.part.unwrap_or(answer.scan.scan),
@@ -370,6 +423,7 @@ impl Inspection {
             "median_lobe": self.lobes.map(|l| decimal(l.median.into())),
             "posterior": self.posterior().map(posterior::json),
             "maybe": self.outcome.answer.maybes.iter().map(maybe).collect::<Vec<_>>(),
+            "way": self.way.iter().map(cell).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
             "scatterers": self.echoes(),
         })
@@ -495,6 +549,25 @@ mod tests {
         for reason in answer.scan.reasons.iter() {
             assert!(end.contains(reason.meaning()), "{end}");
         }
+    }
+
+    /// Where the answer is surer than asked it is valid; going down no threshold keeps the promise.
+    #[test]
+    fn the_way_shows_where_the_answer_stops_to_be_valid() {
+        let (inspection, answer) = inspection("stair_a");
+        let json = inspection.json(&answer);
+        let enough = |cell: &&Value| cell["right"].as_f64() >= cell["asked"].as_f64();
+        let way = json["way"].as_array().unwrap();
+        let last = way.iter().rfind(enough).unwrap();
+        assert_eq!(last["up_to_m"].as_f64(), answer.horizon_m);
+        let text = inspection.text(&answer);
+        assert!(text.contains("  up to m  right so far  asked\n"), "{text}");
+        assert!(text.contains("  too little\n"), "{text}");
+        let (inspection, answer) = self::inspection("descending");
+        let json = inspection.json(&answer);
+        let way = json["way"].as_array().unwrap();
+        assert!(!way.is_empty() && way.iter().all(|cell| cell["asked"].is_null()));
+        assert!(inspection.text(&answer).contains("   never  too little\n"));
     }
 
     /// Going down there is no posterior: its place says so.

@@ -138,6 +138,8 @@ impl Ground<'_> {
                 end_m,
                 features: self.features(k, start_m, end_m),
                 past: None,
+                right: 0.0,
+                asked: 0.0,
             }
         })
     }
@@ -434,7 +436,6 @@ pub fn validity(
             let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
             cell.past = outlook.look(k, odds, step, behind);
         }
-        each(&cell);
         let (odds, maps, ok_from) = match &cell.past {
             None => (odds, &weights.maps, &weights.ok_from),
             Some(past) => {
@@ -444,12 +445,14 @@ pub fn validity(
         };
         log_right += log_survival(odds);
         let stairs = !ground.steps.is_empty();
-        let right = probability(maps, log_right, stairs);
+        cell.right = probability(maps, log_right, stairs);
         let [clear_from, stairs_from] = *ok_from;
         let ok_from = if stairs { stairs_from } else { clear_from };
-        let valid = reach.take(cell.end_m, right, ok_from);
+        cell.asked = reach.asked(cell.end_m, ok_from);
+        each(&cell);
+        let valid = reach.take(cell.end_m, cell.right, ok_from);
         if valid || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
-            valid_to.confidence = right;
+            valid_to.confidence = cell.right;
         }
     }
     valid_to.horizon_m = reach.horizon_m(ground.scene.params);
@@ -482,11 +485,20 @@ impl<'a> Reach<'a> {
         }
     }
 
+    /// The probability from which on an answer is valid up to the end of a cell, metres, where its type is `ok` from
+    /// `ok_from` on.
+    fn asked(&self, end_m: f32, ok_from: f32) -> f32 {
+        if end_m < self.least_m + CELL_M - ROUNDING_M {
+            ok_from
+        } else {
+            math::max(ok_from, RIGHT_UP_TO_HORIZON)
+        }
+    }
+
     /// Takes in the next cell: where it ends, metres, the probability that the answer is right up to there, and that
     /// from which on an answer is `ok`. Returns whether the answer is valid up to there.
     pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
-        let near = end_m < self.least_m + CELL_M - ROUNDING_M;
-        let valid = right >= math::max(ok_from, RIGHT_UP_TO_HORIZON) || near && right >= ok_from;
+        let valid = right >= self.asked(end_m, ok_from);
         if valid {
             self.valid_m = math::max(end_m, 0.0);
         }

@@ -39,6 +39,10 @@ pub struct Cell {
     pub features: Features,
     /// Where earlier scans have a say: what they know of it.
     pub past: Option<PastFeatures>,
+    /// Probability that the answer is right up to its end.
+    pub right: f32,
+    /// Probability from which on the answer is valid up to there.
+    pub asked: f32,
 }
 
 /// What is done one after the other after the last row.
