@@ -41,7 +41,7 @@ const RIVAL_NATS: f32 = 3.0;
 /// Its best one in the other build, closed or floating, and what earlier scans carried on may be so far behind, nats: the
 /// search knows no walls behind floating treads, and the past not at all.
 const ADMITTED_NATS: f32 = 12.0;
-/// So many flights are refined at most: what there is time for.
+/// Most flights that are refined: there is time for no more.
 const MOST_LOOKED: usize = 6;
 /// Two walls stand so far apart, metres.
 const WALLS_APART_M: f32 = 0.05;
@@ -49,9 +49,9 @@ const WALLS_APART_M: f32 = 0.05;
 pub(super) const NEAREST_M: f32 = 0.3;
 /// A wall stands at least this far behind the last riser, metres: the shortest landing.
 pub(super) const LANDING_M: f32 = 0.28;
-/// So many answers are tried at most: each is measured, and joins the particles with all that is near it; the first stands
-/// if it is still their likeliest outline, the second in any case. With one, 16 of 2,014 validation scenes fewer are
-/// exact; with three, one.
+/// Most answers that are tried. Each is measured, and joins the particles with all that is near it; the first stands if it
+/// is still their likeliest outline, the second in any case. With one, 16 of 2,014 validation scenes fewer are exact;
+/// with three, one.
 pub(super) const ROUNDS: usize = 2;
 /// Walls that are tried, and echoes that may be one.
 pub(super) const WALLS: usize = 2;

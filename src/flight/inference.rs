@@ -1,4 +1,4 @@
-//! What stands there: search and earlier scans propose, the particles decide.
+//! The answer going up: search and earlier scans propose, the particles decide.
 
 use super::ascending::{Ascending, AscentShape};
 use super::bases::{Posterior, ROUNDS, flight};
@@ -13,7 +13,7 @@ use crate::posterior::Staircase;
 /// A flight, and the height of its risers by the likelihood of all echoes.
 type Risen = (Flight<AscentShape>, Estimate);
 
-/// What was found.
+/// The answer and what it rests on.
 #[derive(Debug, Default)]
 pub struct Inferred {
     /// The staircase that stands there, as a flight of the search; without one the search's best.

@@ -1,4 +1,4 @@
-//! What the particles say: the likeliest outline of stairs, doubts about an answer, and what may stand there besides.
+//! The particles' word: the likeliest outline of stairs, doubts about an answer, and other things that may stand there.
 
 use super::ascending::AscentShape;
 use super::bases::{LANDING_M, Posterior, staircase};
@@ -14,7 +14,7 @@ use crate::posterior::{
 use crate::sort::shell_sort;
 use heapless::Vec;
 
-/// So many places where something may stand are told apart.
+/// Most places where something may stand that are told apart.
 const MAX_PLACES: usize = 16;
 /// From this probability on a place is told.
 const LEAST_MAYBE: f32 = 0.05;
@@ -22,14 +22,14 @@ const LEAST_MAYBE: f32 = 0.05;
 const LOOKED: usize = 2;
 /// … if they are within so many nats of the likeliest.
 const NEAR_NATS: f32 = 4.0;
-/// So many outlines are told apart, the likeliest.
+/// Most outlines that are told apart, the likeliest.
 const OUTLINES: usize = 6;
 
-/// What may stand there, particles with the same outline as one: as many visible steps, each within 10 cm of the other's,
-/// whatever their heights. Each is its heaviest particle, or level ground where it shows no step, with the weight of all.
+/// Particles put together that have as many visible steps, each within 10 cm of the other's, whatever their heights: the
+/// heaviest of them, or level ground where they show no step, with the weight of all.
 type Outlines = Vec<Weighed, OUTLINES>;
 
-/// What stands there, by the particles and by earlier scans.
+/// The likeliest thing that stands there, by the particles and by earlier scans.
 #[derive(Clone, Copy, Debug)]
 pub struct Likeliest {
     /// The staircase; none where ground without one is likelier.
@@ -68,8 +68,8 @@ pub struct Belief {
 }
 
 impl Posterior {
-    /// What the particles say of the answer, after [`Posterior::propose`]: into `belief`, so that no second one stands
-    /// on the stack.
+    /// Asks the particles about an answer, after [`Posterior::propose`], and writes their word into `belief`, so that no
+    /// second one stands on the stack.
     #[inline(never)]
     pub fn judge(&mut self, told: Option<(&Measured, &Staircase)>, belief: &mut Belief) {
         let mut edges: Vec<ToldStep, MAX_STEPS> = Vec::new();

@@ -363,7 +363,7 @@ fn descend(
     ended.conclude(None, observer, answer)
 }
 
-/// What was found, going up or down.
+/// A finished search, going up or down, with the answer that it led to.
 struct Ended<'s, S: Stairs> {
     search: &'s Search<'s, S>,
     best: Option<&'s Flight<S::Shape>>,

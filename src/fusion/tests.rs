@@ -35,7 +35,7 @@ fn steps(x_m: f32, sigma_m: f32) -> [Step; 3] {
     })
 }
 
-/// What a scan from which the flight stands at `x_m` is for.
+/// The outlines of a scan from which the flight stands at `x_m`.
 fn outlines(x_m: f32) -> [Weighed; 2] {
     [(flight(x_m), 5.0), (Staircase::nothing(), -20.0)].map(|(staircase, log_weight)| Weighed {
         staircase,
