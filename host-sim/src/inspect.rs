@@ -340,8 +340,8 @@ impl Inspection {
         }
         if !text.is_empty() {
             text.push_str(
-                "  right so far: probability that nothing is wrong from the mirror up to there. asked: from which on the \
-                 answer\n  is valid up to there; never where no threshold keeps the promise, as going down.\n",
+                "  right so far: probability that nothing is wrong from the mirror up to there, by this scan alone. \
+                 asked: from\n  which on the answer is valid up to there; never where no threshold keeps the promise, as going down.\n",
             );
         }
         text

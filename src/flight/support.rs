@@ -96,8 +96,8 @@ pub fn judge<'m>(
     reasons
 }
 
-/// Returns what is weak about the answer that there are no stairs: `odds` are the best flight's log-odds against that,
-/// nats; `strongest_db` the strongest echo.
+/// Returns what is weak about the answer that there are no stairs: `odds` are log-odds of the likeliest
+/// stairs against that, nats; `strongest_db` the strongest echo.
 pub fn judge_none(odds: f32, strongest_db: f32, p: &Params) -> Reasons {
     let mut reasons = Reasons::NONE;
     if odds > -p.clear_lead_nats {

@@ -104,7 +104,7 @@ impl History {
     }
 
     /// Forgets what was carried to this scan.
-    pub fn drop_past(&mut self) {
+    fn drop_past(&mut self) {
         self.hypotheses.drop_past();
         self.tracks.drop_past();
         self.outlook.drop_past();
