@@ -1,6 +1,7 @@
 //! What the posterior says: probability by number of steps, and by hypothesis.
 
 use std::fmt::Write as _;
+use std::mem::discriminant;
 
 use serde_json::{Value, json};
 use stairscan::answer::Maybe;
@@ -23,7 +24,9 @@ pub fn view(cloud: &Cloud, view: &View) -> PosteriorView {
         // Whether a single thing that is no stairs is open says nothing.
         let open = staircase.kind == GroundKind::Stairs && staircase.open;
         let same = groups.iter_mut().find(|(kind, other, known)| {
-            *kind == staircase.kind && *other == open && alike(&known.edges, &edges)
+            discriminant(kind) == discriminant(&staircase.kind)
+                && *other == open
+                && alike(&known.edges, &edges)
         });
         match same {
             Some((.., known)) => known.probability += f64::from(probability),
@@ -64,8 +67,8 @@ fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
             let pairs = pairs.take(staircase.len());
             pairs.map(|(&x, &y)| point(x, y)).collect()
         }
-        GroundKind::Drop => vec![point(staircase.wall_m, Maybe::DROP_M)],
-        GroundKind::Nothing | GroundKind::Ramp => Vec::new(),
+        GroundKind::Drop { at_m } => vec![point(at_m, Maybe::DROP_M)],
+        GroundKind::Nothing | GroundKind::Ramp { .. } => Vec::new(),
     }
 }
 
@@ -79,16 +82,15 @@ fn name(staircase: &Staircase, seen: usize) -> String {
             let rise = staircase.rise();
             format!("{seen} step{plural} up, {kind}, rise {rise:.2} m")
         }
-        GroundKind::Ramp => {
-            let slope = 100.0 * staircase.slope;
-            format!("ramp of {slope:.0} % from {:.2} m", staircase.wall_m)
+        GroundKind::Ramp { from_m, slope } => {
+            format!("ramp of {:.0} % from {from_m:.2} m", 100.0 * slope)
         }
-        GroundKind::Drop => format!("ground ends at {:.2} m", staircase.wall_m),
+        GroundKind::Drop { at_m } => format!("ground ends at {at_m:.2} m"),
         GroundKind::Box => format!("obstacle, {:.2} m high", staircase.level(1)),
         GroundKind::Threshold => format!("threshold, {:.2} m high", staircase.level(1)),
     };
-    if staircase.wall().is_finite() {
-        let _ = write!(name, ", wall at {:.2} m", staircase.wall());
+    if staircase.wall_m.is_finite() {
+        let _ = write!(name, ", wall at {:.2} m", staircase.wall_m);
     }
     name
 }
@@ -208,17 +210,8 @@ mod tests {
 
     #[test]
     fn what_is_no_stairs_has_its_words() {
-        let ramp = Staircase {
-            kind: GroundKind::Ramp,
-            slope: 0.09,
-            wall_m: 0.8,
-            ..Staircase::nothing()
-        };
-        let drop = Staircase {
-            kind: GroundKind::Drop,
-            wall_m: 1.2,
-            ..Staircase::nothing()
-        };
+        let ramp = Staircase::ramp(0.8, 0.09);
+        let drop = Staircase::drop(1.2);
         let obstacle = Staircase {
             kind: GroundKind::Box,
             ..stairs(&[(0.7, 0.5)])

@@ -9,7 +9,9 @@ use crate::math;
 use crate::params::current;
 use crate::params::generative::Generative;
 use crate::posterior::gauss::TreadLevels;
-use crate::posterior::{Base, Cloud, MAX_STEPS, Model, Readings, Sigmas, Staircase, View, refine};
+use crate::posterior::{
+    Base, Cloud, GroundKind, MAX_STEPS, Model, Readings, Sigmas, Staircase, View, refine,
+};
 use crate::signal::echoes::Echo;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
@@ -164,12 +166,14 @@ impl Posterior {
             }
         }
         for (by_m, by) in RAMP_MOVES {
-            let Staircase { wall_m, slope, .. } = best.staircase;
+            let GroundKind::Ramp { from_m, slope } = best.staircase.kind else {
+                break;
+            };
             let beside = [
-                (wall_m - by_m, slope),
-                (wall_m + by_m, slope),
-                (wall_m, slope - by),
-                (wall_m, slope + by),
+                (from_m - by_m, slope),
+                (from_m + by_m, slope),
+                (from_m, slope - by),
+                (from_m, slope + by),
             ];
             for place in beside {
                 best = likelier(best, ramp(place));

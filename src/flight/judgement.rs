@@ -192,7 +192,7 @@ impl Posterior {
             // Nothing is proposed around a ramp.
             let around = bases
                 .iter()
-                .filter(|b| b.staircase.kind != GroundKind::Ramp);
+                .filter(|b| !matches!(b.staircase.kind, GroundKind::Ramp { .. }));
             let near = around.filter(|b| b.log_weight > top - NEAR_NATS);
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
@@ -218,11 +218,14 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
     let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
     for (staircase, probability) in cloud.particles() {
         let seen = staircase.edges(&told.view).filter(|e| e.seen);
-        let drop = (staircase.kind == GroundKind::Drop).then_some(Edge {
-            x_m: staircase.wall_m,
-            y_m: Maybe::DROP_M,
-            seen: true,
-        });
+        let drop = match staircase.kind {
+            GroundKind::Drop { at_m } => Some(Edge {
+                x_m: at_m,
+                y_m: Maybe::DROP_M,
+                seen: true,
+            }),
+            _ => None,
+        };
         for edge in seen.chain(drop) {
             let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
             if told.edges.iter().any(|t| near(t.x_m)) {

@@ -288,7 +288,9 @@ impl<'p> Model<'p> {
     /// The same by class: face, tread, floor, air, inside, noise.
     #[inline]
     pub fn parts(&self, s: &Staircase, k: usize, e: &Seen) -> [f32; EXTENDED] {
-        if s.kind == GroundKind::Drop && e.x_m > s.wall_m {
+        if let GroundKind::Drop { at_m } = s.kind
+            && e.x_m > at_m
+        {
             return [0.0, 0.0, 0.0, BELOW * e.air, 0.0, e.noise];
         }
         let base = self.base(s, k, e.x_m);
@@ -325,8 +327,8 @@ impl<'p> Model<'p> {
                 *on_face += Self::face(e, z * z, b, t);
             }
         }
-        if s.wall().is_finite() && k == s.len() && e.y_m > base - number::WALL_BELOW_M {
-            let z = (e.x_m - s.wall()) / number::WALL_SIGMA_M;
+        if s.wall_m.is_finite() && k == s.len() && e.y_m > base - number::WALL_BELOW_M {
+            let z = (e.x_m - s.wall_m) / number::WALL_SIGMA_M;
             if z * z < number::WALL_REACH {
                 *on_face += number::WALL_SHARE * e.face * tailed(z * z) / number::WALL_SIGMA_M;
             }
@@ -336,10 +338,9 @@ impl<'p> Model<'p> {
 
     /// Level of what lies below `x` before riser `k`.
     pub fn base(&self, s: &Staircase, k: usize, x: f32) -> f32 {
-        if s.kind == GroundKind::Ramp {
-            s.slope * math::max(x - s.wall_m, 0.0)
-        } else {
-            s.level(k)
+        match s.kind {
+            GroundKind::Ramp { from_m, slope } => slope * math::max(x - from_m, 0.0),
+            _ => s.level(k),
         }
     }
 
@@ -408,8 +409,11 @@ impl<'p> Model<'p> {
         let [face, tread, floor] = &mut out;
         if k == 0 {
             let mut end = number::FLOOR_ENDS_M;
-            if s.kind != GroundKind::Ramp && n == 0 {
+            if n == 0 {
                 end = math::min(end, s.wall_m);
+            }
+            if let GroundKind::Drop { at_m } = s.kind {
+                end = math::min(end, at_m);
             }
             if !s.open {
                 end = math::min(end, s.x(0));
@@ -458,7 +462,7 @@ impl<'p> Model<'p> {
         let mut used = [0f32; NEAR];
         let (mut gone, mut found) = (1.0f32, 0.0f32);
         let mut odds = 0.0;
-        let x = if wall { s.wall() } else { s.x(k) };
+        let x = if wall { s.wall_m } else { s.x(k) };
         let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
         let mut backgrounds = [0f32; NEAR];
         for (i, place) in places.iter().enumerate() {

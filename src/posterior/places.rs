@@ -60,9 +60,9 @@ impl Model<'_> {
         };
         if k >= s.len() {
             let b = if s.open { 0.0 } else { b };
-            if s.wall().is_finite() && b < h - number::SEES_FOOT_M {
-                push(Class::Corner, s.wall(), b, 2.0);
-                push(Class::Flash, s.wall(), h, 2.0);
+            if s.wall_m.is_finite() && b < h - number::SEES_FOOT_M {
+                push(Class::Corner, s.wall_m, b, 2.0);
+                push(Class::Flash, s.wall_m, h, 2.0);
             }
         } else if s.open {
             let class = if t < h {

@@ -74,7 +74,7 @@ pub fn going(going_m: f32, mean_m: Option<f32>) -> f32 {
 #[inline(never)]
 pub fn prior(s: &Staircase) -> f32 {
     let n = s.len();
-    let wall = if s.wall().is_finite() {
+    let wall = if s.wall_m.is_finite() {
         const { ln(WALL / WAY_M * WALL_VOLUME_M) }
     } else {
         const { ln(1.0 - WALL) }
@@ -82,8 +82,8 @@ pub fn prior(s: &Staircase) -> f32 {
     let mut p = wall
         + match s.kind {
             GroundKind::Nothing => const { ln(number::NOTHING) },
-            GroundKind::Ramp => const { ln(number::RAMP / number::RAMPS) },
-            GroundKind::Drop => const { ln(number::DROP) },
+            GroundKind::Ramp { .. } => const { ln(number::RAMP / number::RAMPS) },
+            GroundKind::Drop { .. } => const { ln(number::DROP) },
             GroundKind::Stairs => const { ln(number::STAIRS) },
             GroundKind::Box => const { ln(number::BOX) },
             GroundKind::Threshold => const { ln(number::THRESHOLD) },

@@ -169,7 +169,7 @@ impl Proposals<'_> {
     fn behind(&mut self, base: &Base) {
         let s = &base.staircase;
         let (x, mean) = (s.last_x(), s.going());
-        let end = math::min(x + number::BEHIND_TO_M, s.wall() - number::BEHIND_WALL_M);
+        let end = math::min(x + number::BEHIND_TO_M, s.wall_m - number::BEHIND_WALL_M);
         let (nearest, farthest) = number::BEHIND_GOINGS_M;
         let mut near = self.spots(
             x + nearest,
@@ -306,19 +306,14 @@ impl Proposals<'_> {
     /// The ground ends.
     #[inline(never)]
     fn drops(&mut self, base: &Base, spots: &Spots) {
-        let drop = |wall_m| Staircase {
-            kind: GroundKind::Drop,
-            wall_m,
-            ..base.staircase
-        };
         let model = self.model;
         let (before, behind) = (
-            model.sums(&drop(f32::INFINITY), 0),
-            model.sums(&drop(f32::NEG_INFINITY), 0),
+            model.sums(&Staircase::drop(f32::INFINITY), 0),
+            model.sums(&Staircase::drop(f32::NEG_INFINITY), 0),
         );
         let at = |sums: &EchoSums, k| sums.get(k).copied().unwrap_or(0.0);
         for &(x, dx) in spots {
-            let brink = drop(x);
+            let brink = Staircase::drop(x);
             let first = model.first_beyond(x);
             let part = at(&before, 0) - at(&before, first) + at(&behind, first)
                 - model.expected(&brink, 0);
@@ -332,7 +327,7 @@ impl Proposals<'_> {
     fn floor(&mut self, base: &Base) {
         let s = &base.staircase;
         let (nearest, farthest) = number::FLOOR_FROM_TO_M;
-        let end = math::min(farthest, s.wall() - number::FLOOR_WALL_M);
+        let end = math::min(farthest, s.wall_m - number::FLOOR_WALL_M);
         let sigmas = [PLACED_M; MAX_STEPS];
         let spots = self.spots(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
         let before = self.before(base, 0.0);

@@ -17,15 +17,23 @@ pub const SAME_M: f32 = 0.10;
 pub const LONGEST_GOING_M: f32 = 0.62;
 
 /// What stands there.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum GroundKind {
     /// Level ground, and perhaps a wall.
     #[default]
     Nothing,
     /// Ground that rises steadily.
-    Ramp,
+    Ramp {
+        /// From this distance on, metres.
+        from_m: f32,
+        /// By so much a metre.
+        slope: f32,
+    },
     /// Ground that ends: a brink, a hole.
-    Drop,
+    Drop {
+        /// Where, metres.
+        at_m: f32,
+    },
     /// Steps.
     Stairs,
     /// One thing too tall to climb.
@@ -49,11 +57,8 @@ pub struct Staircase {
     pub x_m: [f32; MAX_STEPS],
     /// Level at its top, metres.
     pub top_m: [f32; MAX_STEPS],
-    /// Where a wall stands behind, metres; infinitely far off for none. Of a ramp, where it begins; of a
-    /// drop, where the ground ends.
+    /// Where a wall stands behind, metres; infinitely far off for none.
     pub wall_m: f32,
-    /// Slope of a ramp.
-    pub slope: f32,
 }
 
 /// Standard deviation of each level of a staircase, metres.
@@ -166,10 +171,16 @@ impl Staircase {
     /// Ground that rises steadily from a distance on, metres.
     pub fn ramp(from_m: f32, slope: f32) -> Self {
         Self {
-            kind: GroundKind::Ramp,
-            wall_m: from_m,
-            slope,
-            ..Self::default()
+            kind: GroundKind::Ramp { from_m, slope },
+            ..Self::nothing()
+        }
+    }
+
+    /// Ground that ends at a distance, metres.
+    pub fn drop(at_m: f32) -> Self {
+        Self {
+            kind: GroundKind::Drop { at_m },
+            ..Self::nothing()
         }
     }
 
@@ -181,14 +192,6 @@ impl Staircase {
             && self.open == other.open
             && self.wall_m == other.wall_m
             && places.map(|(a, b)| (a - b).abs()).all(|off| off < RIGHT_M)
-    }
-
-    /// Where a wall stands, metres; infinitely far off if none does.
-    pub fn wall(&self) -> f32 {
-        match self.kind {
-            GroundKind::Ramp | GroundKind::Drop => f32::INFINITY,
-            _ => self.wall_m,
-        }
     }
 
     /// Number of risers.
@@ -333,8 +336,8 @@ impl Staircase {
                 push(t.x_m, 1.0);
             }
         }
-        if self.kind == GroundKind::Drop {
-            push(self.wall_m, 1.0);
+        if let GroundKind::Drop { at_m } = self.kind {
+            push(at_m, 1.0);
         }
         crate::sort::shell_sort(&mut conflicts, |a, b| a.x_m < b.x_m);
         conflicts

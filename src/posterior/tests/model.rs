@@ -110,11 +110,7 @@ fn beyond_a_brink_no_floor_is_expected() {
     let near: Vec<Echo> = (0..6)
         .map(|k| echo(0.4 + 0.06 * k as f32, 0.0, 18.0))
         .collect();
-    let brink = Staircase {
-        kind: GroundKind::Drop,
-        wall_m: 0.8,
-        ..Staircase::nothing()
-    };
+    let brink = Staircase::drop(0.8);
     let mut far = near.clone();
     far.extend((0..6).map(|k| echo(0.9 + 0.06 * k as f32, 0.0, 18.0)));
     let odds = |echoes: &[Echo]| {
@@ -323,30 +319,25 @@ fn any_echo() -> impl Strategy<Value = Echo> {
 
 fn any_staircase() -> impl Strategy<Value = Staircase> {
     let riser = (between(0.0, 0.6), between(-0.05, 0.35));
+    let ramp = (between(0.0, 2.5), between(0.0, 0.3));
     let kinds = prop_oneof![
         4 => Just(GroundKind::Stairs),
         1 => Just(GroundKind::Nothing),
-        1 => Just(GroundKind::Ramp),
-        1 => Just(GroundKind::Drop),
+        1 => ramp.prop_map(|(from_m, slope)| GroundKind::Ramp { from_m, slope }),
+        1 => between(0.0, 2.5).prop_map(|at_m| GroundKind::Drop { at_m }),
         1 => Just(GroundKind::Box),
         1 => Just(GroundKind::Threshold),
     ];
     let wall = prop_oneof![Just(f32::INFINITY), between(0.0, 3.0)];
     let risers = prop::collection::vec(riser, 0..=MAX_STEPS);
-    (
-        kinds,
-        risers,
-        prop::bool::ANY,
-        between(0.0, 0.08),
-        wall,
-        between(0.0, 0.3),
-    )
-        .prop_map(|(kind, risers, open, overhang_m, wall_m, slope)| {
+    (kinds, risers, prop::bool::ANY, between(0.0, 0.08), wall).prop_map(
+        |(kind, risers, open, overhang_m, wall_m)| {
             let mut s = Staircase::nothing();
-            if !matches!(
+            let bare = matches!(
                 kind,
-                GroundKind::Nothing | GroundKind::Ramp | GroundKind::Drop
-            ) {
+                GroundKind::Nothing | GroundKind::Ramp { .. } | GroundKind::Drop { .. }
+            );
+            if !bare {
                 let (mut x, mut top) = (0.1, 0.0);
                 for (k, (going, rise)) in risers.into_iter().enumerate() {
                     (x, top) = (x + going, top + rise);
@@ -357,15 +348,14 @@ fn any_staircase() -> impl Strategy<Value = Staircase> {
                 kind,
                 open,
                 overhang_m,
-                wall_m: if matches!(kind, GroundKind::Ramp | GroundKind::Drop) {
-                    wall_m.min(2.5)
-                } else {
-                    wall_m
+                wall_m: match kind {
+                    GroundKind::Ramp { .. } | GroundKind::Drop { .. } => f32::INFINITY,
+                    _ => wall_m,
                 },
-                slope,
                 ..s
             }
-        })
+        },
+    )
 }
 
 proptest! {

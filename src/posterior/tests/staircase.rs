@@ -48,7 +48,7 @@ fn a_riser_is_added_where_it_belongs() {
         ..s
     };
     let more = open.with(3, 1.5, 0.6);
-    assert!(more.open && more.wall() == 2.0);
+    assert!(more.open && more.wall_m == 2.0);
 }
 
 #[test]
@@ -95,8 +95,8 @@ fn only_steps_have_edges_and_an_overhang_brings_them_nearer() {
     assert_eq!(open.edges(&VIEW).next().map(|e| e.x_m), Some(0.8));
     for kind in [
         GroundKind::Nothing,
-        GroundKind::Ramp,
-        GroundKind::Drop,
+        Staircase::ramp(0.8, 0.1).kind,
+        Staircase::drop(0.8).kind,
         GroundKind::Box,
         GroundKind::Threshold,
     ] {
@@ -261,11 +261,7 @@ fn what_cannot_be_seen_is_forgiven() {
 
 #[test]
 fn a_drop_contradicts_every_answer() {
-    let brink = Staircase {
-        kind: GroundKind::Drop,
-        wall_m: 1.4,
-        ..Staircase::nothing()
-    };
+    let brink = Staircase::drop(1.4);
     for answer in [&[][..], &[(0.8, 0.1)]] {
         let all = conflicts(&brink, answer, 0.01);
         let at: Vec<f32> = all.iter().map(|c| c.x_m).collect();

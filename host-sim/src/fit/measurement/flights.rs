@@ -87,7 +87,8 @@ pub fn standing(model: &Model<'_>, truth: &Truth, build: Option<Build>) -> Optio
     let walls = walls(model);
     let all = bare.iter().flat_map(|s| {
         let last = s.len().checked_sub(1).map_or(0.0, |k| s.x(k));
-        let fits = move |w: &&f32| **w > last + LANDING_M && s.kind != GroundKind::Ramp;
+        let ramp = matches!(s.kind, GroundKind::Ramp { .. });
+        let fits = move |w: &&f32| **w > last + LANDING_M && !ramp;
         let with = move |wall_m: &f32| Staircase {
             wall_m: *wall_m,
             ..*s
@@ -125,13 +126,8 @@ fn walls(model: &Model<'_>) -> Vec<f32> {
 /// What may stand where no step does.
 fn things(model: &Model<'_>) -> Vec<Staircase> {
     let mut all = vec![Staircase::nothing()];
-    for wall_m in RAMPS_FROM_M {
-        all.extend(SLOPES.map(|slope| Staircase {
-            kind: GroundKind::Ramp,
-            slope,
-            wall_m,
-            ..Staircase::nothing()
-        }));
+    for from_m in RAMPS_FROM_M {
+        all.extend(SLOPES.map(|slope| Staircase::ramp(from_m, slope)));
     }
     for x_m in walls(model) {
         for height_m in THINGS_M {

@@ -168,7 +168,7 @@ impl Labeller<'_, '_> {
         k: usize,
         claims: &mut Vec<Claim, { number::FEATURES * (MAX_STEPS + 1) }>,
     ) {
-        let x = if k < s.len() { s.x(k) } else { s.wall() };
+        let x = if k < s.len() { s.x(k) } else { s.wall_m };
         let near = self.between(x - number::RISER_BEFORE_M, x + number::RISER_BEHIND_M);
         let first = self
             .echoes
@@ -285,7 +285,7 @@ impl Labeller<'_, '_> {
                     return;
                 };
                 // What is nearer to the wall behind is no face of a riser.
-                if (e.x_m - s.wall()).abs() < off.abs() {
+                if (e.x_m - s.wall_m).abs() < off.abs() {
                     return;
                 }
                 (off, along)
