@@ -8,7 +8,7 @@ use heapless::Vec;
 /// Particles that are kept.
 pub const PARTICLES: usize = 32;
 /// What is gathered before it is thinned out.
-pub const ROOM: usize = PARTICLES + PARTICLES / 2;
+pub const ROOM: usize = PARTICLES + PARTICLES / 4;
 /// Stretches of the way ahead over which conflicts with the answer are summed up.
 pub const CELLS: usize = 29;
 /// Where the first of them ends, metres from the mirror …
