@@ -142,8 +142,9 @@ impl Posterior {
             }
         }
         self.add(&Staircase::nothing(), &[0.0; MAX_STEPS], NEAREST_M);
-        if rules.ramp_particles {
-            let ramp = self.ramp();
+        if rules.ramp_particles
+            && let Some(ramp) = self.ramp()
+        {
             // There is room for one.
             let _ = self.bases.push(ramp);
         }
@@ -151,7 +152,7 @@ impl Posterior {
 
     /// The likeliest ramp: the best of a grid, moved to where the echoes put it.
     #[inline(never)]
-    fn ramp(&self) -> Base {
+    fn ramp(&self) -> Option<Base> {
         let ramp = |(from_m, slope)| {
             Base::new(
                 &self.model,
@@ -159,12 +160,9 @@ impl Posterior {
                 [0.0; MAX_STEPS],
             )
         };
-        let mut best = ramp((RAMPS_FROM_M[0], SLOPES[0]));
-        for from_m in RAMPS_FROM_M {
-            for slope in SLOPES {
-                best = likelier(best, ramp((from_m, slope)));
-            }
-        }
+        let grid = RAMPS_FROM_M.into_iter();
+        let grid = grid.flat_map(|from_m| SLOPES.map(|slope| (from_m, slope)));
+        let mut best = grid.map(ramp).reduce(likelier)?;
         for (by_m, by) in RAMP_MOVES {
             let GroundKind::Ramp { from_m, slope } = best.staircase.kind else {
                 break;
@@ -179,7 +177,7 @@ impl Posterior {
                 best = likelier(best, ramp(place));
             }
         }
-        best
+        Some(best)
     }
 
     /// Adds a staircase, with walls behind it from a distance on, metres, and without.
@@ -215,8 +213,11 @@ impl Posterior {
                 .bases
                 .iter()
                 .any(|b| past.hypotheses.alike(&b.staircase, &s) && b.staircase.steps == s.steps);
+            if known {
+                continue;
+            }
             let flight = flight(search, &s);
-            if !known && !s.is_empty() && flight.score >= top - ADMITTED_NATS {
+            if flight.score >= top - ADMITTED_NATS {
                 self.look(&flight, Some(s));
             }
         }

@@ -38,8 +38,6 @@ impl Inferred {
     ) {
         posterior.propose(search, past.as_deref());
         posterior.judge(None, &mut self.belief);
-        let best = best.map(|flight| with_rise(search, flight).0);
-        self.flight.clone_from(&best);
         let mut told: Option<Staircase> = None;
         for _ in 0..ROUNDS {
             let likeliest = posterior.likeliest(past.as_deref());
@@ -48,12 +46,14 @@ impl Inferred {
                 break;
             }
             told = likeliest.staircase;
-            self.measured = None;
-            self.flight.clone_from(&best);
+            (self.measured, self.flight) = (None, None);
             if let Some(staircase) = &told {
                 self.measure(search, posterior, staircase, bias_sigma_rad);
             }
             posterior.judge(self.measured.as_ref().zip(told.as_ref()), &mut self.belief);
+        }
+        if self.flight.is_none() {
+            self.flight = best.map(|flight| with_rise(search, flight).0);
         }
         if let Some(past) = past {
             past.keep(&posterior.outlines());
