@@ -4,7 +4,7 @@
 use crate::answer::Answer;
 use crate::config::Config;
 use crate::drive::Drive;
-use crate::fusion::History;
+use crate::infer::past::History;
 use crate::observer::Observer;
 use crate::signal::grid::PolarMap;
 use crate::verdict::{Evidence, Outcome, Sight};

@@ -4,8 +4,8 @@ use crate::answer::Answer;
 use crate::config::{Config, ConfigError, EstimatorKind};
 use crate::drive::Drive;
 use crate::estimator::{Estimator, MappedScan};
-use crate::flight::Likelihood;
-use crate::fusion::History;
+use crate::infer::Likelihood;
+use crate::infer::past::History;
 use crate::observer::Observer;
 #[cfg(feature = "paper")]
 use crate::paper::Paper;

@@ -17,7 +17,8 @@
 //! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
 //! | [`mount`] | echoes of the floor → how the scanner is mounted: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
-//! | [`flight`] | echoes → the staircase that explains them best, its steps with their σ, how far it is valid |
+//! | [`model`] | what may stand there, and how likely the echoes are if it does |
+//! | [`infer`] | echoes → the staircase that explains them best, its steps with their σ, how far it is valid; from scan to scan |
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`estimator`], [`observer`] | what every estimator does for the scanner, and tells an observer |
@@ -32,10 +33,11 @@
 //!
 //! Who depends on whom: [`setting`], [`config`], [`answer`], [`estimate`], [`verdict::reasons`], [`params`], [`math`],
 //! [`crc`] and [`schedule`] depend on no stage; on them stand [`signal::grid`], then [`signal::range`] and
-//! [`signal::echoes`], then [`mount`], then [`flight`] and `paper` side by side, then [`finder`] and [`pipeline`].
+//! [`signal::echoes`], then [`mount`] and [`model`], then [`infer`] and `paper` side by side, then [`finder`] and
+//! [`pipeline`]. `paper` knows of [`infer`] only [`infer::past`], which the trait of all estimators hands on.
 //! Estimators, pipeline and scanner hand their evidence to [`verdict`], which knows none of them.
 //! [`scanner`]'s loop drives any [`scanner::DataPath`], and `pipeline` is one. [`observer`] names what
-//! [`flight::trace`] and `paper` have to tell.
+//! [`infer::trace`] and `paper` have to tell.
 //!
 //! Where to begin: [`pipeline::Pipeline`] takes the chirps of a scan and gives its answer;
 //! [`signal::range::RangeProcessor`] makes a range profile of one chirp; [`report::Sentence`] reads what the
@@ -50,10 +52,10 @@ pub mod drive;
 pub mod estimate;
 pub mod estimator;
 pub mod finder;
-pub mod flight;
-pub mod fusion;
 pub mod health;
+pub mod infer;
 pub mod math;
+pub mod model;
 pub mod motion;
 pub mod mount;
 pub mod observer;
@@ -62,7 +64,6 @@ pub mod paper;
 pub mod params;
 pub mod pipeline;
 pub mod port;
-pub mod posterior;
 pub mod report;
 pub mod scanner;
 pub mod schedule;

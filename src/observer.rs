@@ -2,11 +2,12 @@
 //!
 //! The scanner's own calls pass `()`, which listens to nothing.
 
-use crate::flight::trace::{Cell, Hypothesis, Scatterer, Stage};
+use crate::infer::Cloud;
+use crate::infer::trace::{Cell, Hypothesis, Scatterer, Stage};
+use crate::model::View;
 use crate::mount::{Calibration, Floor};
 #[cfg(feature = "paper")]
 use crate::paper::{bright::Field, cluster::Extent, particles::PointCloud};
-use crate::posterior::{self, View};
 use crate::signal::echoes::Lobes;
 
 /// What an estimator tells. Each says which of these it has to tell.
@@ -31,7 +32,7 @@ pub enum Event<'a> {
     /// `likelihood` in the depth plane: what the posterior says once it is complete.
     Posterior {
         /// Its particles with their probabilities, and the probability of each number of steps.
-        cloud: &'a posterior::Cloud,
+        cloud: &'a Cloud,
         /// What can be seen: only such edges count as steps.
         view: &'a View,
     },

@@ -5,8 +5,8 @@ use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::drive::{Drive, Retention};
 use crate::finder::StairFinder;
-use crate::fusion;
 use crate::health::{Expected, Health};
+use crate::infer::past::History;
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
 use crate::observer::Observer;
@@ -52,7 +52,7 @@ pub struct Pipeline {
     finder: StairFinder,
     health: Health,
     /// What earlier scans said.
-    past: fusion::History,
+    past: History,
 }
 
 /// What the scan state may take of the chip's memory, with either estimator.
@@ -73,7 +73,7 @@ impl Pipeline {
             range: RangeProcessor::idle(),
             finder: StairFinder::new(),
             health: Health::new(),
-            past: fusion::History::new(),
+            past: History::new(),
         }
     }
 

@@ -5,7 +5,8 @@ use std::mem::discriminant;
 
 use serde_json::{Value, json};
 use stairscan::answer::Maybe;
-use stairscan::posterior::{Cloud, GroundKind, Staircase, View};
+use stairscan::infer::Cloud;
+use stairscan::model::{GroundKind, Staircase, View};
 
 use crate::plots::{HypothesisView, Point, PosteriorView};
 
@@ -144,7 +145,8 @@ pub fn json(posterior: &PosteriorView) -> Value {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::posterior::{MAX_STEPS, Told};
+    use stairscan::infer::Told;
+    use stairscan::model::MAX_STEPS;
 
     const VIEW: View = View {
         height_m: 0.4,

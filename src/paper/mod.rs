@@ -22,7 +22,7 @@ use rand_xoshiro::Xoshiro128PlusPlus;
 use crate::answer::Answer;
 use crate::config::{Config, ParticleConfig, Spread};
 use crate::estimator::{Estimator, MappedScan};
-use crate::fusion::History;
+use crate::infer::past::History;
 use crate::math;
 use crate::motion::Agreement;
 use crate::observer::{CloudStage, Event, Observer};

@@ -20,7 +20,7 @@ impl Correlation {
     }
 }
 
-/// Number of features of a cell that earlier scans have seen; `src/fusion/outlook.rs` says what each is.
+/// Number of features of a cell that earlier scans have seen; `src/infer/past/outlook.rs` says what each is.
 pub const PAST_FEATURES: usize = 12;
 
 /// What this scan and earlier ones know of a cell.

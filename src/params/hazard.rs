@@ -2,7 +2,7 @@
 
 use crate::math;
 
-/// Number of features of a cell; `src/flight/horizon.rs` says what each is.
+/// Number of features of a cell; `src/infer/horizon.rs` says what each is.
 pub const FEATURES: usize = 50;
 
 /// What the estimator knows of a cell.

@@ -170,7 +170,7 @@ mod tests {
     use super::*;
 
     fn found(text: &str) -> Vec<String> {
-        stray(&File::parse("src/flight/a.rs", text))
+        stray(&File::parse("src/infer/a.rs", text))
     }
 
     #[test]
@@ -187,7 +187,7 @@ mod tests {
             ("impl S { fn f() -> i32 { -3 } }", "3"),
         ] {
             let found = found(text);
-            let words = format!("src/flight/a.rs:1: the number {number} stands");
+            let words = format!("src/infer/a.rs:1: the number {number} stands");
             assert!(
                 found.len() == 1 && found[0].starts_with(&words),
                 "{text}: {found:?}"

@@ -20,16 +20,15 @@ use sources::Sources;
 use stairscan::params::{Origin, Params};
 
 /// The folders of `src/` that the data passes one after the other: none imports from a later one.
-const WAY: &[&str] = &["signal", "mount", "flight"];
+const WAY: &[&str] = &["signal", "mount", "model", "infer"];
 /// The folders and files of `src/` in which a number stands in `params*.rs` or in a constant with a comment.
 const TUNED: &[&str] = &[
     "signal/echoes",
     "motion/sweeps",
     "mount/online",
     "mount/floor",
-    "flight",
-    "posterior",
-    "fusion",
+    "model",
+    "infer",
     "health",
 ];
 /// The folder that writes a status, and the one that writes and parses its words.
@@ -46,12 +45,9 @@ const LAYERS: &[Layer] = &[
     ),
     (
         "estimators",
-        &[("flight", &["flight"]), ("paper", &["paper"])],
+        &[("infer", &["infer"]), ("paper", &["paper"])],
     ),
-    (
-        "what may stand there",
-        &[("fusion", &["fusion"]), ("posterior", &["posterior"])],
-    ),
+    ("what may stand there", &[("model", &["model"])]),
     (
         "instrument and mounting",
         &[("mount", &["mount"]), ("health", &["health"])],

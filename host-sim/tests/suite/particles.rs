@@ -9,7 +9,7 @@ use host_sim::scene::Scene;
 use host_sim::scene::command::random_scan;
 use host_sim::scene::random::Kind;
 use host_sim::seeds::TUNING;
-use stairscan::flight::Likelihood;
+use stairscan::infer::Likelihood;
 use stairscan::motion::Drive;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::hazard::Features;

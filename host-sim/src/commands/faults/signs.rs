@@ -5,8 +5,8 @@ use std::fmt::Write as _;
 
 use anyhow::Result;
 use rayon::prelude::*;
-use stairscan::flight::Likelihood;
 use stairscan::health::{Expected, Sign};
+use stairscan::infer::Likelihood;
 use stairscan::mount::{Calibration, Floor};
 use stairscan::observer::{Event, Observer};
 use stairscan::params::Params;

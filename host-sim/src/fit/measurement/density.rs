@@ -1,11 +1,11 @@
-//! The measurement model's densities in double precision, as `stairscan::posterior` has them.
+//! The measurement model's densities in double precision, as `stairscan::model` has them.
 
 use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
 
-use stairscan::posterior::LEAST_DB;
+use stairscan::model::LEAST_DB;
 
-/// Share and width of the tails are the model's: see `stairscan::posterior::tailed`.
+/// Share and width of the tails are the model's: see `stairscan::model::tailed`.
 const CORE: f64 = 0.92;
 /// See [`CORE`].
 const TAIL: f64 = 0.005;
@@ -43,19 +43,19 @@ pub fn level(snr_db: f64, mean: f64, sigma: f64, flat: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use stairscan::posterior;
+    use stairscan::model;
 
     #[test]
     fn they_are_the_firmwares() {
         for k in 0..480 {
             let x = 0.25 * k as f32;
-            let tailed = posterior::tailed(x);
+            let tailed = model::tailed(x);
             assert!(
                 (f64::from(tailed) - log_tailed(x.into()).exp()).abs() < 1e-5,
                 "{x}"
             );
             for (mean, sigma) in [(2.0, 3.0), (9.0, 6.0), (-8.0, 4.0)] {
-                let there = f64::from(posterior::level_density(2.8 + x, mean, sigma, 0.05));
+                let there = f64::from(model::level_density(2.8 + x, mean, sigma, 0.05));
                 let here = level((2.8 + x).into(), mean.into(), sigma.into(), 0.05);
                 assert!(
                     (there - here).abs() < 1e-4 * (1.0 + here),

@@ -4,8 +4,8 @@ use crate::fit::portable::Portable as _;
 use std::f64::consts::TAU;
 
 use super::labels::{Hit, Level};
+use stairscan::model::{Class, LEAST_DB};
 use stairscan::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
-use stairscan::posterior::{Class, LEAST_DB};
 
 use super::climb::{Peak, Prior, climb};
 use super::counts::{Chance, Counts, Scan};

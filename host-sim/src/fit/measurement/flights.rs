@@ -1,6 +1,7 @@
 //! What stands in a scene whose truth is known, as the measurement model sees it.
 
-use stairscan::posterior::{GroundKind, Model, Staircase, View, weight};
+use stairscan::infer::weight;
+use stairscan::model::{GroundKind, Model, Staircase, View};
 use stairscan::signal::echoes::Echo;
 use stairscan::signal::grid::Geometry;
 

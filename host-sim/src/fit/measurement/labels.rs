@@ -8,12 +8,12 @@ use std::ops::Deref;
 
 use heapless::Vec;
 use stairscan::math;
-use stairscan::params::generative::EXTENDED;
-use stairscan::params::posterior as number;
-use stairscan::posterior::{
+use stairscan::model::{
     BEHIND_M, Class, FeaturePlace, LEAST_SEEN, MAX_SEEN, MAX_STEPS, MOST_SEEN, Model, NEAR, Seen,
     Staircase, before, logistic,
 };
+use stairscan::params::generative::EXTENDED;
+use stairscan::params::posterior as number;
 
 /// A level against what it is expected to depend on.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -21,8 +21,8 @@ mod tests;
 
 use labels::Sample;
 use rayon::prelude::*;
+use stairscan::model::{Model, Staircase};
 use stairscan::params::generative::Generative;
-use stairscan::posterior::{Model, Staircase};
 
 pub use counts::Counts;
 pub use estimate::Number;

@@ -5,8 +5,8 @@ use crate::recording::{TrueStep, Truth};
 use crate::scene::command::random_scan;
 use crate::scene::maths::Random;
 use crate::scene::random::Kind;
+use stairscan::model::{Class, View};
 use stairscan::params::measured;
-use stairscan::posterior::{Class, View};
 use stairscan::signal::echoes::Echo;
 use stairscan::signal::grid::{Geometry, PolarMap};
 

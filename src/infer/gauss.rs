@@ -1,0 +1,252 @@
+//! The levels of a flight's treads: each step's own echoes weighed against the regularity of the
+//! whole.
+
+use crate::estimate::Estimate;
+use crate::math;
+use crate::model::MAX_STEPS;
+use crate::params::Params;
+
+/// Likelihood ratios count e to this at most: e⁴⁰ is 10¹⁷, far more than any prior outweighs,
+/// and its sums stay within an f32.
+const CERTAIN: f32 = 40.0;
+
+/// Weighted mean of estimates of one level.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Fusion {
+    weight: f32,
+    sum: f32,
+}
+
+impl Fusion {
+    /// Takes an estimate in.
+    pub fn add(&mut self, reading: Estimate) {
+        let w = 1.0 / reading.variance;
+        self.weight += w;
+        self.sum += w * reading.value;
+    }
+
+    /// Whether there is none.
+    pub fn is_empty(&self) -> bool {
+        self.weight <= 0.0
+    }
+
+    /// The mean. Without any: 0, of which nothing is known.
+    pub fn mean(&self) -> Estimate {
+        if self.is_empty() {
+            return Estimate {
+                value: 0.0,
+                variance: f32::INFINITY,
+            };
+        }
+        Estimate {
+            value: self.sum / self.weight,
+            variance: 1.0 / self.weight,
+        }
+    }
+}
+
+/// One level, and by how much its riser or tread departs from the others.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct TreadLevel {
+    /// Height over the ground, metres; negative going down.
+    pub height: Estimate,
+    /// How far the echoes put its riser or its tread off those of the others, metres.
+    pub off: Estimate,
+}
+
+/// The levels of a flight, of the first step first.
+pub type TreadLevels = [TreadLevel; MAX_STEPS];
+
+/// Weighted sums over steps: of 1, of the step's number, of its level.
+#[derive(Clone, Copy, Debug, Default)]
+struct StepSums {
+    one: f32,
+    number: f32,
+    level: f32,
+}
+
+impl StepSums {
+    fn add(&mut self, other: &Self) {
+        self.one += other.one;
+        self.number += other.number;
+        self.level += other.level;
+    }
+}
+
+/// What a step's level is over all possibilities, each times its likelihood: first and second
+/// moment of its departure from the regular flight; the share of it that is odd.
+#[derive(Clone, Copy, Debug, Default)]
+struct LevelMoments {
+    mean: f32,
+    square: f32,
+    odd: f32,
+    odd_variance: f32,
+}
+
+/// A straight flight but for one departure `odd`: riser height and departure, their covariance.
+#[derive(Clone, Copy, Debug)]
+struct Straight {
+    rise: f32,
+    odd: f32,
+    rise_variance: f32,
+    odd_variance: f32,
+    covariance: f32,
+}
+
+impl Straight {
+    /// Level of step `number`; `departs` if the departure reaches it.
+    fn at(&self, number: f32, departs: bool) -> Estimate {
+        let line = Estimate {
+            value: number * self.rise,
+            variance: number * number * self.rise_variance,
+        };
+        if !departs {
+            return line;
+        }
+        Estimate {
+            value: line.value + self.odd,
+            variance: line.variance + 2.0 * number * self.covariance + self.odd_variance,
+        }
+    }
+
+    /// How much likelier the departure makes the readings than none, all departures considered.
+    fn likelihood(&self, odd_sigma_m: f32) -> f32 {
+        let exponent = 0.5 * self.odd * self.odd / self.odd_variance;
+        math::sqrt(self.odd_variance) / odd_sigma_m * math::exp(math::min(exponent, CERTAIN))
+    }
+}
+
+/// A straight flight from the ground, fitted to weighted levels of its steps.
+struct FlightFit<'p> {
+    p: &'p Params,
+    /// Of each step: its level and the weight that this has against a straight flight from which
+    /// the step departs as a rule.
+    steps: heapless::Vec<(f32, f32), MAX_STEPS>,
+    whole: StepSums,
+    squares: f32,
+}
+
+impl<'p> FlightFit<'p> {
+    fn new(steps: impl Iterator<Item = Fusion>, rise: Estimate, p: &'p Params) -> Self {
+        let mut fit = Self {
+            p,
+            steps: heapless::Vec::new(),
+            whole: StepSums {
+                level: rise.value / rise.variance,
+                ..StepSums::default()
+            },
+            squares: 1.0 / rise.variance,
+        };
+        for (number, step) in (1u8..).map(f32::from).zip(steps) {
+            let level = step.mean();
+            let weight = 1.0 / (level.variance + p.rise_sigma_m * p.rise_sigma_m);
+            fit.whole.level += weight * number * level.value;
+            fit.squares += weight * number * number;
+            // A flight has no more steps.
+            let _ = fit.steps.push((level.value, weight));
+        }
+        fit.squares = math::max(fit.squares, f32::MIN_POSITIVE);
+        fit
+    }
+
+    /// The flight if what `sums` holds departs from it by one and the same amount.
+    fn solve(&self, sums: &StepSums) -> Straight {
+        let own = sums.one + 1.0 / (self.p.odd_rise_sigma_m * self.p.odd_rise_sigma_m);
+        let det = self.squares * own - sums.number * sums.number;
+        Straight {
+            rise: (self.whole.level * own - sums.number * sums.level) / det,
+            odd: (self.squares * sums.level - sums.number * self.whole.level) / det,
+            rise_variance: own / det,
+            odd_variance: self.squares / det,
+            covariance: -sums.number / det,
+        }
+    }
+}
+
+/// Fits a straight flight from the ground through the steps' levels, with what else is known of its
+/// riser height, and lets each step depart from it as its own echoes say.
+///
+/// Steps depart a little as a rule. Besides, any one riser may be odd, so that it shifts all that
+/// follows, or any one tread: as likely as not, each as likely as any other. The answer is the mean
+/// over these possibilities, weighed by how well they explain the readings, and its variance their
+/// spread: a step that nothing measures is as uncertain as irregular steps in built stairs make it.
+pub fn fit(
+    steps: impl Iterator<Item = Fusion>,
+    rise: Estimate,
+    p: &Params,
+    levels: &mut TreadLevels,
+) {
+    mixture(&FlightFit::new(steps, rise, p), levels);
+}
+
+/// Mean and variance of each level over all possibilities.
+#[inline(never)]
+fn mixture(fit: &FlightFit<'_>, levels: &mut TreadLevels) {
+    let p = fit.p;
+    let steps = &fit.steps;
+    let regular = fit.solve(&StepSums::default());
+    let mut moments = [LevelMoments::default(); MAX_STEPS];
+    let mut total = 0.0;
+    let builder = p.rise_sigma_m * p.rise_sigma_m;
+    let mut weigh = |flight: &Straight, departs: core::ops::Range<usize>, likelihood: f32| {
+        total += likelihood;
+        for ((k, &(level, weight)), moments) in steps.iter().enumerate().zip(&mut moments) {
+            let number = (k + 1) as f32;
+            let line = flight.at(number, departs.contains(&k));
+            let gain = builder * weight;
+            let left = 1.0 - gain;
+            let off = left * line.value + gain * level - number * regular.rise;
+            let variance = left * builder + left * left * line.variance;
+            moments.mean += likelihood * off;
+            moments.square += likelihood * (off * off + variance);
+            if departs.start == k {
+                moments.odd += likelihood * flight.odd;
+                moments.odd_variance = flight.odd_variance;
+            }
+        }
+    };
+    // As likely as all odd ones together.
+    let odds = (2 * steps.len().max(1) - 1) as f32;
+    weigh(&regular, MAX_STEPS..MAX_STEPS, odds);
+    let mut behind = StepSums::default();
+    for (k, &(level, weight)) in steps.iter().enumerate().rev() {
+        let alone = StepSums {
+            one: weight,
+            number: weight * (k + 1) as f32,
+            level: weight * level,
+        };
+        behind.add(&alone);
+        let riser = fit.solve(&behind);
+        weigh(&riser, k..steps.len(), riser.likelihood(p.odd_rise_sigma_m));
+        // The last tread is off when its riser is.
+        if k + 1 < steps.len() {
+            let tread = fit.solve(&alone);
+            weigh(&tread, k..k + 1, tread.likelihood(p.odd_rise_sigma_m));
+        }
+    }
+    for ((number, place), moments) in (1u8..).zip(levels).zip(&moments) {
+        let mean = moments.mean / total;
+        *place = TreadLevel {
+            height: Estimate {
+                value: f32::from(number) * regular.rise + mean,
+                variance: math::max(moments.square / total - mean * mean, 0.0),
+            },
+            off: Estimate {
+                value: moments.odd / total,
+                variance: moments.odd_variance,
+            },
+        };
+    }
+}
+
+/// A straight flight of which nothing but the riser's height is known.
+pub fn straight(rise: Estimate) -> TreadLevels {
+    let mut levels = TreadLevels::default();
+    for (number, level) in (1u8..).map(f32::from).zip(&mut levels) {
+        level.height = Estimate {
+            value: number * rise.value,
+            variance: number * number * rise.variance,
+        };
+    }
+    levels
+}

@@ -1,0 +1,546 @@
+//! How far an answer vouches for itself: the probability that nothing is wrong with it up to a
+//! distance, and the largest distance at which that is still what `ok` promises.
+//!
+//! The way ahead is cut into cells. Each has a hazard: the probability that the answer goes wrong
+//! there though it was right up to there, because a step is missing, made up, or off by more than its
+//! expanded uncertainty.
+//! It is the logistic function of what the estimator knows of the cell (its [`Features`]) with
+//! weights that `cargo sim fit` counts from simulated scans with known truth (a discrete-time
+//! survival model, Cox 1972). The product of what is left over the cells is the probability.
+
+use super::cloud::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
+use super::floor_line::{FloorLine, NEAREST_END_M};
+use super::past::Outlook;
+use super::propose::roles::Role;
+use super::propose::scene::Scene;
+use super::support::Support;
+use super::trace::Cell;
+use crate::answer::Step;
+use crate::config::Plane;
+use crate::estimate::{MOST_UNCERTAIN_M, expanded};
+use crate::math;
+use crate::model::RIGHT_M;
+use crate::params::Params;
+use crate::params::hazard::{FEATURES, Features, log_survival, probability};
+use crate::params::{counted, fitted};
+use crate::signal::grid::Geometry;
+use crate::verdict::{LEAST_HORIZON_M, Validity};
+
+/// No horizon ends so near the place from which on a step counts, metres: as far as a distance may be
+/// off and still be right.
+const AMBIGUOUS_M: f32 = RIGHT_M;
+/// An answer is valid beyond the first metre as far as it is right with this probability at least: half of the risk that
+/// the contract leaves.
+const RIGHT_UP_TO_HORIZON: f32 = 0.995;
+/// What rounding makes of a cell's end, metres.
+const ROUNDING_M: f32 = 1e-3;
+
+/// Features of a cell behind the last step, and of one that holds a step.
+const BEHIND_FEATURES: usize = 7;
+/// See [`BEHIND_FEATURES`].
+const STEP_FEATURES: usize = 11;
+/// See [`BEHIND_FEATURES`].
+const BEFORE_FEATURES: usize = 9;
+/// See [`BEHIND_FEATURES`].
+const CLEAR_FEATURES: usize = 18;
+/// See [`BEHIND_FEATURES`].
+const SCENE_FEATURES: usize = 5;
+/// Of the scene, of a cell without steps anywhere, of one before or between steps, and the others.
+const _: () = assert!(
+    FEATURES == SCENE_FEATURES + CLEAR_FEATURES + BEFORE_FEATURES + BEHIND_FEATURES + STEP_FEATURES
+);
+
+/// Levels count in tens of dB, so that all features are of the order of 1 …
+const TEN_DB: f32 = 10.0;
+/// … and up to here: a corner at half a metre.
+const MOST_DB: f32 = 50.0;
+/// Scores count up to here: e^10 is certain.
+const MOST_NATS: f32 = 10.0;
+/// Errors count up to so many standard deviations within what is right.
+const MOST_SIGMAS: f32 = 4.0;
+/// Mount height of the paper's instrument, metres.
+const PAPER_MOUNT_M: f32 = 0.4;
+/// Going of stairs of which only one step is known: Blondel's with a rise of 17 cm.
+const TYPICAL_GOING_M: f32 = 0.29;
+/// The lead of an answer without steps counts from here on, nats.
+const LEAST_LEAD: f32 = -2.0;
+/// Next faces count between 10 dB below and 30 dB above the noise.
+const MOST_NEXT: f32 = 3.0;
+
+/// Whether an echo shows the level of a tread or of the floor.
+fn shows_level(role: Role) -> bool {
+    matches!(role, Role::Tread | Role::Edge)
+}
+
+/// How much of a floor's power is missing, 0…1: all where the line shows no more than the noise, none from 1 dB
+/// over it on.
+fn unseen(over_db: f32) -> f32 {
+    1.0 - math::min(math::max(over_db, 0.0), 1.0)
+}
+
+/// What the floor shows up to a distance.
+struct FloorEvidence {
+    /// From its last echo to there, metres.
+    since_last_m: f32,
+    /// Largest distance between two of its echoes, metres.
+    largest_gap_m: f32,
+    /// Tenths of their number.
+    marks: f32,
+}
+
+/// What a cell holds.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum CellKind {
+    /// No steps anywhere.
+    Clear,
+    /// A step.
+    Step,
+    /// What lies before or between steps.
+    Between,
+    /// What lies behind the last one.
+    Behind,
+}
+
+/// Everything that an answer rests on.
+#[derive(Clone, Copy, Debug)]
+pub struct Ground<'a> {
+    /// The echoes …
+    pub scene: &'a Scene<'a>,
+    /// … and what each was taken for.
+    pub roles: &'a [Role],
+    /// The steps …
+    pub steps: &'a [Step],
+    /// … and what each rests on.
+    pub supports: &'a [Support],
+    /// The winner's score less that of the next best explanation; without steps, the best flight's
+    /// score, level ground counting 0, nats.
+    pub lead: f32,
+    /// Whether the treads float.
+    pub open: bool,
+    /// The instrument.
+    pub geometry: &'a Geometry,
+    /// Log-odds of an error per cell by the posterior.
+    pub doubts: [f32; CELLS],
+    /// What the ground shows along its line, where there are no steps.
+    pub floor_line: Option<&'a FloorLine>,
+}
+
+impl Ground<'_> {
+    /// The cells of the way ahead, the nearest first.
+    pub fn cells(&self) -> impl Iterator<Item = Cell> + '_ {
+        (0..CELLS).map(|k| {
+            let end_m = FIRST_END_M + CELL_M * k as f32;
+            let start_m = if k == 0 {
+                f32::NEG_INFINITY
+            } else {
+                end_m - CELL_M
+            };
+            Cell {
+                end_m,
+                features: self.features(k, start_m, end_m),
+                past: None,
+                right: 0.0,
+                asked: 0.0,
+            }
+        })
+    }
+
+    /// Number and support of the step whose error would show in a cell.
+    fn step_in(&self, start_m: f32, end_m: f32) -> Option<(usize, &Step, &Support)> {
+        let pairs = self.steps.iter().zip(self.supports).enumerate();
+        let mut within = pairs.filter(|(_, (s, _))| {
+            let shows = s.distance_m - RIGHT_M;
+            shows > start_m && shows <= end_m
+        });
+        within.next().map(|(k, (step, support))| (k, step, support))
+    }
+
+    /// The strongest echo at a distance that has one of the wanted roles, tens of dB; 0 for none.
+    #[inline(never)]
+    fn strongest(&self, from_m: f32, to_m: f32, is: &dyn Fn(Role) -> bool) -> f32 {
+        let marks = &self.scene.marks;
+        let (first, end) = match self.geometry.plane {
+            // There they are in order of their distance.
+            Plane::Depth => (
+                self.scene.first_beyond(from_m),
+                self.scene.first_beyond(to_m),
+            ),
+            Plane::Height => (0, marks.len()),
+        };
+        let pairs = marks.iter().zip(self.roles);
+        let pairs = pairs.take(end).skip(first);
+        let within = pairs.filter(|(m, role)| m.x_m > from_m && m.x_m <= to_m && is(**role));
+        let strongest = within.map(|(m, _)| m.snr_db).fold(0.0, math::max);
+        math::min(strongest, MOST_DB) / TEN_DB
+    }
+
+    /// What is known of the cell between two distances.
+    #[inline(never)]
+    fn features(&self, number: usize, start_m: f32, end_m: f32) -> Features {
+        let doubt = self.doubts.get(number).copied().unwrap_or(0.0);
+        let so_far = self
+            .doubts
+            .iter()
+            .take(number + 1)
+            .copied()
+            .fold(LEAST_DOUBT, math::max);
+        let mut out = FeatureWriter {
+            features: [0.0; FEATURES],
+            written: 0,
+        };
+        let (from, to) = (start_m + RIGHT_M, end_m + RIGHT_M);
+        let unexplained = |role: Role| role == Role::Stray || role.contradicts();
+        let level = self.strongest(from - CELL_M, to + CELL_M, &shows_level);
+        let stray = self.strongest(from, to, &unexplained);
+        let stray_so_far = self.strongest(f32::NEG_INFINITY, to, &unexplained);
+        let stray_beyond = self.strongest(to, f32::INFINITY, &unexplained);
+        let last = self.steps.last();
+        let lead = self.lead.clamp(-MOST_NATS, MOST_NATS);
+        let step = self.step_in(start_m, end_m);
+        let inside = last.is_some_and(|s| s.distance_m > from);
+        let kind = match (self.steps.is_empty(), step.is_some(), inside) {
+            (true, ..) => CellKind::Clear,
+            (_, true, _) => CellKind::Step,
+            (.., true) => CellKind::Between,
+            _ => CellKind::Behind,
+        };
+        // The instrument and the scene as a whole.
+        out.put([
+            1.0,
+            end_m,
+            self.scene.mount_height_m - PAPER_MOUNT_M,
+            self.strongest(f32::NEG_INFINITY, f32::INFINITY, &|_| true),
+            so_far,
+        ]);
+        out.put_if(kind == CellKind::Clear, || {
+            let floor = self.floor(to);
+            let shown = self.floor_line.map(|line| line.cell(number));
+            let shown = shown.unwrap_or_default();
+            let [gap, later] = shown.gap;
+            let mut columns = self.scene.columns.iter();
+            let begins = columns.any(|c| c.begins && c.along_m > from && c.along_m <= to);
+            [
+                level,
+                f32::from(level <= 0.0),
+                stray,
+                stray_so_far,
+                stray_beyond,
+                math::max(lead, LEAST_LEAD),
+                self.strongest(to, f32::INFINITY, &shows_level),
+                floor.since_last_m,
+                floor.largest_gap_m,
+                floor.marks,
+                f32::from(begins),
+                level - self.strongest(from - TYPICAL_GOING_M, from, &shows_level),
+                doubt,
+                gap,
+                math::max(gap, 0.0),
+                later,
+                unseen(shown.beyond_db),
+                f32::from(end_m < NEAREST_END_M),
+            ]
+        });
+        out.put_if(kind == CellKind::Between, || {
+            self.before(from, to, level, stray, doubt)
+        });
+        out.put_if(kind == CellKind::Behind, || {
+            self.behind(from, to, level, stray, doubt)
+        });
+        out.put_if(kind == CellKind::Step, || match step {
+            Some((k, step, support)) => self.of_step(k, step, support, stray_so_far, doubt),
+            None => [0.0; STEP_FEATURES],
+        });
+        out.features
+    }
+
+    /// What the floor shows up to a distance.
+    fn floor(&self, to: f32) -> FloorEvidence {
+        let p = self.scene.params;
+        let mut floor = FloorEvidence {
+            since_last_m: 0.0,
+            largest_gap_m: 0.0,
+            marks: 0.0,
+        };
+        let mut last = p.nearest_riser_m;
+        for (m, role) in self.scene.marks.iter().zip(self.roles) {
+            let shows = *role == Role::Tread && m.x_m <= to && m.snr_db > p.floor_least_db;
+            if shows && m.x_m > last {
+                floor.largest_gap_m = math::max(floor.largest_gap_m, m.x_m - last);
+                floor.marks += 1.0 / TEN_DB;
+                last = m.x_m;
+            }
+        }
+        floor.since_last_m = math::max(to - last, 0.0);
+        floor
+    }
+
+    /// The strongest echo near a step in a role, tens of dB; 0 for none.
+    fn shown(&self, step: &Step, wanted: Role) -> f32 {
+        let reach = self.scene.params.column_m + RIGHT_M;
+        let near = (step.distance_m - reach, step.distance_m + reach);
+        self.strongest(near.0, near.1, &|role| role == wanted)
+    }
+
+    /// What is known of a cell before or between steps.
+    fn before(
+        &self,
+        from: f32,
+        to: f32,
+        level: f32,
+        stray: f32,
+        doubt: f32,
+    ) -> [f32; BEFORE_FEATURES] {
+        let next = self
+            .steps
+            .iter()
+            .enumerate()
+            .find(|(_, s)| s.distance_m > to);
+        let Some((k, next)) = next else {
+            return [0.0; BEFORE_FEATURES];
+        };
+        let goings = (next.distance_m - 0.5 * (from + to)) / math::max(self.going(), CELL_M);
+        let place = math::max(1.0 - (goings - 1.0).abs(), 0.0);
+        let first = f32::from(k == 0);
+        // A step that stands nearer than told goes wrong in the cell before its own.
+        let near = f32::from(next.distance_m - to < CELL_M);
+        let known = self.supports.get(k).is_some_and(|s| s.overhang_known);
+        [
+            1.0,
+            level,
+            stray,
+            first * place,
+            first * place * self.shown(next, Role::Corner),
+            f32::from(from < self.scene.params.nearest_riser_m),
+            first * f32::from(self.steps.len() == 1),
+            near * f32::from(known),
+            doubt,
+        ]
+    }
+
+    /// From edge to edge on the mean, metres.
+    fn going(&self) -> f32 {
+        let spans = self.steps.len().saturating_sub(1);
+        match (self.steps.first(), self.steps.last()) {
+            (Some(first), Some(last)) if spans > 0 => {
+                (last.distance_m - first.distance_m) / spans as f32
+            }
+            _ => TYPICAL_GOING_M,
+        }
+    }
+
+    /// Rise on the mean, metres.
+    fn rise(&self) -> f32 {
+        let last = self.steps.last().map_or(0.0, |s| s.height_m.abs());
+        last / self.steps.len().max(1) as f32
+    }
+
+    /// What is known of a cell behind the last step.
+    fn behind(
+        &self,
+        from: f32,
+        to: f32,
+        level: f32,
+        stray: f32,
+        doubt: f32,
+    ) -> [f32; BEHIND_FEATURES] {
+        let (Some(last), Some(support)) = (self.steps.last(), self.supports.last()) else {
+            return [0.0; BEHIND_FEATURES];
+        };
+        let goings = (0.5 * (math::max(from, last.distance_m) + to) - last.distance_m)
+            / math::max(self.going(), CELL_M);
+        let next = math::max(1.0 - (goings - 1.0).abs(), 0.0);
+        let next_db = (support.next_db / TEN_DB).clamp(-1.0, MOST_NEXT);
+        let lead = self.lead.clamp(0.0, MOST_NATS);
+        [
+            next,
+            next_db * next,
+            level,
+            stray,
+            lead,
+            self.steps.len() as f32,
+            doubt,
+        ]
+    }
+
+    /// What is known of a cell that holds step `k`.
+    fn of_step(
+        &self,
+        k: usize,
+        step: &Step,
+        support: &Support,
+        stray_so_far: f32,
+        doubt: f32,
+    ) -> [f32; STEP_FEATURES] {
+        let distance_z = RIGHT_M / step.distance_sigma_m;
+        [
+            1.0,
+            math::min(distance_z, MOST_SIGMAS),
+            support.snr_db.unwrap_or(0.0).clamp(0.0, MOST_DB) / TEN_DB,
+            self.lead.clamp(0.0, MOST_NATS),
+            f32::from(self.open),
+            k as f32,
+            stray_so_far,
+            math::min(
+                (step.riser_m.unwrap_or(0.0) - self.rise()).abs() / RIGHT_M,
+                2.0,
+            ),
+            f32::from(support.overhang_seen),
+            f32::from(support.overhang_known),
+            doubt,
+        ]
+    }
+}
+
+/// Writes features one behind the other; those that do not apply to a cell stay 0.
+struct FeatureWriter {
+    features: Features,
+    written: usize,
+}
+
+impl FeatureWriter {
+    fn put<const N: usize>(&mut self, values: [f32; N]) {
+        let places = self.features.iter_mut().skip(self.written);
+        places.zip(values).for_each(|(place, value)| *place = value);
+        self.written += N;
+    }
+
+    fn put_if<const N: usize>(&mut self, applies: bool, values: impl FnOnce() -> [f32; N]) {
+        if applies {
+            self.put(values());
+        } else {
+            self.written += N;
+        }
+    }
+}
+
+/// Returns how far an answer is valid: along the cells until the probability of being right falls below what `ok` promises.
+/// `outlook` is what earlier scans say; each cell is told to `each`.
+#[inline(never)]
+pub fn validity(
+    ground: &Ground<'_>,
+    mut outlook: Option<&mut Outlook>,
+    each: &mut dyn FnMut(&Cell),
+) -> Validity {
+    let weights = match ground.geometry.plane {
+        Plane::Depth => &fitted::UP,
+        Plane::Height => &fitted::DOWN,
+    };
+    let mut log_right = 0.0;
+    let mut valid_to = Validity::NONE;
+    let mut reach = Reach::new(ground.steps);
+    for (k, mut cell) in ground.cells().enumerate() {
+        let odds = weights.log_odds(&cell.features);
+        if let Some(outlook) = &mut outlook {
+            let step = ground.step_in(cell.end_m - CELL_M, cell.end_m);
+            let step = step.map(|(_, step, _)| step);
+            let last_m = ground.steps.last().map(|s| s.distance_m - RIGHT_M);
+            let behind = last_m.is_none_or(|last| last <= cell.end_m - CELL_M);
+            cell.past = outlook.look(k, odds, step, behind);
+        }
+        let (odds, maps, ok_from) = match &cell.past {
+            None => (odds, &weights.maps, &weights.ok_from),
+            Some(past) => {
+                let table = &counted::UP;
+                (table.log_odds(past), &table.maps, &table.ok_from)
+            }
+        };
+        log_right += log_survival(odds);
+        let stairs = !ground.steps.is_empty();
+        cell.right = probability(maps, log_right, stairs);
+        let [clear_from, stairs_from] = *ok_from;
+        let ok_from = if stairs { stairs_from } else { clear_from };
+        cell.asked = reach.asked(cell.end_m, ok_from);
+        each(&cell);
+        let valid = reach.take(cell.end_m, cell.right, ok_from);
+        if valid || cell.end_m < LEAST_HORIZON_M + 0.5 * CELL_M {
+            valid_to.confidence = cell.right;
+        }
+    }
+    valid_to.horizon_m = reach.horizon_m(ground.scene.params);
+    valid_to
+}
+
+/// How far an answer is valid, cell by cell: as far as it is right with the probability that the contract asks of each
+/// answer, and over the first metre where it is right with the probability from which on its type is `ok`.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach<'a> {
+    steps: &'a [Step],
+    /// Where the horizon of an `ok` ends at least, metres: no millimetres decide there whether a step counts.
+    least_m: f32,
+    valid_m: f32,
+}
+
+impl<'a> Reach<'a> {
+    /// Of an answer with these steps, before the first cell.
+    pub fn new(steps: &'a [Step]) -> Self {
+        let mut least_m = LEAST_HORIZON_M;
+        for step in steps {
+            if ambiguous(least_m, step) {
+                least_m = step.distance_m;
+            }
+        }
+        Self {
+            steps,
+            least_m,
+            valid_m: 0.0,
+        }
+    }
+
+    /// The probability from which on an answer is valid up to the end of a cell, metres, where its type is `ok` from
+    /// `ok_from` on.
+    fn asked(&self, end_m: f32, ok_from: f32) -> f32 {
+        if end_m < self.least_m + CELL_M - ROUNDING_M {
+            ok_from
+        } else {
+            math::max(ok_from, RIGHT_UP_TO_HORIZON)
+        }
+    }
+
+    /// Takes in the next cell: where it ends, metres, the probability that the answer is right up to there, and that
+    /// from which on an answer is `ok`. Returns whether the answer is valid up to there.
+    pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
+        let valid = right >= self.asked(end_m, ok_from);
+        if valid {
+            self.valid_m = math::max(end_m, 0.0);
+        }
+        valid
+    }
+
+    /// The horizon, metres: before the first step that is not measured, and clear of the others.
+    pub fn horizon_m(&self, p: &Params) -> f32 {
+        let mut horizon_m = self.valid_m;
+        if p.rules.measured_to {
+            horizon_m = measured_to(horizon_m, self.steps);
+        }
+        if p.rules.clear_of_steps {
+            horizon_m = clear_of(horizon_m, self.steps);
+        }
+        horizon_m
+    }
+}
+
+/// Whether an error of millimetres decides that a step counts to what lies up to a horizon, metres.
+fn ambiguous(horizon_m: f32, step: &Step) -> bool {
+    (horizon_m - (step.distance_m - RIGHT_M)).abs() < AMBIGUOUS_M
+}
+
+/// A horizon, metres, that ends before the first step whose expanded uncertainty is larger than what counts as
+/// measured.
+fn measured_to(horizon_m: f32, steps: &[Step]) -> f32 {
+    let vague =
+        |s: &&Step| expanded(math::max(s.distance_sigma_m, s.height_sigma_m)) > MOST_UNCERTAIN_M;
+    let first = steps.iter().find(vague);
+    first.map_or(horizon_m, |s| math::min(horizon_m, s.distance_m - RIGHT_M))
+}
+
+/// A horizon, metres, drawn back from where it would end so near a step that an error of millimetres
+/// decides whether the step counts.
+fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
+    let mut clear_m = horizon_m;
+    for step in steps.iter().rev() {
+        if ambiguous(clear_m, step) {
+            clear_m = step.distance_m - RIGHT_M - AMBIGUOUS_M;
+        }
+    }
+    math::max(clear_m, 0.0)
+}

@@ -1,0 +1,102 @@
+//! The answer going up: search and earlier scans propose, the particles decide.
+
+use super::bases::{Posterior, ROUNDS, flight};
+use super::dimensions::{self, Measured};
+use super::judgement::{Belief, Likeliest};
+use super::past::History;
+use super::propose::ascending::{Ascending, AscentShape};
+use super::propose::search::Search;
+use super::propose::stairs::Flight;
+use crate::estimate::Estimate;
+use crate::model::Staircase;
+
+/// A flight, and the height of its risers by the likelihood of all echoes.
+type Risen = (Flight<AscentShape>, Estimate);
+
+/// The answer and what it rests on.
+#[derive(Debug, Default)]
+pub struct Inferred {
+    /// The staircase that stands there, as a flight of the search; without one the search's best.
+    pub flight: Option<Flight<AscentShape>>,
+    /// Log-odds of the likeliest staircase against ground without one, nats.
+    pub odds: f32,
+    /// Its steps.
+    pub measured: Option<Measured>,
+    /// How sure that is, and what may stand there besides.
+    pub belief: Belief,
+}
+
+impl Inferred {
+    /// Finds it by the particles, from what the search and earlier scans propose; `best` is the search's best flight.
+    #[inline(never)]
+    pub fn settle(
+        &mut self,
+        search: &Search<'_, Ascending<'_>>,
+        best: Option<Flight<AscentShape>>,
+        (posterior, past): (&mut Posterior, Option<&mut History>),
+        bias_sigma_rad: f32,
+    ) {
+        posterior.propose(search, past.as_deref());
+        posterior.judge(None, &mut self.belief);
+        let mut told: Option<Staircase> = None;
+        for _ in 0..ROUNDS {
+            let likeliest = posterior.likeliest(past.as_deref());
+            self.odds = likeliest.odds;
+            if likeliest.is_like(told.as_ref()) {
+                break;
+            }
+            told = likeliest.staircase;
+            (self.measured, self.flight) = (None, None);
+            if let Some(staircase) = &told {
+                self.measure(search, posterior, staircase, bias_sigma_rad);
+            }
+            posterior.judge(self.measured.as_ref().zip(told.as_ref()), &mut self.belief);
+        }
+        if self.flight.is_none() {
+            self.flight = best.map(|flight| with_rise(search, flight).0);
+        }
+        if let Some(past) = past {
+            past.keep(&posterior.outlines());
+        }
+    }
+
+    /// Takes the search at its word.
+    #[inline(never)]
+    pub fn search_alone(
+        &mut self,
+        search: &Search<'_, Ascending<'_>>,
+        best: Option<Flight<AscentShape>>,
+        posterior: &Posterior,
+        bias_sigma_rad: f32,
+    ) {
+        let likeliest = Likeliest::of(best.as_ref());
+        self.odds = likeliest.odds;
+        self.flight = best.map(|flight| with_rise(search, flight).0);
+        if let Some(staircase) = &likeliest.staircase {
+            self.measure(search, posterior, staircase, bias_sigma_rad);
+        }
+    }
+
+    /// Measures the staircase that stands there.
+    #[inline(never)]
+    fn measure(
+        &mut self,
+        search: &Search<'_, Ascending<'_>>,
+        posterior: &Posterior,
+        staircase: &Staircase,
+        bias_sigma_rad: f32,
+    ) {
+        let (flight, rise) = with_rise(search, flight(search, staircase));
+        let begun = (&posterior.model, *staircase);
+        let measured = dimensions::ascending(search.stairs, &flight, rise, begun, bias_sigma_rad);
+        self.measured = Some(measured);
+        self.flight = Some(flight);
+    }
+}
+
+/// A flight with its score and the height of its risers by the likelihood of all echoes.
+fn with_rise(search: &Search<'_, Ascending<'_>>, mut flight: Flight<AscentShape>) -> Risen {
+    let (rise, score) = search.stairs.rise(&flight);
+    flight.score = score;
+    (flight, rise)
+}

@@ -1,0 +1,268 @@
+//! The particles' word: the likeliest outline of stairs, doubts about an answer, and other things that may stand there.
+
+use super::bases::{LANDING_M, Posterior, staircase};
+use super::cloud::{CELLS, Cloud, Told};
+use super::dimensions::Measured;
+use super::past::{History, Weighed};
+use super::proposals::{Base, Proposals};
+use super::propose::ascending::AscentShape;
+use super::propose::stairs::Flight;
+use crate::answer::{MAX_MAYBES, Maybe};
+use crate::math;
+use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Staircase, ToldStep};
+use crate::observer::{Event, Observer};
+use crate::sort::shell_sort;
+use heapless::Vec;
+
+/// Most places where something may stand that are told apart.
+const MAX_PLACES: usize = 16;
+/// From this probability on a place is told.
+const LEAST_MAYBE: f32 = 0.05;
+/// So many hypotheses are looked around that are not like each other …
+const LOOKED: usize = 2;
+/// … if they are within so many nats of the likeliest.
+const NEAR_NATS: f32 = 4.0;
+/// Most outlines that are told apart, the likeliest.
+const OUTLINES: usize = 6;
+
+/// Particles put together that have as many visible steps, each within 10 cm of the other's, whatever their heights: the
+/// heaviest of them, or level ground where they show no step, with the weight of all.
+type Outlines = Vec<Weighed, OUTLINES>;
+
+/// The likeliest thing that stands there, by the particles and by earlier scans.
+#[derive(Clone, Copy, Debug)]
+pub struct Likeliest {
+    /// The staircase; none where ground without one is likelier.
+    pub staircase: Option<Staircase>,
+    /// Log-odds of the likeliest staircase against ground without one, nats.
+    pub odds: f32,
+}
+
+impl Likeliest {
+    /// By the search alone.
+    pub fn of(best: Option<&Flight<AscentShape>>) -> Self {
+        let odds = best.map_or(f32::NEG_INFINITY, |b| b.score);
+        Self {
+            staircase: best.filter(|_| odds >= 0.0).map(staircase),
+            odds,
+        }
+    }
+
+    /// Whether another one has its steps in the same places.
+    pub fn is_like(&self, other: Option<&Staircase>) -> bool {
+        let places = |s: Option<&Staircase>| {
+            let s = s.copied().unwrap_or_default();
+            s.x_m.into_iter().take(s.len())
+        };
+        alike(places(self.staircase.as_ref()), places(other))
+    }
+}
+
+/// What the particles say of an answer.
+#[derive(Clone, Debug, Default)]
+pub struct Belief {
+    /// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
+    pub doubts: [f32; CELLS],
+    /// What may stand there though the answer does not hold it.
+    pub maybes: Vec<Maybe, MAX_MAYBES>,
+}
+
+impl Posterior {
+    /// Asks the particles about an answer, after [`Posterior::propose`], and writes their word into `belief`, so that no
+    /// second one stands on the stack.
+    #[inline(never)]
+    pub fn judge(&mut self, told: Option<(&Measured, &Staircase)>, belief: &mut Belief) {
+        let mut edges: Vec<ToldStep, MAX_STEPS> = Vec::new();
+        let mut answer = Staircase::nothing();
+        let mut sigmas = [0.0; MAX_STEPS];
+        let steps = told.map_or(&[][..], |(m, _)| &m.answer.steps);
+        if let Some((_, told)) = told.filter(|_| !steps.is_empty()) {
+            answer = *told;
+        }
+        let levels = answer.top_m.iter_mut().zip(&mut sigmas);
+        for (step, (top, sigma)) in steps.iter().zip(levels) {
+            // As many as a staircase has.
+            let _ = edges.push(ToldStep::new(
+                (step.distance_m, step.height_m),
+                (step.distance_sigma_m, step.height_sigma_m),
+            ));
+            (*top, *sigma) = (step.height_m, step.height_sigma_m);
+        }
+        let told = Told {
+            edges: &edges,
+            view: self.model.view,
+        };
+        if !answer.is_empty() {
+            self.add(&answer, &sigmas, answer.last_x() + LANDING_M);
+        }
+        self.spread(&told);
+        self.cloud.resample();
+        belief.doubts = self.cloud.doubts();
+        belief.maybes = maybes(&self.cloud, &told);
+    }
+
+    /// The likeliest outline by the particles that were judged last and by earlier scans.
+    #[inline(never)]
+    pub fn likeliest(&self, past: Option<&History>) -> Likeliest {
+        let outlines = self.outlines();
+        let word = |o: &Weighed| past.map_or(0.0, |past| past.hypotheses.word(&o.staircase));
+        let most = |steps: bool| {
+            let of = outlines.iter();
+            let of = of.filter(|o| steps != o.staircase.is_empty());
+            of.map(|o| (o, o.log_weight + word(o)))
+                .max_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let (stairs, ground) = (most(true), most(false));
+        let odds = match (stairs, ground) {
+            (None, _) => f32::NEG_INFINITY,
+            (_, None) => f32::INFINITY,
+            (Some((_, stairs)), Some((_, ground))) => stairs - ground,
+        };
+        let stairs = stairs.filter(|_| odds >= 0.0);
+        Likeliest {
+            staircase: stairs.map(|(o, _)| o.staircase),
+            odds,
+        }
+    }
+
+    /// The likeliest outlines by this scan alone.
+    #[inline(never)]
+    pub fn outlines(&self) -> Outlines {
+        let mut outlines = Outlines::new();
+        while !outlines.is_full() {
+            let known = |s: &Staircase| {
+                let same = |o: &Weighed| alike(self.shown(s), self.shown(&o.staircase));
+                outlines.iter().any(same)
+            };
+            let fresh = self.cloud.particles().filter(|(s, _)| !known(s));
+            let Some((next, _)) = fresh.max_by(|a, b| a.1.total_cmp(&b.1)) else {
+                break;
+            };
+            let same = self.cloud.particles();
+            let same = same.filter(|(s, _)| alike(self.shown(s), self.shown(next)));
+            let bare = self.shown(next).next().is_none();
+            let outline = Weighed {
+                staircase: if bare { Staircase::nothing() } else { *next },
+                log_weight: math::ln(same.map(|(_, p)| p).sum()),
+            };
+            // There is room, or the loop would have ended.
+            let _ = outlines.push(outline);
+        }
+        outlines
+    }
+
+    /// Where a staircase's steps stand that can be seen, metres.
+    fn shown<'a>(&self, s: &'a Staircase) -> impl Iterator<Item = f32> + 'a {
+        let seen = s.edges(&self.model.view).filter(|e| e.seen);
+        seen.map(|e| e.x_m)
+    }
+
+    /// Tells the observer the particles.
+    pub fn tell(&self, observer: &mut dyn Observer) {
+        observer.event(Event::Posterior {
+            cloud: &self.cloud,
+            view: &self.model.view,
+        });
+    }
+
+    /// Fills the cloud with what may stand there: the hypotheses, and what is near the likeliest of them.
+    #[inline(never)]
+    fn spread(&mut self, told: &Told<'_>) {
+        let Self {
+            model,
+            bases,
+            cloud,
+        } = self;
+        cloud.clear();
+        let weights = bases.iter().map(|b| b.log_weight);
+        let top = weights.fold(f32::NEG_INFINITY, math::max);
+        for base in bases.iter() {
+            cloud.add(&base.staircase, base.log_weight, &base.sigmas, told);
+        }
+        let mut looked: Vec<&Base, LOOKED> = Vec::new();
+        while !looked.is_full() {
+            // Level ground with another wall has the same around it.
+            let fresh = |b: &&Base| {
+                let ground = b.staircase.kind == GroundKind::Nothing;
+                !looked.iter().any(|l| {
+                    b.staircase.is_like(&l.staircase)
+                        || ground && l.staircase.kind == GroundKind::Nothing
+                })
+            };
+            // Nothing is proposed around a ramp.
+            let around = bases
+                .iter()
+                .filter(|b| !matches!(b.staircase.kind, GroundKind::Ramp { .. }));
+            let near = around.filter(|b| b.log_weight > top - NEAR_NATS);
+            let next = near.filter(fresh);
+            let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
+            let Some(base) = next else { break };
+            Proposals { model, told, cloud }.around(base);
+            // There is room, or the loop would have ended.
+            let _ = looked.push(base);
+        }
+    }
+}
+
+/// Whether there are as many steps, each in the same place.
+fn alike(a: impl Iterator<Item = f32>, mut b: impl Iterator<Item = f32>) -> bool {
+    let mut same = true;
+    for x_m in a {
+        same &= b.next().is_some_and(|other| (x_m - other).abs() < SAME_M);
+    }
+    same && b.next().is_none()
+}
+
+/// The edges of particles that the answer does not hold, those near each other as one.
+fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
+    let mut sums: Vec<Maybe, MAX_PLACES> = Vec::new();
+    for (staircase, probability) in cloud.particles() {
+        let seen = staircase.edges(&told.view).filter(|e| e.seen);
+        let drop = match staircase.kind {
+            GroundKind::Drop { at_m } => Some(Edge {
+                x_m: at_m,
+                y_m: Maybe::DROP_M,
+                seen: true,
+            }),
+            _ => None,
+        };
+        for edge in seen.chain(drop) {
+            let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
+            if told.edges.iter().any(|t| near(t.x_m)) {
+                continue;
+            }
+            let place = sums.iter_mut().find(|m| {
+                near(m.distance_m / m.probability) && (m.height_m < 0.0) == (edge.y_m < 0.0)
+            });
+            let (distance_m, height_m) = (probability * edge.x_m, probability * edge.y_m);
+            match place {
+                Some(m) => {
+                    m.distance_m += distance_m;
+                    m.height_m += height_m;
+                    m.probability += probability;
+                }
+                // Where there is no room any more, many places are more doubtful.
+                None => drop_full(sums.push(Maybe {
+                    distance_m,
+                    height_m,
+                    probability,
+                })),
+            }
+        }
+    }
+    let mut maybes = Vec::new();
+    let likely = |m: &&Maybe| m.probability >= LEAST_MAYBE;
+    for m in sums.iter().filter(likely) {
+        let told = Maybe {
+            distance_m: m.distance_m / m.probability,
+            height_m: m.height_m / m.probability,
+            probability: math::min(m.probability, 1.0),
+        };
+        drop_full(maybes.push(told));
+    }
+    shell_sort(&mut maybes, |a: &Maybe, b| a.distance_m < b.distance_m);
+    maybes
+}
+
+/// What finds no room is left out.
+fn drop_full(_: Result<(), Maybe>) {}

@@ -1,0 +1,531 @@
+//! The default estimator: from echoes to the staircase that explains them best.
+//!
+//! Going up, a search proposes flights; they and their variants are weighed by the measurement model of
+//! [`crate::model`] and become particles, and the particles decide. Going down the search's best flight is the answer.
+//! In the order of the data:
+//!
+//! | module | does |
+//! |---|---|
+//! | `propose` | the search: flights that may explain the echoes, with a score; it only proposes |
+//! | [`past`] | earlier scans: likely staircases, steps and log-odds of an error, carried on with the chair |
+//! | `bases` | hypotheses that begin the posterior: flights of the search and of earlier scans, refined; a ramp; level ground |
+//! | `readings` | what each riser's own echoes say of its place and height |
+//! | [`gauss`] | the Gaussian over the levels of a flight, any one riser or tread odd |
+//! | `refine` | a hypothesis moved to where the echoes put it |
+//! | `proposals` | variants of a hypothesis: one riser more, fewer, an odd one; on bare ground a step, a box, a drop |
+//! | `cloud` | weighted particles, resampled, and what they say of an answer, by cells of the way |
+//! | `judgement` | what the particles say: the likeliest outline, doubts, what may stand there besides |
+//! | `inference` | the answer going up: the modules above in two rounds at most |
+//! | `nosings` | how far away each nosing stands, and by how much all overhang |
+//! | `dimensions` | steps with their standard deviations |
+//! | `chart` | the map with what it takes to read it |
+//! | `floor_line` | what the ground shows along its line, and where it is missing |
+//! | `support`, `horizon` | what each step rests on, what is weak about the answer, and how far it is valid |
+//! | [`trace`] | what an observer is told on the way |
+//!
+//! This file joins them: [`Likelihood`] takes in the rows of a scan and makes its answer.
+
+// The stages are `inline(never)`: each has its working memory on a stack of 18 KB, and merged into
+// one function they would hold all of it at the same time.
+
+mod bases;
+mod chart;
+mod cloud;
+mod dimensions;
+mod floor_line;
+pub mod gauss;
+mod horizon;
+mod inference;
+mod judgement;
+mod nosings;
+pub mod past;
+mod proposals;
+mod propose;
+mod readings;
+mod refine;
+mod support;
+pub mod trace;
+
+#[cfg(test)]
+mod tests;
+
+use crate::answer::Answer;
+use crate::config::{Config, Plane};
+use crate::estimator::{Estimator, MappedScan};
+use crate::math;
+use crate::model::View;
+use crate::motion::{Drive, Retention, Ride, Sweeps};
+use crate::mount::{Floor, online};
+use crate::observer::{Event, Observer};
+pub use crate::params::Params;
+use crate::params::generative::Generative;
+use crate::params::measured;
+use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
+use crate::signal::grid::{Geometry, PolarMap};
+use crate::verdict::{Reason, Reasons, Sight, Validity};
+use bases::Posterior;
+use chart::Chart;
+pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
+use dimensions::Measured;
+use floor_line::FloorLine;
+use horizon::Ground;
+pub use horizon::Reach;
+use inference::Inferred;
+use judgement::Belief;
+use past::{History, Outlook};
+pub use proposals::{Base, Proposals, weight};
+use propose::ascending::{self, Ascending};
+use propose::descending::{self, Descending};
+use propose::roles::{Role, Roles};
+use propose::scene::{Mark, Scene};
+use propose::search::{Beginnings, Search};
+use propose::stairs::{Explanation, Flight, Stairs};
+pub use readings::{Face, Readings};
+pub use refine::refine;
+use trace::{Hypothesis, Scatterer, Stage};
+
+/// The estimator: what it keeps during a scan, and after the last row the search's memory in the
+/// same place.
+#[derive(Debug)]
+pub struct Likelihood {
+    phase: Phase,
+    echoes: Echoes,
+    sweeps: Sweeps,
+    params: &'static Params,
+    posterior: Posterior,
+    floor_line: FloorLine,
+    /// Whether the particles have a say.
+    particles: bool,
+}
+
+#[derive(Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "the phases follow each other in the same memory"
+)]
+enum Phase {
+    Rows(Collector),
+    Up(Beginnings<ascending::AscentShape>),
+    Down(Beginnings<descending::DescentShape>),
+}
+
+impl Default for Likelihood {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Likelihood {
+    /// Before the first scan.
+    pub const fn new() -> Self {
+        Self::with(&Params::DEFAULT)
+    }
+
+    /// The same with other numbers than those that were tuned: to see what they do.
+    pub const fn with(params: &'static Params) -> Self {
+        Self {
+            phase: Phase::Rows(Collector::new()),
+            echoes: Echoes::new(),
+            sweeps: Sweeps::new(),
+            params,
+            posterior: Posterior::new(&measured::UP),
+            floor_line: FloorLine::new(),
+            particles: true,
+        }
+    }
+
+    /// The same with another measurement model in the depth plane: to fit what rests on it.
+    pub const fn measuring(mut self, measured: &'static Generative) -> Self {
+        self.posterior.measure(measured);
+        self
+    }
+
+    /// The echoes of a scan of a chair that stands, after its last row, in place of
+    /// [`Estimator::conclude`]; none when that has been.
+    pub fn echoes(&mut self, map: &PolarMap, config: &Config) -> &[Echo] {
+        self.echoes.clear();
+        if let Phase::Rows(collector) = &mut self.phase {
+            let echoes = &mut self.echoes;
+            collector.finish(map, config, self.params, &Drive::STANDING, echoes);
+        }
+        &self.echoes
+    }
+
+    /// The same without the posterior: the search's best flight is the answer, no cell is doubted more
+    /// than another, and nothing may stand there besides. To see what the particles are good for.
+    pub const fn without_particles(mut self) -> Self {
+        self.particles = false;
+        self
+    }
+}
+
+impl Estimator for Likelihood {
+    fn begin(&mut self, map: &PolarMap) {
+        if !matches!(self.phase, Phase::Rows(_)) {
+            self.phase = Phase::Rows(Collector::new());
+        }
+        if let Phase::Rows(collector) = &mut self.phase {
+            collector.begin(map);
+        }
+    }
+
+    fn row(&mut self, map: &PolarMap, k: usize) {
+        if let Phase::Rows(collector) = &mut self.phase {
+            collector.row(map, k);
+        }
+    }
+
+    fn conclude(
+        &mut self,
+        scan: &MappedScan<'_>,
+        mut past: Option<&mut History>,
+        observer: &mut dyn Observer,
+        answer: &mut Answer,
+    ) -> Option<Sight> {
+        let Phase::Rows(collector) = &mut self.phase else {
+            return None;
+        };
+        let MappedScan {
+            map,
+            config,
+            number,
+            drive,
+        } = *scan;
+        let p = self.params;
+        let echoes = &mut self.echoes;
+        let noise = collector.finish(map, config, p, drive, echoes);
+        let agreement = self.sweeps.compare(map, config, drive, echoes);
+        let instrument = (config.mount, config.radar);
+        let moved_m = agreement.moved_m(drive);
+        let moved_m = moved_m.filter(|_| drive.memory == Retention::Kept);
+        let rode_m = drive.known().map_or(0.0, |track| track.end().travel_m);
+        if let Some(past) = &mut past {
+            past.begin(number, instrument, View::of(map), moved_m, rode_m);
+        }
+        observer.event(Event::Noise(noise));
+        observer.event(Event::Done(Stage::Echoes));
+        let geometry = map.geometry();
+        self.phase = match geometry.plane {
+            Plane::Depth => Phase::Up(Beginnings::new()),
+            Plane::Height => Phase::Down(Beginnings::new()),
+        };
+        let floor = match geometry.plane {
+            Plane::Height => None,
+            Plane::Depth => Some(Floor::of(echoes, geometry.bin_m, p)),
+        };
+        if let Some(floor) = floor {
+            observer.event(Event::Floor(floor));
+        }
+        let level = floor.is_none_or(|floor| floor.in_place(p));
+        // The rows' own range moves along while the chair does.
+        let still = rode_m.abs() < p.beam_still_m && geometry.plane == Plane::Depth;
+        let lobes = still.then(|| Lobes::of(echoes, geometry, p)).flatten();
+        if let Some(lobes) = lobes {
+            observer.event(Event::Lobes(lobes));
+        }
+        let worth = match &mut self.phase {
+            Phase::Up(memory) => {
+                let chart = Chart {
+                    map,
+                    noise,
+                    bias_rad: 0.0,
+                    height_m: 0.0,
+                    ride: Ride::of(drive, &config.radar),
+                };
+                let posterior = (&mut self.posterior, self.particles);
+                let off = drive.memory == Retention::Off;
+                let past = past.as_deref_mut().filter(|_| !off);
+                let parts = (memory, posterior, past, &mut self.floor_line);
+                let firm = floor.is_some_and(|floor| floor.firm(p));
+                ascend(echoes, (chart, firm), p, parts, (observer, answer))
+            }
+            Phase::Down(memory) => descend(echoes, geometry, p, memory, (observer, answer)),
+            Phase::Rows(_) => return None,
+        };
+        observer.event(Event::Done(Stage::Dimensions));
+        let astray = worth.astray || !level;
+        let stretched = lobes.is_some_and(|lobes| !lobes.fit(p));
+        let heard = echoes.iter().any(|e| e.snr_db >= p.sure_echo_db);
+        let mut weak = worth.weak;
+        if past.as_ref().is_some_and(|past| past.changed()) {
+            weak.add(Reason::SceneChanged);
+        }
+        let agreement = agreement.confirmed(past.as_ref().is_some_and(|past| past.confirms()));
+        let placed = !astray && !stretched && agreement.placed();
+        let kept = heard && placed && geometry.plane == Plane::Depth;
+        let forget = !kept || drive.memory == Retention::Off;
+        if let Some(past) = past.as_mut().filter(|_| forget) {
+            past.forget();
+        }
+        Some(Sight {
+            heard,
+            valid: Some(worth.valid),
+            astray,
+            stretched,
+            agreement,
+            weak,
+        })
+    }
+}
+
+/// What a search says of its answer.
+struct Worth {
+    /// How far it is valid.
+    valid: Validity,
+    /// Whether calibration or the first corner shows another mounting than is said.
+    astray: bool,
+    /// What is weak about it.
+    weak: Reasons,
+}
+
+/// The best stairs going up, if they explain the echoes better than everything else. Where the floor does not
+/// show that the mounting is as it is said to be (`firm`), their first corner must.
+#[inline(never)]
+fn ascend(
+    echoes: &mut [Echo],
+    (chart, firm): (Chart<'_>, bool),
+    p: &Params,
+    (memory, (posterior, particles), mut past, floor_line): (
+        &mut Beginnings<ascending::AscentShape>,
+        (&mut Posterior, bool),
+        Option<&mut History>,
+        &mut FloorLine,
+    ),
+    (observer, answer): (&mut dyn Observer, &mut Answer),
+) -> Worth {
+    let geometry = chart.map.geometry();
+    let found = online::calibrate(echoes, geometry, p);
+    observer.event(Event::Calibration(found));
+    let chart = Chart {
+        bias_rad: found.bias_rad,
+        height_m: found.height_m,
+        ..chart
+    };
+    let mut scene = Scene::new(geometry.mount_height_m, p);
+    scene.risers(echoes);
+    let scene = &scene;
+    let stairs = Ascending::new(scene);
+    let mut search = Search::new(&stairs);
+    let best = search.best(memory);
+    posterior.take(echoes, chart.map);
+    observer.event(Event::Done(Stage::Search));
+    let mut inferred = Inferred::default();
+    if particles {
+        let known = (&mut *posterior, past.as_deref_mut());
+        inferred.settle(&search, best, known, found.bias_sigma_rad);
+        posterior.tell(observer);
+    } else {
+        inferred.search_alone(&search, best, posterior, found.bias_sigma_rad);
+    }
+    if let Some(past) = &mut past {
+        let steps = inferred.measured.as_mut();
+        past.combine(steps.map_or(&mut [], |m| m.answer.steps.as_mut_slice()));
+    }
+    let steps = inferred.measured.as_ref().map(|m| &m.answer.steps);
+    let clear = steps.is_none_or(|steps| steps.is_empty());
+    if clear {
+        floor_line.look(&chart, p);
+    }
+    let ended = Ended {
+        search: &search,
+        best: inferred.flight.as_ref(),
+        odds: inferred.odds,
+        measured: &mut inferred.measured,
+        geometry,
+        belief: &inferred.belief,
+        strained: !found.fits(p),
+        firm,
+        floor_line: (clear && p.rules.floor_line).then_some(&*floor_line),
+    };
+    ended.tell(echoes, observer);
+    ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
+}
+
+/// The best stairs going down.
+#[inline(never)]
+fn descend(
+    echoes: &[Echo],
+    geometry: &Geometry,
+    p: &Params,
+    memory: &mut Beginnings<descending::DescentShape>,
+    (observer, answer): (&mut dyn Observer, &mut Answer),
+) -> Worth {
+    let mut scene = Scene::new(geometry.mount_height_m, p);
+    scene.treads(echoes);
+    let scene = &scene;
+    let stairs = Descending::new(scene);
+    let mut search = Search::new(&stairs);
+    let best = search.best(memory);
+    observer.event(Event::Done(Stage::Search));
+    let accepted = best.as_ref().filter(|f| f.score >= 0.0);
+    let mut measured = accepted.map(|flight| dimensions::descending(&stairs, flight));
+    let ended = Ended {
+        search: &search,
+        best: best.as_ref(),
+        odds: best.as_ref().map_or(f32::NEG_INFINITY, |b| b.score),
+        measured: &mut measured,
+        geometry,
+        belief: &Belief::default(),
+        strained: false,
+        firm: true,
+        floor_line: None,
+    };
+    ended.tell(echoes, observer);
+    ended.conclude(None, observer, answer)
+}
+
+/// A finished search, going up or down, with the answer that it led to.
+struct Ended<'s, S: Stairs> {
+    search: &'s Search<'s, S>,
+    best: Option<&'s Flight<S::Shape>>,
+    /// Log-odds of the likeliest stairs against ground without any, nats.
+    odds: f32,
+    /// The steps that stand there; none where no flight was accepted.
+    measured: &'s mut Option<Measured>,
+    geometry: &'s Geometry,
+    belief: &'s Belief,
+    /// Whether calibration had more to take out than a mounting that is as it is said to be leaves.
+    strained: bool,
+    /// Whether the floor shows that the mounting is as it is said to be.
+    firm: bool,
+    /// What the ground shows along its line, where there are no steps.
+    floor_line: Option<&'s FloorLine>,
+}
+
+impl<S: Stairs> Ended<'_, S> {
+    /// Makes the answer, of a flight that was accepted and measured or of none, and returns its worth.
+    #[inline(never)]
+    fn conclude(
+        self,
+        outlook: Option<&mut Outlook>,
+        observer: &mut dyn Observer,
+        answer: &mut Answer,
+    ) -> Worth {
+        let scene = self.search.stairs.scene();
+        let p = scene.params;
+        let roles = self.roles();
+        let astray = self.strained || !self.firm && self.corner_astray();
+        let accepted = self.measured.is_some();
+        let mut supports = heapless::Vec::new();
+        let mut weak = Reasons::NONE;
+        if let Some(measured) = &*self.measured {
+            answer.clone_from(&measured.answer);
+            supports.clone_from(&measured.supports);
+            if measured.may_be {
+                weak.add(Reason::CloseRival);
+            }
+        }
+        let lead = match self.best.filter(|_| !supports.is_empty()) {
+            Some(best) => {
+                let pairs = scene.marks.iter().zip(&roles);
+                let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
+                let lead = best.score - self.search.rival(best.chain.len());
+                let steps = &answer.steps;
+                weak = weak.and(support::judge(steps, lead, &supports, against, p));
+                lead
+            }
+            None => {
+                // A flight that was accepted and then found to be a box or a threshold is no rival.
+                let rival = self.best.filter(|_| !accepted);
+                // Close is what the posterior hardly rejects, or what explains more than level ground to the search.
+                let close = |b: &Flight<_>| math::max(self.odds, b.score - p.clear_lead_nats);
+                let odds = rival.map_or(f32::NEG_INFINITY, close);
+                let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
+                weak = weak.and(support::judge_none(odds, strongest_db, p));
+                rival.map_or(f32::NEG_INFINITY, |b| b.score)
+            }
+        };
+        answer.link();
+        let ground = Ground {
+            scene,
+            roles: &roles,
+            steps: &answer.steps,
+            supports: &supports,
+            lead,
+            open: self.best.is_some_and(|b| S::open(b.shape)),
+            geometry: self.geometry,
+            doubts: self.belief.doubts,
+            floor_line: self.floor_line,
+        };
+        let valid = horizon::validity(&ground, outlook, &mut |cell| {
+            if observer.listens() {
+                observer.event(Event::Cell(cell));
+            }
+        });
+        answer.maybes.clone_from(&self.belief.maybes);
+        Worth {
+            valid,
+            astray,
+            weak,
+        }
+    }
+
+    /// Whether the corner of floor and first riser, where there is one to rely on, is seen above the floor or
+    /// below it.
+    #[inline(never)]
+    fn corner_astray(&self) -> bool {
+        let Some(measured) = &*self.measured else {
+            return false;
+        };
+        let scene = self.search.stairs.scene();
+        let p = scene.params;
+        if !p.rules.corner_astray {
+            return false;
+        }
+        let Some(first) = measured.answer.steps.first() else {
+            return false;
+        };
+        let foot = |(m, role): &(&Mark, &Role)| {
+            let there = (m.x_m - first.distance_m).abs() < p.foot_reach_m;
+            let low = m.y_m < 0.5 * first.height_m;
+            let foot = matches!(role, Role::Corner | Role::Inside);
+            foot && there && low && m.snr_db > p.corner_astray_db
+        };
+        let feet = scene.marks.iter().zip(&measured.roles).filter(foot);
+        let foot = feet.reduce(|a, b| if b.0.snr_db > a.0.snr_db { b } else { a });
+        foot.is_some_and(|(m, _)| m.y_m.abs() > p.corner_astray_rad * m.range_m)
+    }
+
+    /// What each mark is taken for: by the flight that was measured, or on the bare ground.
+    fn roles(&self) -> Roles {
+        if let Some(measured) = self.measured.as_ref().filter(|m| !m.supports.is_empty()) {
+            return measured.roles.clone();
+        }
+        let mut roles = Roles::new();
+        for m in &self.search.stairs.scene().marks {
+            // As many as there are marks.
+            let _ = roles.push(self.search.stairs.role(m, &[], S::Shape::default()));
+        }
+        roles
+    }
+
+    /// Tells the observer each scatterer's role, and every explanation with its score.
+    #[inline(never)]
+    fn tell(&self, echoes: &[Echo], observer: &mut dyn Observer) {
+        if !observer.listens() {
+            return;
+        }
+        let scene = self.search.stairs.scene();
+        let roles = self.roles();
+        for (k, &echo) in (0..).zip(echoes) {
+            let pair = scene.marks.iter().zip(&roles).find(|(m, _)| m.echo == k);
+            let role = pair.map_or(Role::Stray, |(_, role)| *role);
+            observer.event(Event::Scatterer(&Scatterer { echo, role }));
+        }
+        let winner = self.best.filter(|_| self.measured.is_some());
+        observer.event(Event::Hypothesis(&Hypothesis {
+            explanation: Explanation::NoStairs,
+            faces: &[],
+            score: 0.0,
+            winner: winner.is_none(),
+        }));
+        for flight in &self.search.leaders {
+            observer.event(Event::Hypothesis(&Hypothesis {
+                explanation: S::explanation(flight.shape),
+                faces: &flight.chain,
+                score: flight.score,
+                winner: winner.is_some_and(|w| w.chain.len() == flight.chain.len()),
+            }));
+        }
+    }
+}

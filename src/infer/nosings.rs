@@ -1,0 +1,429 @@
+//! How far away each nosing stands: the echoes on two upright lines, nosing and riser, one overhang
+//! for the whole flight.
+//!
+//! A tread that stands out shows two lines, its front and, the overhang behind it, the riser with the
+//! inner corner at its foot; a flush one shows both at one place. Range tells echoes apart to a
+//! millimetre or two, height to a centimetre or two: so the places say which overhang it is, and the
+//! heights which line an echo lies on. All overhangs are weighed against each other over the whole
+//! flight, and within each, all places of each nosing; what is reported is the mean over these
+//! possibilities and their spread.
+
+use super::gauss::TreadLevels;
+use super::propose::ascending::{AscentShape, riser_at};
+use super::propose::roles::Riser;
+use super::propose::scene::{Mark, Scene, gain};
+use super::propose::stairs::{Flight, MAX_FLIGHT};
+use crate::estimate::Estimate;
+use crate::math;
+use crate::params::Params;
+use crate::sort::shell_sort;
+use heapless::Vec;
+
+/// Overhangs weighed, metres: none, and from what two lines can be told apart to the deepest noses that
+/// people build, closer together than the lines are wide.
+const OVERHANGS_M: [f32; 11] = [
+    0.0, 0.008, 0.014, 0.020, 0.026, 0.032, 0.038, 0.044, 0.050, 0.056, 0.062,
+];
+/// Cost of an overhanging riser, nats: it shows nosing and riser, or either alone, each as often.
+const LN_SHOWN: f32 = 1.098_612_3;
+/// Overhangs less likely than this add nothing.
+const NEGLIGIBLE: f32 = 1e-3;
+/// Most echoes looked at near one riser, the strongest: a nosing, a face, a corner and twice as many.
+const MOST: usize = 6;
+/// So many of them may say where the lines stand.
+const GENERATORS: usize = 3;
+
+/// Where the nosings stand, metres from the mirror; `None` for one without an echo.
+pub type Nosings = Vec<Option<Estimate>, MAX_FLIGHT>;
+
+/// An echo near a riser.
+#[derive(Clone, Copy, Debug)]
+struct Sighting {
+    /// Horizontal distance and its standard deviation, metres.
+    x: (f32, f32),
+    /// Gain on the line of the nosing by its height, nats.
+    front: f32,
+    /// Gain on the riser's line.
+    back: f32,
+    /// Credibility.
+    weight: f32,
+    snr_db: f32,
+}
+
+/// How well two lines explain the echoes near a riser.
+#[derive(Clone, Copy, Debug, Default)]
+struct Explained {
+    nats: f32,
+    /// From line to line as the echoes have it, if both show.
+    gap_m: Option<f32>,
+    /// Amplitude of the weaker line.
+    amplitude: f32,
+}
+
+/// The echoes near one riser, and which lines it shows.
+struct RiserEchoes {
+    sightings: Vec<Sighting, MOST>,
+    unexplained_nats: f32,
+}
+
+impl RiserEchoes {
+    /// Looks at the riser's surroundings; `top_variance` is that of the level at its top.
+    fn new(scene: &Scene<'_>, riser: &Riser, along_m: f32, top_variance: f32) -> Self {
+        let p = scene.params;
+        let from = math::max(along_m - p.nosing_window_m, p.nearest_riser_m);
+        let mut sightings = Vec::<Sighting, MOST>::new();
+        for m in scene.between(from, along_m + p.nosing_window_m) {
+            let sighting = sight(scene, riser, m, top_variance);
+            if sightings.push(sighting).is_err()
+                && let Some(last) = sightings.last_mut()
+                && last.snr_db < sighting.snr_db
+            {
+                *last = sighting;
+            }
+            shell_sort(&mut sightings, |a, b| a.snr_db > b.snr_db);
+        }
+        Self {
+            sightings,
+            unexplained_nats: p.nosing_stray_nats,
+        }
+    }
+
+    /// Calls `take` with each place of the nosing that an echo suggests if the overhang is `overhang_m`,
+    /// whether the riser's line suggests it, and the echo's strength in dB.
+    fn suggest(&self, overhang_m: f32, mut take: impl FnMut(f32, bool, f32)) {
+        for s in self.sightings.iter().take(GENERATORS) {
+            let flush = overhang_m <= 0.0;
+            if s.front > 0.0 || (flush && s.back > 0.0) {
+                take(s.x.0, false, s.snr_db);
+            }
+            if !flush && s.back > 0.0 {
+                take(s.x.0 - overhang_m, true, s.snr_db);
+            }
+        }
+    }
+
+    /// How well a nosing at `front_m` with this overhang explains the echoes.
+    fn explain(&self, front_m: f32, overhang_m: f32) -> Explained {
+        let mut nats = 0.0;
+        let (mut front, mut back) = ((0.0, 0.0), (0.0, 0.0));
+        for s in &self.sightings {
+            let z = (s.x.0 - front_m) / s.x.1;
+            let behind = (s.x.0 - front_m - overhang_m) / s.x.1;
+            let (as_front, as_back) = (gain(s.front, z), gain(s.back, behind));
+            let best = math::max(as_front, as_back);
+            if best > 0.0 {
+                nats += s.weight * best;
+                let amplitude = math::amplitude(s.snr_db);
+                let line = if as_front >= as_back {
+                    &mut front
+                } else {
+                    &mut back
+                };
+                line.0 += amplitude;
+                line.1 += amplitude * (s.x.0 - front_m);
+            } else if math::max(s.front, s.back) > 0.0 {
+                nats -= s.weight * self.unexplained_nats;
+            }
+        }
+        if overhang_m <= 0.0 {
+            return Explained {
+                nats,
+                ..Explained::default()
+            };
+        }
+        let both = front.0 > 0.0 && back.0 > 0.0;
+        Explained {
+            nats: nats - LN_SHOWN,
+            gap_m: both.then(|| back.1 / back.0 - front.1 / front.0),
+            amplitude: math::min(front.0, back.0),
+        }
+    }
+
+    /// The best explanation with this overhang.
+    fn best(&self, overhang_m: f32) -> Option<Explained> {
+        let mut best: Option<Explained> = None;
+        self.suggest(overhang_m, |front_m, _, _| {
+            let explained = self.explain(front_m, overhang_m);
+            if best.is_none_or(|b| b.nats < explained.nats) {
+                best = Some(explained);
+            }
+        });
+        best
+    }
+}
+
+/// What an echo may be by its height: on the front of the tread or below on the riser.
+fn sight(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> Sighting {
+    let p = scene.params;
+    let top_z = (m.y_m - riser.top_m) / math::sqrt(m.y_sigma_m * m.y_sigma_m + top_variance);
+    let mut front = gain(p.point_nats, top_z);
+    let lip_m = math::min(
+        p.lip_m,
+        p.lip_share * (riser.top_m - riser.base_m) + p.lip_margin_m,
+    );
+    if (riser.top_m - lip_m - m.y_sigma_m..riser.top_m + m.y_sigma_m).contains(&m.y_m) {
+        front = math::max(front, p.face_nats);
+    }
+    let hidden = scene.hides_foot(riser);
+    let mut back = if riser.open || hidden {
+        0.0
+    } else {
+        gain(p.point_nats, (m.y_m - riser.base_m) / m.y_sigma_m)
+    };
+    let above_foot = hidden || m.y_m > riser.base_m + m.y_sigma_m;
+    if above_foot && m.y_m < riser.top_m - p.least_lip_m + 0.5 * m.y_sigma_m {
+        back = math::max(back, p.face_nats);
+    }
+    // Seen from below, the edge on top shows no better than the one below it.
+    if riser.top_m > scene.mount_height_m {
+        front = math::min(front, p.face_nats);
+    }
+    // A height that is off moves the horizontal distance of what lies below or above the mirror.
+    let slope = (scene.mount_height_m - m.y_m) / m.x_m;
+    Sighting {
+        x: (
+            m.x_m,
+            math::hypot(p.line_sigma_m, slope * m.range_m * p.edge_angle_rad),
+        ),
+        front,
+        back,
+        weight: m.weight,
+        snr_db: m.snr_db,
+    }
+}
+
+/// One overhang: how well it explains all risers, and the overhang as the echoes have it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Overhang {
+    nats: f32,
+    gaps: f32,
+    amplitudes: f32,
+}
+
+impl Overhang {
+    /// The overhang by the echoes that show both lines, or the one that is weighed.
+    fn refined(&self, overhang_m: f32, p: &Params) -> Estimate {
+        if overhang_m <= 0.0 {
+            Estimate::default()
+        } else if self.amplitudes > 0.0 {
+            Estimate::new(self.gaps / self.amplitudes, p.nosing_sigma_m)
+        } else {
+            Estimate::new(overhang_m, p.overhang_grid_sigma_m)
+        }
+    }
+}
+
+/// Calls `look` with the surroundings of one riser after the other.
+fn places(
+    scene: &Scene<'_>,
+    flight: &Flight<AscentShape>,
+    levels: &TreadLevels,
+    mut look: impl FnMut(&RiserEchoes),
+) {
+    for (k, (link, level)) in flight.chain.iter().zip(levels).enumerate() {
+        let riser = riser_at(&flight.chain, flight.shape.open, levels, k);
+        let place = RiserEchoes::new(scene, &riser, link.along_m, level.height.variance);
+        look(&place);
+    }
+}
+
+/// Where the nosings of a flight stand whose levels are known.
+#[inline(never)]
+pub fn locate(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Nosings {
+    let p = scene.params;
+    let mut overhangs = [Overhang::default(); OVERHANGS_M.len()];
+    // None at all is as likely as all others together.
+    let others = (OVERHANGS_M.len() - 1) as f32;
+    for (overhang, &m) in overhangs.iter_mut().zip(&OVERHANGS_M) {
+        overhang.nats = if m <= 0.0 { math::ln(others) } else { 0.0 };
+    }
+    places(scene, flight, levels, |place| {
+        for (overhang, &m) in overhangs.iter_mut().zip(&OVERHANGS_M) {
+            let Some(best) = place.best(m) else { continue };
+            overhang.nats += best.nats;
+            if let Some(gap_m) = best.gap_m {
+                overhang.gaps += best.amplitude * gap_m;
+                overhang.amplitudes += best.amplitude;
+            }
+        }
+    });
+    let top = overhangs.iter().map(|o| o.nats);
+    let top = top.fold(f32::NEG_INFINITY, math::max);
+    let mut nosings = Nosings::new();
+    places(scene, flight, levels, |place| {
+        let mut mixture = Mixture::default();
+        for (overhang, &m) in overhangs.iter().zip(&OVERHANGS_M) {
+            let share = math::exp(overhang.nats - top);
+            if share > NEGLIGIBLE {
+                let refined = overhang.refined(m, p);
+                mixture.add(place, m, refined, share, p);
+            }
+        }
+        // As many as the flight has.
+        let _ = nosings.push(mixture.mean());
+    });
+    nosings
+}
+
+/// Mean and spread of a nosing's place over all possibilities.
+#[derive(Clone, Copy, Debug, Default)]
+struct Mixture {
+    weight: f32,
+    sum: f32,
+    squares: f32,
+    /// What the sums count from, so that squares keep their digits.
+    origin_m: f32,
+}
+
+impl Mixture {
+    /// Adds the places with one overhang, which all together have the probability `share`.
+    fn add(
+        &mut self,
+        place: &RiserEchoes,
+        overhang_m: f32,
+        refined: Estimate,
+        share: f32,
+        p: &Params,
+    ) {
+        let Some(best) = place.best(overhang_m) else {
+            return;
+        };
+        if self.weight <= 0.0 {
+            self.origin_m = place.sightings.first().map_or(0.0, |s| s.x.0);
+        }
+        let (mut weight, mut sum, mut squares) = (0.0, 0.0, 0.0);
+        place.suggest(overhang_m, |front_m, is_back, snr_db| {
+            let nats = place.explain(front_m, overhang_m).nats - best.nats;
+            // Of two that fit alike the stronger is better known.
+            let w = math::exp(nats) * math::amplitude(snr_db);
+            let own = p.nosing_sigma_m * p.nosing_sigma_m;
+            let (shift_m, variance) = if is_back {
+                (overhang_m - refined.value, own + refined.variance)
+            } else {
+                (0.0, own)
+            };
+            let off_m = front_m + shift_m - self.origin_m;
+            weight += w;
+            sum += w * off_m;
+            squares += w * (off_m * off_m + variance);
+        });
+        if weight > 0.0 {
+            let each = share / weight;
+            self.weight += share;
+            self.sum += each * sum;
+            self.squares += each * squares;
+        }
+    }
+
+    fn mean(&self) -> Option<Estimate> {
+        (self.weight > 0.0).then(|| {
+            let mean = self.sum / self.weight;
+            Estimate {
+                value: self.origin_m + mean,
+                variance: math::max(self.squares / self.weight - mean * mean, 0.0),
+            }
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::infer::gauss;
+    use crate::infer::propose::stairs::ChainLink;
+    use crate::signal::echoes::Echo;
+
+    const RISE_M: f32 = 0.15;
+    const MOUNT_M: f32 = 0.40;
+
+    /// Where the nosings of a closed flight of 15 cm rises with these riser places are, by echoes at
+    /// (x, y) of 25 dB.
+    fn locate_by(risers: &[f32], echoes: &[(f32, f32)]) -> Vec<Option<Estimate>, MAX_FLIGHT> {
+        let echoes: std::vec::Vec<Echo> = echoes
+            .iter()
+            .map(|&(x_m, y_m)| Echo {
+                snr_db: 25.0,
+                range_m: math::hypot(x_m, MOUNT_M - y_m),
+                x_m,
+                y_m,
+                width: 1.0,
+                ..Echo::default()
+            })
+            .collect();
+        let mut scene = Scene::new(MOUNT_M, &Params::DEFAULT);
+        scene.risers(&echoes);
+        let mut flight = Flight {
+            shape: AscentShape {
+                rise_m: RISE_M,
+                open: false,
+            },
+            chain: Vec::new(),
+            faces: 0.0,
+            score: 0.0,
+        };
+        for &along_m in risers {
+            let column = Some(0);
+            flight.chain.push(ChainLink { along_m, column }).unwrap();
+        }
+        let levels = gauss::straight(Estimate::new(RISE_M, 0.003));
+        locate(&scene, &flight, &levels)
+    }
+
+    fn assert_at(nosing: Option<Estimate>, x_m: f32) {
+        let nosing = nosing.unwrap();
+        assert!((nosing.value - x_m).abs() < 0.003, "{nosing:?}, not {x_m}");
+        assert!(nosing.sigma() < 0.006, "{nosing:?}");
+    }
+
+    #[test]
+    fn a_riser_seen_alone_has_its_nosing_where_the_others_say() {
+        for overhang in [0.02, 0.035, 0.055] {
+            let nosings = locate_by(
+                &[0.6, 0.9, 1.2],
+                &[
+                    (0.6, 0.0),
+                    (0.6 - overhang, 0.15),
+                    (0.9, 0.15),
+                    (0.9 - overhang, 0.29),
+                    (1.2, 0.30),
+                ],
+            );
+            for (k, nosing) in nosings.iter().enumerate() {
+                assert_at(*nosing, 0.6 + 0.3 * k as f32 - overhang);
+            }
+        }
+    }
+
+    #[test]
+    fn the_overhang_is_not_taken_off_a_nosing() {
+        // The third riser stands where its nosing was seen.
+        let echoes = [
+            (0.6, 0.0),
+            (0.57, 0.15),
+            (0.9, 0.15),
+            (0.87, 0.29),
+            (1.17, 0.30),
+            (1.17, 0.44),
+            (1.2, 0.30),
+        ];
+        let nosings = locate_by(&[0.6, 0.9, 1.17], &echoes);
+        assert_at(nosings[2], 1.17);
+    }
+
+    #[test]
+    fn flush_risers_stand_where_they_are_seen() {
+        let nosings = locate_by(&[0.6, 0.9], &[(0.6, 0.0), (0.601, 0.15), (0.9, 0.15)]);
+        assert_at(nosings[0], 0.6);
+        assert_at(nosings[1], 0.9);
+    }
+
+    #[test]
+    fn an_overhang_that_nothing_tells_is_the_prior_s() {
+        let nosing = locate_by(&[0.6], &[(0.6, 0.0)])[0].unwrap();
+        // Nearer than the corner on the mean, and neither end ruled out.
+        assert!(nosing.value < 0.599 && nosing.value > 0.57, "{nosing:?}");
+        assert!(nosing.sigma() > 0.004, "{nosing:?}");
+        assert!(nosing.value + 2.0 * nosing.sigma() > 0.6);
+        assert_eq!(locate_by(&[0.6, 0.9], &[(0.6, 0.0)])[1], None);
+    }
+}

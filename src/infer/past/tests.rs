@@ -1,0 +1,196 @@
+use super::*;
+use crate::config::Config;
+use crate::infer::cloud::CELLS;
+use crate::model::Staircase;
+use crate::params::current;
+
+const VIEW: View = View {
+    height_m: 0.4,
+    lowest: -1.0,
+    highest: 0.35,
+    farthest_m: 2.6,
+};
+
+fn instrument() -> (MountConfig, RadarConfig) {
+    let config = Config::default();
+    (config.mount, config.radar)
+}
+
+/// A flight of three at `x_m`.
+fn flight(x_m: f32) -> Staircase {
+    let mut s = Staircase::nothing();
+    for k in 0..3_u8 {
+        let number = f32::from(k);
+        s = s.with(usize::from(k), x_m + 0.28 * number, 0.17 * (number + 1.0));
+    }
+    s
+}
+
+fn steps(x_m: f32, sigma_m: f32) -> [Step; 3] {
+    [0.0, 1.0, 2.0].map(|k| Step {
+        distance_m: x_m + 0.28 * k,
+        height_m: 0.17 * (k + 1.0),
+        distance_sigma_m: 0.003,
+        height_sigma_m: sigma_m,
+        ..Step::default()
+    })
+}
+
+/// The outlines of a scan from which the flight stands at `x_m`.
+fn outlines(x_m: f32) -> [Weighed; 2] {
+    [(flight(x_m), 5.0), (Staircase::nothing(), -20.0)].map(|(staircase, log_weight)| Weighed {
+        staircase,
+        log_weight,
+    })
+}
+
+/// A scan from which the flight stands at `x_m`.
+fn scan(memory: &mut History, number: u32, x_m: f32, moved_m: Option<f32>) -> [Step; 3] {
+    memory.begin(number, instrument(), VIEW, moved_m, 0.0);
+    memory.keep(&outlines(x_m));
+    let mut steps = steps(x_m, 0.01);
+    memory.combine(&mut steps);
+    steps
+}
+
+#[test]
+fn a_first_scan_is_as_it_is() {
+    let mut memory = History::new();
+    let told = scan(&mut memory, 1, 1.2, None);
+    assert_eq!(told, steps(1.2, 0.01));
+    assert!(memory.is_empty() && !memory.confirms() && !memory.changed());
+    assert_eq!(memory.outlook.look(12, -3.0, None, true), None);
+}
+
+#[test]
+fn what_was_told_before_has_a_say_where_the_chair_is_now() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    let told = scan(&mut memory, 2, 1.1, Some(0.1));
+    assert!(memory.confirms());
+    assert_eq!(memory.hypotheses.word(&flight(1.1)), 0.0);
+    let worst = -current().carried_most_nats;
+    assert_eq!(memory.hypotheses.word(&flight(1.2)), worst);
+    assert_eq!(memory.hypotheses.word(&Staircase::nothing()), worst);
+    for (told, alone) in told.iter().zip(&steps(1.1, 0.01)) {
+        assert!((told.distance_m - alone.distance_m).abs() < 1e-4);
+        // Surer of the height than by one scan, not as sure as by two that have nothing in common.
+        assert!(told.height_sigma_m < 0.0099 && told.height_sigma_m > 0.0071);
+        // Not surer of the place.
+        assert!((told.distance_sigma_m - 0.003).abs() < 1e-5);
+    }
+}
+
+#[test]
+fn a_step_that_could_not_be_seen_is_neither_for_nor_against() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 2.0, None);
+    memory.begin(2, instrument(), VIEW, Some(0.2), 0.0);
+    // The third one came into view only now, a fourth cannot be seen yet.
+    let more = flight(1.8).with(3, 2.64, 0.68);
+    assert_eq!(memory.hypotheses.word(&more), 0.0);
+    assert_eq!(memory.hypotheses.word(&flight(1.8)), 0.0);
+}
+
+#[test]
+fn everything_is_forgotten_where_the_way_is_not_known() {
+    for (number, moved_m) in [(2, None), (3, Some(0.1))] {
+        let mut memory = History::new();
+        scan(&mut memory, 1, 1.2, None);
+        let told = scan(&mut memory, number, 1.1, moved_m);
+        assert_eq!(told, steps(1.1, 0.01), "{number} {moved_m:?}");
+        assert!(memory.is_empty());
+    }
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    let (mut mount, radar) = instrument();
+    mount.mount_height += 100;
+    memory.begin(2, (mount, radar), VIEW, Some(0.1), 0.0);
+    assert!(memory.is_empty());
+}
+
+#[test]
+fn an_odometer_that_stands_still_is_not_confirmed() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    for (k, x_m) in (2..).zip([1.16, 1.12, 1.08]) {
+        scan(&mut memory, k, x_m, Some(0.0));
+        assert!(!memory.confirms(), "{x_m}");
+    }
+}
+
+#[test]
+fn five_scans_from_one_place_are_little_surer_than_one() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    let mut last = 0.01;
+    for number in 2..=5 {
+        let told = scan(&mut memory, number, 1.2, Some(0.0));
+        assert!(told[2].height_sigma_m <= last);
+        last = told[2].height_sigma_m;
+    }
+    assert!(last > 0.005, "{last}");
+}
+
+#[test]
+fn readings_that_disagree_make_no_one_surer() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
+    let mut told = steps(1.1, 0.01);
+    told[1].height_m += 0.05;
+    memory.combine(&mut told);
+    assert!(told[1].height_sigma_m > 0.012, "{}", told[1].height_sigma_m);
+    assert!(!memory.confirms());
+}
+
+#[test]
+fn a_contradicted_memory_is_a_first_scan() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
+    memory.keep(&outlines(1.4));
+    assert!(memory.changed() && memory.is_empty());
+    let mut told = steps(1.1, 0.01);
+    memory.combine(&mut told);
+    assert_eq!(told, steps(1.1, 0.01));
+    assert_eq!(memory.outlook.look(12, -3.0, None, true), None);
+}
+
+#[test]
+fn a_cell_knows_how_many_scans_were_sure_of_it() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    for k in 0..CELLS {
+        memory.outlook.look(k, -4.0, None, true);
+    }
+    scan(&mut memory, 2, 1.1, Some(0.1));
+    let known = memory.outlook.look(10, -1.0, None, true).unwrap();
+    let [unseen, _, seen, _, least, mean, scans, differs, ..] = known;
+    assert_eq!((unseen, seen, scans, differs), (0.0, 1.0, 1.0, 0.0));
+    assert!((least + 4.0).abs() < 0.1 && (mean + 4.0).abs() < 0.1);
+}
+
+#[test]
+fn what_this_scan_contradicts_does_not_live_on_in_its_own_weights() {
+    let mut memory = History::new();
+    scan(&mut memory, 1, 1.2, None);
+    memory.begin(2, instrument(), VIEW, Some(0.1), 0.0);
+    let like_before = Weighed {
+        log_weight: -8.5,
+        ..outlines(1.1)[0]
+    };
+    let other = Weighed {
+        log_weight: 0.0,
+        ..outlines(1.4)[0]
+    };
+    memory.keep(&[other, like_before]);
+    assert!(memory.changed() && memory.is_empty());
+    memory.begin(3, instrument(), VIEW, Some(0.0), 0.0);
+    let word = memory.hypotheses.word(&like_before.staircase);
+    let alone = math::max(
+        current().carried_share * like_before.log_weight,
+        -current().carried_most_nats,
+    );
+    assert!((word - alone).abs() < 1e-5, "{word} {alone}");
+}

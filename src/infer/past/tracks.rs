@@ -1,0 +1,206 @@
+//! Steps from scan to scan: each one's place and level, and what their errors have in common.
+//!
+//! A reading's error is like that of the one before: the same face shines in the same way. With a
+//! correlation r that fades with the way between, errors are a Markov chain (Gauss and Markov: Gelb,
+//! *Applied Optimal Estimation*, ch. 3), and a mean of variance v whose error has covariance q with that
+//! of the reading to come, of variance u, is best combined with it by the weight
+//!
+//! ```text
+//! w  = (v - q) / (v + u - 2 q)                 of the reading, 0…1
+//! v' = (1 - w)² v + w² u + 2 w (1 - w) q       variance of the new mean
+//! q' = ((1 - w) q + w u) r √(u' / u)           its covariance with the next reading
+//! ```
+
+use crate::answer::Step;
+use crate::estimate::Estimate;
+use crate::math;
+use crate::model::MAX_STEPS;
+use crate::motion::{ODOMETER_SCALE_ERROR, ODOMETER_WANDER_M, same_place_m};
+use crate::params::carried::Correlation;
+use crate::params::counted;
+use crate::params::current;
+use heapless::Vec;
+
+/// Readings farther apart than so many standard deviations say that these are too small.
+const DOUBTFUL: f32 = 2.0;
+
+/// A mean over scans.
+#[derive(Clone, Copy, Debug)]
+struct Mean {
+    value: f32,
+    variance: f32,
+    /// Covariance of its error with that of the last reading …
+    shared: f32,
+    /// … whose variance this is.
+    last: f32,
+}
+
+impl Mean {
+    fn first(reading: Estimate) -> Self {
+        let variance = math::max(reading.variance, f32::MIN_POSITIVE);
+        Self {
+            value: reading.value,
+            variance,
+            shared: variance,
+            last: variance,
+        }
+    }
+
+    /// With one more reading whose error has correlation `alike` with the last one's.
+    #[inline(never)]
+    fn with(&self, reading: Estimate, alike: f32) -> Self {
+        let (v, u) = (
+            self.variance,
+            math::max(reading.variance, f32::MIN_POSITIVE),
+        );
+        let q = alike * self.shared * math::sqrt(u / self.last);
+        let spread = math::max(v + u - 2.0 * q, f32::MIN_POSITIVE);
+        let w = ((v - q) / spread).clamp(0.0, 1.0);
+        let off = reading.value - self.value;
+        // Where they disagree by more than they should, both are less sure (Birge 1932).
+        let excess = math::max(off * off / (DOUBTFUL * DOUBTFUL * (v + u)), 1.0);
+        let rest = 1.0 - w;
+        Self {
+            value: self.value + w * off,
+            variance: excess * (rest * rest * v + w * w * u + 2.0 * w * rest * q),
+            shared: rest * q + w * u,
+            last: u,
+        }
+    }
+
+    /// The same of errors that are one and the same, as far as its variance goes: what hides a nosing's
+    /// place, its overhang, does so from everywhere.
+    fn with_same(&self, reading: Estimate, alike: f32) -> Self {
+        let mut out = self.with(reading, alike);
+        let off = reading.value - self.value;
+        let w = if off == 0.0 {
+            1.0
+        } else {
+            (out.value - self.value) / off
+        };
+        let sigma_m = (1.0 - w) * math::sqrt(self.variance) + w * reading.sigma();
+        out.variance = math::max(out.variance, sigma_m * sigma_m);
+        out
+    }
+}
+
+/// A step over several scans.
+#[derive(Clone, Copy, Debug)]
+struct StepTrack {
+    place: Mean,
+    level: Mean,
+}
+
+/// The steps that earlier scans told, where they stand now; once combined, those that this one tells.
+#[derive(Debug)]
+pub struct Tracks {
+    past: Vec<StepTrack, MAX_STEPS>,
+    moved_m: f32,
+    /// How far the chair went during this scan, metres.
+    rode_m: f32,
+    /// How far the steps told before lie from those of this scan at most, metres; none without any.
+    off_m: Option<f32>,
+}
+
+impl Tracks {
+    /// None.
+    pub(super) const fn new() -> Self {
+        Self {
+            past: Vec::new(),
+            moved_m: 0.0,
+            rode_m: 0.0,
+            off_m: None,
+        }
+    }
+
+    /// Whether there are steps that were told before, and each is where it must be now.
+    pub(super) fn confirmed(&self) -> bool {
+        self.off_m
+            .is_some_and(|off| off <= same_place_m(self.moved_m))
+    }
+
+    /// The chair has gone on by `moved_m` metres.
+    pub(super) fn go(&mut self, moved_m: f32, rode_m: f32) {
+        self.moved_m = moved_m;
+        self.rode_m = rode_m;
+        for track in &mut self.past {
+            track.place.value -= moved_m;
+        }
+    }
+
+    pub(super) fn drop_past(&mut self) {
+        self.past.clear();
+        self.off_m = None;
+    }
+
+    /// Where the steps that were told before stand now, and how high, metres.
+    pub fn told(&self) -> impl Iterator<Item = (f32, f32)> + Clone + '_ {
+        self.past.iter().map(|t| (t.place.value, t.level.value))
+    }
+
+    /// The track of a step, if it was told before.
+    #[inline(never)]
+    fn of(&self, step: &Step) -> Option<&StepTrack> {
+        let off = |t: &StepTrack| (t.place.value - step.distance_m).abs();
+        let near = self.past.iter().filter(|t| off(t) <= current().same_step_m);
+        near.min_by(|a, b| off(a).total_cmp(&off(b)))
+    }
+
+    /// By how much the odometer was off, from the steps that were told before: mean and variance.
+    #[inline(never)]
+    fn slip(&self, steps: &[Step]) -> Estimate {
+        let sigma_m = math::hypot(ODOMETER_SCALE_ERROR * self.moved_m, ODOMETER_WANDER_M);
+        let mut weight = 1.0 / (sigma_m * sigma_m);
+        let mut sum = 0.0;
+        for step in steps {
+            if let Some(track) = self.of(step) {
+                let spread = track.place.variance + step.distance_sigma_m * step.distance_sigma_m;
+                weight += 1.0 / spread;
+                sum += (step.distance_m - track.place.value) / spread;
+            }
+        }
+        Estimate {
+            value: sum / weight,
+            variance: 1.0 / weight,
+        }
+    }
+
+    /// Steps of this scan together with what earlier ones said of them.
+    #[inline(never)]
+    pub fn combine(&mut self, steps: &mut [Step]) {
+        let off = |s: &Step| Some((self.of(s)?.place.value - s.distance_m).abs());
+        let off_m = steps.iter().filter_map(off).reduce(math::max);
+        self.off_m = off_m;
+        let slip = self.slip(steps);
+        for track in &mut self.past {
+            track.place.value += slip.value;
+            track.place.variance += slip.variance;
+        }
+        let mut present = Vec::new();
+        let alike = |c: &Correlation| c.after(self.moved_m);
+        let alike = (alike(&counted::PLACES), alike(&counted::LEVELS));
+        for step in steps {
+            let rode_m = ODOMETER_SCALE_ERROR * self.rode_m;
+            let place_m = math::hypot(step.distance_sigma_m, rode_m);
+            let place = Estimate::new(step.distance_m, place_m);
+            let level = Estimate::new(step.height_m, step.height_sigma_m);
+            let mut track = StepTrack {
+                place: Mean::first(place),
+                level: Mean::first(level),
+            };
+            if let Some(past) = self.of(step) {
+                track = StepTrack {
+                    place: past.place.with_same(place, alike.0),
+                    level: past.level.with(level, alike.1),
+                };
+                step.distance_m = track.place.value;
+                step.distance_sigma_m = math::sqrt(track.place.variance);
+                step.height_m = track.level.value;
+                step.height_sigma_m = math::sqrt(track.level.variance);
+            }
+            // An answer in this plane has no more.
+            let _ = present.push(track);
+        }
+        self.past = present;
+    }
+}

@@ -1,0 +1,392 @@
+//! Stairs going up, as the search sees them: risers one behind the other, each as high as the
+//! others, closed or floating.
+
+use super::roles::{Riser, Role, Roles};
+use super::scene::{MAX_COLUMNS, Mark, Scene};
+use super::stairs::{ChainLink, Explanation, Flight, Spacing, Stairs};
+use crate::estimate::Estimate;
+use crate::infer::gauss::TreadLevels;
+use crate::math;
+use crate::signal::echoes::MAX_ECHOES;
+use core::cell::RefCell;
+use core::ops::Range;
+
+/// Riser heights tried, metres: closer together than an echo's height is known, from a kerb to the
+/// highest riser that people build.
+const RISES_M: [f32; 11] = [
+    0.07, 0.09, 0.11, 0.13, 0.15, 0.17, 0.19, 0.21, 0.235, 0.26, 0.29,
+];
+/// Riser heights around the winner's at which its likelihood is looked at, metres: three times finer
+/// than [`RISES_M`], and one and a half of their steps to each side.
+const FINE_RISES_M: [f32; 11] = [
+    -0.030, -0.024, -0.018, -0.012, -0.006, 0.0, 0.006, 0.012, 0.018, 0.024, 0.030,
+];
+
+/// What two flights of the same risers may differ in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AscentShape {
+    /// Height of one riser, metres.
+    pub rise_m: f32,
+    /// Whether there is nothing below the treads.
+    pub open: bool,
+}
+
+/// Riser `k` of a chain, between two levels, metres.
+fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f32, f32)) -> Riser {
+    let at = |k: usize| chain.get(k).map(|l| l.along_m);
+    Riser {
+        previous_m: k.checked_sub(1).and_then(at),
+        along_m: at(k).unwrap_or(f32::INFINITY),
+        base_m,
+        top_m,
+        open,
+    }
+}
+
+/// Riser number `k` of a flight of regular rises.
+pub fn riser(chain: &[ChainLink], shape: AscentShape, k: usize) -> Riser {
+    let base_m = k as f32 * shape.rise_m;
+    riser_between(chain, shape.open, k, (base_m, base_m + shape.rise_m))
+}
+
+/// Riser `k` of a chain whose levels are known; behind its last one, the landing.
+pub fn riser_at(chain: &[ChainLink], open: bool, levels: &TreadLevels, k: usize) -> Riser {
+    let level = |k: usize| levels.get(k).map(|l| l.height.value);
+    let base_m = k.checked_sub(1).and_then(level).unwrap_or(0.0);
+    let top_m = chain.get(k).and(level(k)).unwrap_or(base_m);
+    riser_between(chain, open, k, (base_m, top_m))
+}
+
+/// Number of the riser that a mark lies near or before; that of the landing beyond the last.
+pub fn riser_of(m: &Mark, chain: &[ChainLink], column_m: f32) -> usize {
+    let behind = |l: &&ChainLink| l.along_m < m.x_m - column_m;
+    chain.iter().take_while(behind).count()
+}
+
+/// The role of each mark, in the marks' order, under a flight whose treads have these levels.
+pub fn roles_by(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Roles {
+    let mut roles = Roles::new();
+    for m in &scene.marks {
+        let k = riser_of(m, &flight.chain, scene.params.column_m);
+        let riser = riser_at(&flight.chain, flight.shape.open, levels, k);
+        // As many as there are marks.
+        let _ = roles.push(scene.role(m, &riser));
+    }
+    roles
+}
+
+/// The tread before a riser.
+#[derive(Clone, Copy, Debug, Default)]
+struct Before {
+    /// Its score, nats.
+    score: f32,
+    /// The strongest echo on it near the riser, dB.
+    strongest_db: f32,
+}
+
+/// Where the marks near a riser and those on its treads begin and end, in numbers of marks.
+#[derive(Clone, Copy, Debug, Default)]
+struct Span {
+    /// The first that does not lie on the tread before it.
+    before: u8,
+    /// The first near it …
+    first: u8,
+    /// … and the first behind those, on the next tread.
+    end: u8,
+}
+
+const _: () = assert!(MAX_ECHOES <= u8::MAX as usize);
+
+impl Span {
+    fn of(scene: &Scene<'_>, along_m: f32) -> Self {
+        let (first, end) = scene.near_range(along_m);
+        let before = scene.first_beyond(along_m - scene.params.column_m);
+        Self {
+            before: before as u8,
+            first: first as u8,
+            end: end as u8,
+        }
+    }
+}
+
+/// Stairs going up.
+#[derive(Debug)]
+pub struct Ascending<'e> {
+    scene: &'e Scene<'e>,
+    /// Per column: the marks near it.
+    spans: [Span; MAX_COLUMNS],
+    /// Per column: the floor before it, which is the same for every first riser there.
+    floors: [Before; MAX_COLUMNS],
+    /// What lies behind risers, at the level looked at last.
+    landing: RefCell<Landing>,
+    null: f32,
+}
+
+/// Scores of landings at one level, by where they begin.
+#[derive(Debug)]
+struct Landing {
+    level_m: f32,
+    open: bool,
+    /// Entry k: of all marks from number k on …
+    sums: [f32; MAX_ECHOES + 1],
+    /// … as far as they have been asked for: from this one on.
+    known: usize,
+}
+
+impl Default for Landing {
+    fn default() -> Self {
+        Self {
+            level_m: 0.0,
+            open: false,
+            sums: [0.0; MAX_ECHOES + 1],
+            known: usize::MAX,
+        }
+    }
+}
+
+impl Landing {
+    /// Score of the landing behind the last riser of a flight, from mark number `first` on; none where what
+    /// is seen of it depends on where the riser stands.
+    fn look_up(
+        &mut self,
+        scene: &Scene<'_>,
+        first: usize,
+        level_m: f32,
+        open: bool,
+    ) -> Option<f32> {
+        if level_m >= scene.mount_height_m {
+            return None;
+        }
+        let marks = scene.marks.len();
+        if self.level_m != level_m || self.open != open || self.known > marks {
+            (self.level_m, self.open, self.known) = (level_m, open, marks);
+            *self.sums.get_mut(marks)? = 0.0;
+        }
+        if first < self.known {
+            self.extend(scene, first..self.known);
+            self.known = first;
+        }
+        self.sums.get(first).copied()
+    }
+
+    /// Adds up the marks of `range`; those behind it are known.
+    fn extend(&mut self, scene: &Scene<'_>, range: Range<usize>) {
+        let landing = Riser::landing(None, self.level_m, self.open);
+        let mut sum = self.sums.get(range.end).copied().unwrap_or(0.0);
+        let marks = scene.marks.get(range.clone()).unwrap_or(&[]);
+        let places = self.sums.get_mut(range).unwrap_or(&mut []);
+        for (place, mark) in places.iter_mut().zip(marks).rev() {
+            sum += scene.on_tread(mark, &landing).1;
+            *place = sum;
+        }
+    }
+}
+
+impl<'e> Ascending<'e> {
+    /// Scores everything that is no stair.
+    #[inline(never)]
+    pub fn new(scene: &'e Scene<'e>) -> Self {
+        let mut ascending = Self {
+            scene,
+            spans: [Span::default(); MAX_COLUMNS],
+            floors: [Before::default(); MAX_COLUMNS],
+            landing: RefCell::new(Landing::default()),
+            null: scene.flat(),
+        };
+        let nearest = scene.first_beyond(scene.params.nearest_riser_m);
+        for (k, column) in scene.columns.iter().enumerate() {
+            let span = Span::of(scene, column.along_m);
+            let riser = Riser {
+                along_m: column.along_m,
+                ..Riser::landing(None, 0.0, false)
+            };
+            let floor = ascending.tread(&riser, nearest..usize::from(span.before));
+            let places = ascending.floors.get_mut(k).zip(ascending.spans.get_mut(k));
+            if let Some(place) = places {
+                (*place.0, *place.1) = (floor, span);
+            }
+        }
+        ascending
+    }
+
+    /// The marks near a riser.
+    fn span(&self, link: &ChainLink) -> Span {
+        let known = link.column.and_then(|c| self.spans.get(usize::from(c)));
+        known
+            .copied()
+            .unwrap_or_else(|| Span::of(self.scene, link.along_m))
+    }
+
+    /// The tread before a riser, or the landing: the marks of `range`.
+    fn tread(&self, riser: &Riser, range: Range<usize>) -> Before {
+        let (scene, p) = (self.scene, self.scene.params);
+        let (mut total, mut strongest_db) = (0.0, p.tread_background_db);
+        for m in scene.marks.get(range).unwrap_or(&[]) {
+            let (role, gain) = scene.on_tread(m, riser);
+            total += gain;
+            let on_level = (m.y_m - riser.base_m).abs() < p.level_sigmas * m.y_sigma_m;
+            if role == Role::Tread && on_level && m.x_m > riser.along_m - p.corner_before_m {
+                strongest_db = math::max(strongest_db, m.snr_db);
+            }
+        }
+        Before {
+            score: total,
+            strongest_db,
+        }
+    }
+
+    /// Score of one riser that shows `marks` and the tread `before` it.
+    fn riser(&self, riser: &Riser, marks: &[Mark], before: Before) -> f32 {
+        let (scene, p) = (self.scene, self.scene.params);
+        let mut total = before.score - p.step_nats;
+        // The best echo in each role counts.
+        let (mut corner, mut top, mut edge) = (0.0f32, 0.0f32, 0.0f32);
+        let mut corner_db = f32::NEG_INFINITY;
+        for m in marks {
+            let fit = scene.on_riser(m, riser);
+            edge = math::max(edge, fit.edge);
+            if let Some((_, gain)) = fit.other {
+                total += gain;
+            } else if fit.corner > fit.top && fit.corner > corner {
+                corner = fit.corner;
+                corner_db = m.snr_db;
+            } else if fit.top > top {
+                top = fit.top;
+            } else if fit.corner <= 0.0 && fit.top <= 0.0 {
+                total -= p.stray_nats * m.weight;
+            }
+        }
+        let corner_shows = !riser.open && !scene.hides_foot(riser);
+        if corner_shows && corner < p.corner_seen_nats {
+            total -= p.no_corner_nats;
+        }
+        if edge < p.edge_seen_nats {
+            total -= p.no_edge_nats;
+        }
+        if corner > p.corner_seen_nats && corner_db > before.strongest_db + p.bright_corner_db {
+            total += p.bright_corner_nats;
+        }
+        total + corner + top
+    }
+
+    /// Cost of a landing before a face: a single riser behind it is a wall as a rule, so that the second
+    /// one takes back what the first cost the more.
+    fn landing_cost(&self, chain: &[ChainLink], next: ChainLink) -> f32 {
+        let p = self.scene.params;
+        let behind_landing = |a: &ChainLink, b: &ChainLink| b.along_m - a.along_m > p.most_going_m;
+        match chain {
+            [.., last] if behind_landing(last, &next) => p.lone_nats,
+            [.., before, last] if behind_landing(before, last) => -p.lone_nats,
+            _ => 0.0,
+        }
+    }
+
+    /// The riser height over its likelihood, the chain given, and the highest score among them.
+    #[inline(never)]
+    pub fn rise(&self, flight: &Flight<AscentShape>) -> (Estimate, f32) {
+        let shape = flight.shape;
+        let at = |offset: f32| {
+            let rise_m = shape.rise_m + offset;
+            self.whole(&flight.chain, AscentShape { rise_m, ..shape })
+        };
+        let scores = FINE_RISES_M.map(at);
+        let top = scores.iter().copied().fold(f32::NEG_INFINITY, math::max);
+        let (mut sum, mut mean, mut square) = (0.0, 0.0, 0.0);
+        for (score, offset) in scores.iter().zip(FINE_RISES_M) {
+            let weight = math::exp(score - top);
+            sum += weight;
+            mean += weight * offset;
+            square += weight * offset * offset;
+        }
+        mean /= sum;
+        let rise = Estimate {
+            value: shape.rise_m + mean,
+            variance: math::max(square / sum - mean * mean, 0.0),
+        };
+        (rise, top)
+    }
+}
+
+impl Stairs for Ascending<'_> {
+    type Shape = AscentShape;
+
+    fn scene(&self) -> &Scene<'_> {
+        self.scene
+    }
+
+    fn spacing(&self) -> Spacing {
+        let p = self.scene.params;
+        Spacing {
+            least_m: p.least_going_m,
+            most_m: p.most_going_m,
+            tolerance_m: p.riser_tolerance_m,
+            landing_m: p.longest_landing_m,
+        }
+    }
+
+    fn beginnings(&self) -> impl Iterator<Item = (usize, AscentShape)> {
+        let shapes = RISES_M.into_iter();
+        let shapes =
+            shapes.flat_map(|rise_m| [false, true].map(|open| AscentShape { rise_m, open }));
+        // Shape by shape: the landing behind flights of one level is looked at once.
+        shapes.flat_map(|shape| {
+            let columns = self.scene.columns.iter().enumerate();
+            columns
+                .filter(|(_, column)| column.begins)
+                .map(move |(k, _)| (k, shape))
+        })
+    }
+
+    fn face(&self, chain: &[ChainLink], next: ChainLink, shape: AscentShape) -> f32 {
+        let riser = Riser {
+            along_m: next.along_m,
+            ..riser(chain, shape, chain.len())
+        };
+        let span = self.span(&next);
+        let floor = next.column.filter(|_| chain.is_empty());
+        let floor = floor.and_then(|c| self.floors.get(usize::from(c)));
+        let before = floor.copied().unwrap_or_else(|| {
+            let from = match chain.last() {
+                Some(last) => usize::from(self.span(last).end),
+                None => (self.scene).first_beyond(self.scene.params.nearest_riser_m),
+            };
+            self.tread(&riser, from..usize::from(span.before))
+        });
+        let near = usize::from(span.first)..usize::from(span.end);
+        let near = self.scene.marks.get(near).unwrap_or(&[]);
+        self.riser(&riser, near, before) - self.landing_cost(chain, next)
+    }
+
+    fn behind(&self, chain: &[ChainLink], shape: AscentShape) -> f32 {
+        let Some(last) = chain.last() else { return 0.0 };
+        let level_m = chain.len() as f32 * shape.rise_m;
+        let first = usize::from(self.span(last).end);
+        let cache = self.landing.try_borrow_mut();
+        let cached = cache
+            .ok()
+            .and_then(|mut cache| cache.look_up(self.scene, first, level_m, shape.open));
+        let landing = Riser::landing(Some(last.along_m), level_m, shape.open);
+        let marks = first..self.scene.marks.len();
+        cached.unwrap_or_else(|| self.tread(&landing, marks).score)
+    }
+
+    fn null(&self) -> f32 {
+        self.null
+    }
+
+    fn role(&self, mark: &Mark, chain: &[ChainLink], shape: AscentShape) -> Role {
+        let k = riser_of(mark, chain, self.scene.params.column_m);
+        self.scene.role(mark, &riser(chain, shape, k))
+    }
+
+    fn open(shape: AscentShape) -> bool {
+        shape.open
+    }
+
+    fn explanation(shape: AscentShape) -> Explanation {
+        Explanation::Up {
+            rise_m: shape.rise_m,
+            open: shape.open,
+        }
+    }
+}

@@ -1,0 +1,54 @@
+//! A hypothesis moved to where its echoes put it: its levels by the Gaussian over regular and odd
+//! flights, its places and its overhang by the echoes themselves.
+
+use super::gauss::{self, TreadLevels};
+use super::readings::Readings;
+use crate::estimate::Estimate;
+use crate::math;
+use crate::model::{Model, Staircase};
+use crate::params::Params;
+
+/// Rounds: which echo is which feature depends on the levels.
+const ROUNDS: usize = 2;
+
+/// Moves a hypothesis's levels, places and overhang to where the echoes put them, with what its levels are known
+/// to; `rise` is what is known of its risers' height apart from its own readings, metres. `readings` are left as
+/// the last round found them.
+#[inline(never)]
+pub fn refine(
+    model: &Model<'_>,
+    s: &mut Staircase,
+    rise: Estimate,
+    p: &Params,
+    (levels, readings): (&mut TreadLevels, &mut Readings),
+) {
+    for _ in 0..ROUNDS {
+        model.readings(s, readings);
+        place(s, readings);
+        let steps = readings.faces.iter().map(|face| face.level);
+        let mut known = readings.rise;
+        known.add(rise);
+        gauss::fit(steps, known.mean(), p, levels);
+        let n = s.len();
+        for (top, level) in s.top_m.iter_mut().zip(levels.iter()).take(n) {
+            *top = level.height.value;
+        }
+    }
+}
+
+/// Moves risers and overhang to where they show.
+fn place(s: &mut Staircase, readings: &Readings) {
+    let (mut overhang_m, mut overhangs) = (0.0, 0.0);
+    for (place, face) in s.x_m.iter_mut().zip(&readings.faces) {
+        if let (Some(foot), Some(edge)) = (face.foot_m, face.edge_m) {
+            overhang_m += math::max(foot - edge, 0.0);
+            overhangs += 1.0;
+        }
+        let before_m = if s.open { 0.0 } else { s.overhang_m };
+        let riser = face.foot_m.or(face.edge_m.map(|x| x + before_m));
+        *place = riser.unwrap_or(*place);
+    }
+    if overhangs > 0.0 && !s.open {
+        s.overhang_m = overhang_m / overhangs;
+    }
+}

@@ -1,0 +1,56 @@
+//! The Gaussian over a flight's levels.
+
+use crate::estimate::Estimate;
+use crate::infer::gauss::{self, Fusion, TreadLevels};
+use crate::params::Params;
+
+/// By the levels of its steps and what else is known of its rise.
+fn fit(steps: &[Fusion], rise: Estimate) -> TreadLevels {
+    let mut levels = TreadLevels::default();
+    gauss::fit(steps.iter().copied(), rise, &Params::DEFAULT, &mut levels);
+    levels
+}
+
+/// A step of two agreeing readings.
+fn step(value: f32) -> Fusion {
+    let mut fusion = Fusion::default();
+    for _ in 0..2 {
+        fusion.add(Estimate::new(value, 0.004));
+    }
+    fusion
+}
+
+#[test]
+fn an_irregular_step_is_reported_as_it_is() {
+    let rise = Estimate::new(0.16, 0.01);
+    let levels = fit(&[step(0.16), step(0.35), step(0.48)], rise);
+    let second = levels[1];
+    assert!((second.height.value - 0.35).abs() < 0.004, "{second:?}");
+    assert!(second.height.sigma() < 0.015 && second.off.value > 0.02);
+    // And it does not drag the others along.
+    assert!((levels[0].height.value - 0.16).abs() < 0.004);
+    assert!((levels[2].height.value - 0.48).abs() < 0.004);
+}
+
+#[test]
+fn a_step_without_readings_lies_on_the_line_and_says_so() {
+    let levels = fit(
+        &[step(0.15), Fusion::default(), step(0.45)],
+        Fusion::default().mean(),
+    );
+    let unseen = levels[1];
+    assert!((unseen.height.value - 0.30).abs() < 1e-4);
+    assert!(unseen.height.sigma() >= 0.005 && unseen.height.sigma() > levels[0].height.sigma());
+}
+
+#[test]
+fn what_no_echo_measures_is_known_no_better_than_builders_can_be_trusted() {
+    let rise = Estimate::new(0.17, 0.01);
+    let levels = fit(&[step(0.17), step(0.34), Fusion::default()], rise);
+    let [first, _, last, ..] = levels;
+    assert!((last.height.value - 0.51).abs() < 0.004);
+    assert!(
+        first.height.sigma() < 0.005 && last.height.sigma() > 0.010,
+        "{levels:?}"
+    );
+}

@@ -1,0 +1,321 @@
+//! The estimator on maps made by hand: the answers known, the rest merely sane.
+
+use crate::answer::{Direction, Maybe, Step};
+use crate::estimate::{Estimate, expanded};
+use crate::infer::support::Support;
+use crate::infer::*;
+use crate::signal::echoes::tests::{map, noise, scene};
+use crate::verdict::{Outcome, Status};
+use proptest::prelude::*;
+
+fn estimate(map: &PolarMap, config: &Config, backwards: bool) -> Outcome {
+    estimate_with(Likelihood::new(), map, config, backwards)
+}
+
+fn estimate_with(
+    estimator: Likelihood,
+    map: &PolarMap,
+    config: &Config,
+    backwards: bool,
+) -> Outcome {
+    let mut estimator = Box::new(estimator);
+    estimator.begin(map);
+    for k in 0..map.rows() {
+        estimator.row(map, if backwards { map.rows() - 1 - k } else { k });
+    }
+    estimator.finish(map, config, 1, &mut ())
+}
+
+/// Closed stairs: a corner and a nosing at each riser, floor before the first.
+fn staircase(first: f32, going: f32, heights: &[f32]) -> Vec<(f32, f32, f64)> {
+    let mut points = vec![(0.42, 0.0, 18.0), (0.52, 0.0, 15.0)];
+    let mut level = 0.0;
+    for (k, &height) in heights.iter().enumerate() {
+        let x = first + k as f32 * going;
+        if level < 0.35 {
+            points.push((x, level, 38.0));
+        }
+        points.push((x, height, 30.0));
+        level = height;
+    }
+    points
+}
+
+#[test]
+fn stairs_are_found_where_they_are() {
+    let config = Config::default();
+    let heights = [0.16, 0.32, 0.48];
+    let map = scene(&config, &staircase(0.70, 0.29, &heights));
+    let outcome = estimate(&map, &config, false);
+    assert_eq!(outcome.answer.direction, crate::answer::Direction::Up);
+    assert_eq!(outcome.answer.steps.len(), 3, "{outcome:?}");
+    for (k, (step, height)) in outcome.answer.steps.iter().zip(heights).enumerate() {
+        let x = 0.70 + 0.29 * k as f32;
+        assert!((step.distance_m - x).abs() < 0.005, "{step:?}");
+        assert!((step.height_m - height).abs() < 0.03, "{step:?}");
+        assert!(step.distance_sigma_m > 0.0 && step.height_sigma_m > 0.0);
+    }
+    assert_eq!(outcome, estimate(&map, &config, true));
+}
+
+#[test]
+fn a_floor_is_no_staircase() {
+    let config = Config::default();
+    let floor: Vec<_> = (0..12).map(|k| (0.4 + 0.1 * k as f32, 0.0, 20.0)).collect();
+    let outcome = estimate(&scene(&config, &floor), &config, false);
+    assert!(outcome.answer.steps.is_empty(), "{outcome:?}");
+    assert_ne!(outcome.status(), Status::Fault);
+}
+
+#[test]
+fn noise_alone_is_a_fault() {
+    let config = Config::default();
+    let outcome = estimate(&scene(&config, &[]), &config, false);
+    assert_eq!(outcome.reasons(), Reasons::NONE.with(Reason::NoEcho));
+    assert!(outcome.status() == Status::Fault && outcome.answer == Answer::NONE);
+}
+
+/// The mirror 1.1 m up, sweeping the height plane.
+fn over_an_edge() -> Config {
+    Config {
+        mount: crate::config::MountConfig {
+            mount_height: 110_000,
+            plane: Plane::Height,
+            ..Default::default()
+        },
+        ..Config::default()
+    }
+}
+
+#[test]
+fn stairs_going_down_are_rows_below_each_other() {
+    let config = over_an_edge();
+    let points = [
+        (-0.30, 0.0, 18.0),
+        (-0.20, 0.0, 20.0),
+        (-0.11, 0.0, 24.0),
+        (0.0, -0.16, 40.0),
+        (0.16, -0.16, 16.0),
+        (0.28, -0.32, 15.0),
+        (0.40, -0.32, 14.0),
+        (0.55, -0.32, 12.0),
+    ];
+    let outcome = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(outcome.answer.direction, Direction::Down, "{outcome:?}");
+    let levels: Vec<f32> = outcome.answer.steps.iter().map(|s| s.height_m).collect();
+    assert_eq!(levels.len(), 2, "{outcome:?}");
+    assert!((levels[0] + 0.16).abs() < 0.01 && (levels[1] + 0.32).abs() < 0.01);
+}
+
+#[test]
+fn a_corner_without_anything_above_is_no_clear_way() {
+    let config = Config::default();
+    for x in [1.0, 1.1, 1.2] {
+        let map = scene(&config, &[(x, 0.0, 42.0)]);
+        let outcome = estimate(&map, &config, false);
+        // The corner of a kerb or a threshold: nobody may drive past it on the strength of this.
+        assert!(
+            outcome.horizon_m().is_some_and(|end| end < x),
+            "{outcome:?}"
+        );
+        assert!(outcome.reasons().has(Reason::CloseRival), "{outcome:?}");
+    }
+}
+
+/// What a scan of points at distance, height and level is answered with.
+fn answer(points: &[(f32, f32, f64)]) -> Outcome {
+    let config = Config::default();
+    estimate(&scene(&config, points), &config, false)
+}
+
+#[test]
+fn a_second_flight_goes_on_behind_a_landing() {
+    let mut points = staircase(0.60, 0.28, &[0.15, 0.30]);
+    points.extend([(1.85, 0.30, 34.0), (1.85, 0.45, 28.0)]);
+    points.extend([(1.85, 0.40, 40.0), (2.13, 0.60, 26.0)]);
+    let outcome = answer(&points);
+    let steps: Vec<_> = outcome
+        .answer
+        .steps
+        .iter()
+        .map(|s| (s.distance_m, s.height_m))
+        .collect();
+    assert_eq!(steps.len(), 4, "{steps:?}");
+    for (step, x) in steps.iter().zip([0.60, 0.88, 1.85, 2.13]) {
+        assert!((step.0 - x).abs() < 0.02, "{steps:?}");
+    }
+    // The landing makes no step irregular: their rises are alike.
+    assert!(!outcome.reasons().has(Reason::IrregularStep), "{outcome:?}");
+}
+
+#[test]
+fn no_horizon_reaches_over_a_wall_behind_a_landing() {
+    let mut points = staircase(0.60, 0.28, &[0.15, 0.30]);
+    points.extend([(1.85, 0.30, 34.0), (1.85, 0.40, 40.0)]);
+    let answer = answer(&points);
+    let end_m = answer.horizon_m().unwrap();
+    let valid = answer.answer.steps.iter().filter(|s| s.distance_m < end_m);
+    assert_eq!(valid.count(), 2, "{answer:?}");
+    assert!(end_m < 1.85, "{answer:?}");
+}
+
+#[test]
+fn a_flight_that_fades_into_the_noise_may_go_on() {
+    let config = over_an_edge();
+    let weak = |bright: f64| {
+        let ground = (-0.11, 0.0, 24.0);
+        let points = [ground, (0.0, -0.16, 24.0), (0.15, -0.16, bright)];
+        let outcome = estimate(&scene(&config, &points), &config, false);
+        assert_eq!(outcome.answer.steps.len(), 1, "{outcome:?}");
+        outcome.reasons().has(Reason::WeakEchoes)
+    };
+    assert_eq!((weak(25.0), weak(9.0)), (false, true));
+}
+
+#[test]
+fn regularity_stands_in_for_one_edge_hidden_by_its_flash_and_no_more() {
+    let config = Config::default();
+    let mut points = staircase(0.70, 0.29, &[0.16, 0.32]);
+    // The third riser shows nothing but its flash; the fourth stands above the mirror.
+    points.push((1.28, 0.40, 42.0));
+    let three = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(three.answer.steps.len(), 3, "{three:?}");
+    assert!(!three.reasons().has(Reason::InferredStep), "{three:?}");
+    points.push((1.57, 0.56, 24.0));
+    let four = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(four.answer.steps.len(), 4, "{four:?}");
+    assert!(four.reasons().has(Reason::InferredStep), "{four:?}");
+    assert!(four.answer.steps[3].height_sigma_m > 0.015);
+}
+
+#[test]
+fn regularity_stands_in_for_nothing_where_a_step_may_be_odd() {
+    let inferred = |off: f32| {
+        let (mut steps, mut supports) = (Vec::new(), Vec::new());
+        for height_sigma_m in [0.004, 0.012, 0.022] {
+            steps.push(Step {
+                height_sigma_m,
+                ..Default::default()
+            });
+            supports.push(Support {
+                snr_db: Some(40.0),
+                next_db: 15.0,
+                flashes: true,
+                off: Estimate::new(off, 0.0),
+                ..Default::default()
+            });
+        }
+        let none = [].into_iter();
+        let weak = support::judge(&steps, 9.0, &supports, none, &Params::DEFAULT);
+        weak.has(Reason::InferredStep)
+    };
+    assert_eq!((inferred(0.0), inferred(0.004)), (false, true));
+}
+
+#[test]
+fn what_lies_on_the_tread_behind_an_edge_is_not_the_edge() {
+    let config = Config::default();
+    let heights = [0.16, 0.31];
+    let mut points = staircase(0.70, 0.29, &heights);
+    points.push((1.03, 0.345, 24.0));
+    let outcome = estimate(&scene(&config, &points), &config, false);
+    assert_eq!(outcome.answer.steps.len(), 2, "{outcome:?}");
+    assert!(
+        (outcome.answer.steps[1].height_m - 0.31).abs()
+            < expanded(outcome.answer.steps[1].height_sigma_m),
+        "{outcome:?}"
+    );
+}
+
+#[test]
+fn echoes_above_one_another_share_a_column() {
+    let echo = |x_m, y_m, snr_db| Echo {
+        x_m,
+        y_m,
+        snr_db,
+        range_m: 1.0,
+        ..Echo::default()
+    };
+    let echoes = [
+        echo(0.8, 0.0, 30.0),
+        // Treads overhang their risers by up to 4 cm.
+        echo(0.76, 0.17, 20.0),
+        echo(1.1, 0.17, 25.0),
+        echo(0.2, 0.1, 40.0),
+    ];
+    let mut scene = Scene::new(0.4, &Params::DEFAULT);
+    scene.risers(&echoes);
+    let along: Vec<f32> = scene.columns.iter().map(|c| c.along_m).collect();
+    assert_eq!(along, [0.8, 1.1]);
+}
+
+/// Blocks of cells of one value, which make echoes of all sizes.
+fn blocks(config: &Config, seed: u64, low: u8, span: u64) -> Box<PolarMap> {
+    map(config, |row, bin| {
+        let block = (noise(row / 9, bin / 3, seed) * span as f64) as u64 % span;
+        (u64::from(low) + block + (noise(row, bin, seed) * 4.0) as u64).min(255) as u8
+    })
+}
+
+/// So few rows give two samples of the noise, and the first may be far from both.
+#[test]
+fn a_narrow_sector_gives_the_same_both_ways() {
+    let mut config = Config::default();
+    config.sweep.angle_count = 23;
+    let map = blocks(&config, 1_280_115_877_751_946_492, 0, 37);
+    config.seed = 2_640_853_756;
+    assert_eq!(
+        estimate(&map, &config, false),
+        estimate(&map, &config, true)
+    );
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn any_map_gives_finite_steps_and_the_same_both_ways(
+        seed in any::<u64>(),
+        low in 0u8..200,
+        span in 1u64..120,
+        height in prop::bool::ANY,
+        rows in 3u16..288,
+    ) {
+        let mut config = Config::default();
+        config.sweep.angle_count = rows.min(281);
+        config.seed = seed as u32;
+        if height {
+            config.mount.plane = Plane::Height;
+        }
+        let map = blocks(&config, seed, low, span);
+        let outcome = estimate(&map, &config, false);
+        prop_assert_eq!(&outcome, &estimate(&map, &config, true));
+        if outcome.status() == Status::Fault {
+            prop_assert!(outcome.answer.steps.is_empty());
+        }
+        for s in &outcome.answer.steps {
+            for v in [s.distance_m, s.height_m, s.distance_sigma_m, s.height_sigma_m] {
+                prop_assert!(v.is_finite());
+            }
+            prop_assert!(s.distance_sigma_m > 0.0 && s.height_sigma_m > 0.0);
+        }
+    }
+}
+
+#[test]
+fn an_answer_does_not_vouch_for_a_kerb_that_shows_only_its_corner() {
+    for x in [1.0, 1.2, 1.4] {
+        let floor = (0..10).map(|k| (0.4 + 0.1 * k as f32, 0.0, 15.0));
+        let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
+        let floor = answer(&points);
+        assert!(
+            floor.answer.maybes.is_empty(),
+            "the floor alone, up to {x} m"
+        );
+        points.push((x, 0.0, 36.0));
+        let kerb = answer(&points);
+        assert!(kerb.answer.steps.is_empty(), "{kerb:?}");
+        assert!(kerb.horizon_m().is_some_and(|end| end < x), "{kerb:?}");
+        let told = |m: &Maybe| (m.distance_m - x).abs() < 0.03;
+        assert!(kerb.answer.maybes.iter().all(told), "{kerb:?}");
+    }
+}

@@ -1,0 +1,57 @@
+//! What a riser's echoes say of its height, and what says nothing of it.
+
+use crate::infer::readings::Readings;
+use crate::model::Staircase;
+use crate::model::tests::{echo, flight, geometry, model, regular};
+use crate::signal::echoes::Echo;
+
+/// What these echoes say of a staircase.
+fn read(echoes: &[Echo], s: &Staircase) -> Readings {
+    let mut readings = Readings::default();
+    model(echoes, &geometry()).readings(s, &mut readings);
+    readings
+}
+
+/// Two risers of 22 cm: the second one's face looks straight at the mirror, 40 cm above the ground.
+fn facing() -> Staircase {
+    regular(2, 0.6, 0.25, 0.22)
+}
+
+#[test]
+fn a_flash_is_no_reading_of_the_edge_above_it() {
+    let flash = [echo(0.85, 0.40, 30.0)];
+    let readings = read(&flash, &facing());
+    assert!(readings.faces[1].flash_db == Some(30.0) && readings.faces[1].foot_m.is_some());
+    assert!(readings.faces[1].level.is_empty(), "{readings:?}");
+    let edge = [flash[0], echo(0.85, 0.42, 20.0)];
+    let readings = read(&edge, &facing());
+    assert!(!readings.faces[1].level.is_empty(), "{readings:?}");
+}
+
+#[test]
+fn beside_a_flash_that_is_no_weaker_a_corner_reads_nothing() {
+    // 15 cm below the mirror at 85 cm, its flash 10° above it; and the same 5° above it.
+    for (foot_m, reads) in [(0.22, true), (0.31, false)] {
+        let s = flight(&[(0.6, foot_m), (0.85, 0.44)]);
+        let echoes = [echo(0.85, 0.40, 30.0), echo(0.85, foot_m, 26.0)];
+        let readings = read(&echoes, &s);
+        assert_eq!(!readings.faces[0].level.is_empty(), reads, "{readings:?}");
+    }
+    // One that outshines the flash by far is seen beside it.
+    let s = flight(&[(0.6, 0.31), (0.85, 0.44)]);
+    let echoes = [echo(0.85, 0.40, 16.0), echo(0.85, 0.31, 26.0)];
+    let readings = read(&echoes, &s);
+    assert!(!readings.faces[0].level.is_empty(), "{readings:?}");
+}
+
+#[test]
+fn a_face_whose_foot_is_hidden_tells_how_high_risers_are() {
+    let s = regular(3, 0.6, 0.25, 0.2);
+    let seen_from_m = 0.4 + (0.4 - 0.4) * 1.1 / 0.85;
+    let middle = [echo(1.1, 0.5 * (seen_from_m + 0.6), 20.0)];
+    let readings = read(&middle, &s);
+    let rise = readings.rise.mean();
+    assert!((rise.value - 0.2).abs() < 0.002, "{rise:?}");
+    // Anywhere on 20 cm: 6 cm over the mean of both ends' numbers of risers.
+    assert!((rise.sigma() - 0.06 / 2.5).abs() < 0.004, "{rise:?}");
+}

@@ -1,0 +1,28 @@
+//! What may stand there, and how likely the echoes are if it does.
+//!
+//! | module | does |
+//! |---|---|
+//! | `staircase` | a hypothesis: a staircase up, a ramp, a drop, level ground; and where it contradicts an answer |
+//! | `feature`, `places` | classes of point features, where a staircase shows them, and what can be seen of it |
+//! | `points` | the measurement model: likelihood of the echoes under a hypothesis |
+//! | `prior` | what stairs people build, and what else stands about |
+//!
+//! Nothing here searches or chooses: [`crate::infer`] does, and is not known here.
+
+mod feature;
+mod places;
+mod points;
+pub(crate) mod prior;
+mod staircase;
+
+#[cfg(test)]
+pub(crate) mod tests;
+
+pub use feature::{Class, FeaturePlace, before};
+pub use points::{
+    BEHIND_M, EchoSums, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen,
+    level_density, logistic, tailed,
+};
+pub use staircase::{
+    Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep, View,
+};

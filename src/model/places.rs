@@ -1,0 +1,127 @@
+//! Where a staircase shows point features, and what can be seen of it.
+
+use super::feature::{Class, FeaturePlace};
+use super::points::Model;
+use super::staircase::Staircase;
+use crate::math;
+use crate::params::posterior as number;
+use heapless::Vec;
+
+/// Thickness of an open tread, metres.
+const THICK_M: f32 = 0.045;
+/// A face must show this much about the mirror's height to flash, metres.
+const FRESNEL_M: f32 = 0.04;
+
+impl Model<'_> {
+    /// Whether a place lies in the scanned sector and range.
+    pub fn in_scan(&self, x: f32, y: f32) -> bool {
+        let slope = (y - self.height_m) / math::max(x, number::LEAST_X_M);
+        slope < self.view.highest
+            && slope > self.view.lowest
+            && math::hypot(x, y - self.height_m) < self.view.farthest_m
+    }
+
+    /// Lowest height that can be seen at `x` where the level is `base` behind an edge at `edge`.
+    pub fn sight(&self, x: f32, base: f32, edge: f32) -> f32 {
+        if base > self.height_m && edge.is_finite() && edge > 0.0 {
+            self.height_m + (base - self.height_m) * x / math::max(edge, number::LEAST_RANGE_M)
+        } else {
+            base
+        }
+    }
+
+    /// Lower and upper end of what can be seen of riser `k`'s face.
+    pub fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
+        let (top, base) = (s.level(k + 1), s.level(k));
+        if s.open {
+            return (top - THICK_M, top);
+        }
+        let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
+        (self.sight(s.x(k), base, edge), top)
+    }
+
+    /// Where riser `k` shows point features; `k` may be the wall behind the last one.
+    #[inline(never)]
+    pub fn places(&self, s: &Staircase, k: usize) -> Vec<FeaturePlace, { number::FEATURES }> {
+        let mut places = Vec::new();
+        let h = self.height_m;
+        let (x, b, t) = (s.x(k), s.level(k), s.level(k + 1));
+        let mut push = |class, x_m: f32, y_m: f32, room| {
+            if self.in_scan(x_m, y_m) {
+                let range_m = math::hypot(x_m, y_m - h);
+                let _ = places.push(FeaturePlace {
+                    class,
+                    x_m,
+                    y_m,
+                    range_m,
+                    room,
+                });
+            }
+        };
+        if k >= s.len() {
+            let b = if s.open { 0.0 } else { b };
+            if s.wall_m.is_finite() && b < h - number::SEES_FOOT_M {
+                push(Class::Corner, s.wall_m, b, 2.0);
+                push(Class::Flash, s.wall_m, h, 2.0);
+            }
+        } else if s.open {
+            let class = if t < h {
+                Class::EdgeBelow
+            } else {
+                Class::EdgeAbove
+            };
+            push(class, x, t, 2.0);
+        } else if b < h - number::SEES_FOOT_M {
+            let edge = x - s.overhang_m;
+            if t > h {
+                push(Class::Corner, x, b, self.room(x, b, x, h));
+                let margin = math::min(t - h, h - b) / FRESNEL_M;
+                push(Class::Flash, x, h, math::min(margin, 2.0));
+                if t > h + number::TOP_ABOVE_M {
+                    push(Class::Top, edge, t, self.room(edge, t, x, h));
+                }
+            } else {
+                let room = self.room(x, b, edge, t);
+                push(Class::Corner, x, b, room);
+                push(Class::Nosing, edge, t, room);
+            }
+        } else {
+            let (low, top) = self.face_span(s, k);
+            if top > low {
+                let room = math::min((top - low) / number::HIDDEN_ROOM_M, 2.0);
+                push(Class::Hidden, x, 0.5 * (low + top), room);
+            }
+        }
+        places
+    }
+
+    /// Product of two places' ranges and the sine of the angle from the first one up to the second, m².
+    pub fn cross_m2(&self, (x, y): (f32, f32), (other_x, other_y): (f32, f32)) -> f32 {
+        x * (other_y - self.height_m) - (y - self.height_m) * other_x
+    }
+
+    /// Distance of two features in beams and range cells.
+    fn room(&self, x: f32, y: f32, other_x: f32, other_y: f32) -> f32 {
+        let range = math::hypot(x, y - self.height_m);
+        let cross =
+            self.cross_m2((x, y), (other_x, other_y)) / math::max(range, number::LEAST_RANGE_M);
+        let other = math::hypot(other_x, other_y - self.height_m);
+        let angle = cross / math::max(range, number::LEAST_RANGE_M) / self.beam_rad;
+        math::min(math::hypot(angle, (other - range) / self.cell_m), 2.0)
+    }
+
+    /// Level of the riser before, its flash apart, dB.
+    pub fn shown(&self, s: &Staircase, k: usize) -> f32 {
+        if k == 0 || k >= s.len() {
+            return number::FAINT_DB;
+        }
+        let x = s.x(k - 1);
+        let near = self
+            .between(x - number::SHOWN_WITHIN_M, x + number::SHOWN_WITHIN_M)
+            .iter();
+        let apart = near.filter(|e| (e.y_m - self.height_m).abs() > number::FLASH_WITHIN_M);
+        apart
+            .map(|e| e.snr_db)
+            .fold(number::SHOWS_NOTHING_DB, math::max)
+    }
+}
