@@ -3,7 +3,7 @@
 //! The scanner's own calls pass `()`, which listens to nothing.
 
 use crate::infer::Cloud;
-use crate::infer::trace::{Cell, Hypothesis, Scatterer, Stage};
+use crate::infer::trace::{Candidate, Cell, Scatterer, Stage};
 use crate::model::View;
 use crate::mount::{Calibration, Floor};
 #[cfg(feature = "paper")]
@@ -25,8 +25,8 @@ pub enum Event<'a> {
     Lobes(Lobes),
     /// `likelihood`: one scatterer, strongest first.
     Scatterer(&'a Scatterer),
-    /// `likelihood`: one explanation, the best of each number of steps.
-    Hypothesis(&'a Hypothesis<'a>),
+    /// `likelihood`: one flight of the search, the best of each number of steps, or level ground.
+    Candidate(&'a Candidate<'a>),
     /// `likelihood`: a cell of the way ahead and what the verdict knows of it, the nearest first.
     Cell(&'a Cell),
     /// `likelihood` in the depth plane: what the posterior says once it is complete.
@@ -67,7 +67,7 @@ pub enum CloudStage {
 
 /// Listens to an estimator.
 pub trait Observer {
-    /// Whether it wants to hear about scatterers and hypotheses, which take time to tell.
+    /// Whether it wants to hear about scatterers and candidates, which take time to tell.
     fn listens(&self) -> bool {
         true
     }

@@ -8,7 +8,7 @@ use stairscan::answer::{Direction, Maybe};
 use stairscan::config::Config;
 use stairscan::estimator::{Estimator, MappedScan};
 use stairscan::infer::Likelihood;
-use stairscan::infer::trace::{Cell, Explanation, Hypothesis, Role, Scatterer};
+use stairscan::infer::trace::{Candidate, Cell, Explanation, Role, Scatterer};
 use stairscan::motion::Drive;
 use stairscan::mount::Floor;
 use stairscan::observer::{Event, Observer};
@@ -75,13 +75,13 @@ fn verdict(role: Role) -> Verdict {
 
 impl Witness {
     /// An explanation in words, and the edges of its steps.
-    fn explain(&self, hypothesis: &Hypothesis<'_>) -> (String, Vec<Point>) {
-        let faces = hypothesis.faces;
+    fn explain(&self, candidate: &Candidate<'_>) -> (String, Vec<Point>) {
+        let faces = candidate.faces;
         let steps = match faces.len() {
             1 => "1 step".into(),
             n => format!("{n} steps"),
         };
-        match hypothesis.explanation {
+        match candidate.explanation {
             Explanation::NoStairs => ("no stairs".into(), Vec::new()),
             Explanation::Up { rise_m, open } => {
                 let kind = if open { "floating" } else { "closed" };
@@ -128,12 +128,12 @@ impl Observer for Witness {
             Event::Floor(floor) => self.floor = Some(floor),
             Event::Lobes(lobes) => self.lobes = Some(lobes),
             Event::Scatterer(scatterer) => self.scatterer(scatterer),
-            Event::Hypothesis(hypothesis) => {
-                let (name, edges) = self.explain(hypothesis);
+            Event::Candidate(candidate) => {
+                let (name, edges) = self.explain(candidate);
                 self.view.explanations.push(ExplanationView {
                     name,
-                    score: hypothesis.score.into(),
-                    winner: hypothesis.winner,
+                    score: candidate.score.into(),
+                    winner: candidate.winner,
                     edges,
                 });
             }

@@ -82,7 +82,7 @@ use propose::search::{Beginnings, Search};
 use propose::stairs::{Explanation, Flight, Stairs};
 pub use readings::{Face, Readings};
 pub use refine::refine;
-use trace::{Hypothesis, Scatterer, Stage};
+use trace::{Candidate, Scatterer, Stage};
 
 /// The estimator: what it keeps during a scan, and after the last row the search's memory in the
 /// same place.
@@ -513,14 +513,14 @@ impl<S: Stairs> Ended<'_, S> {
             observer.event(Event::Scatterer(&Scatterer { echo, role }));
         }
         let winner = self.best.filter(|_| self.measured.is_some());
-        observer.event(Event::Hypothesis(&Hypothesis {
+        observer.event(Event::Candidate(&Candidate {
             explanation: Explanation::NoStairs,
             faces: &[],
             score: 0.0,
             winner: winner.is_none(),
         }));
         for flight in &self.search.leaders {
-            observer.event(Event::Hypothesis(&Hypothesis {
+            observer.event(Event::Candidate(&Candidate {
                 explanation: S::explanation(flight.shape),
                 faces: &flight.chain,
                 score: flight.score,

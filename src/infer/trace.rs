@@ -16,9 +16,9 @@ pub struct Scatterer {
     pub role: Role,
 }
 
-/// One explanation of the echoes and its score.
+/// A flight of the search, or level ground, as an explanation of the echoes, and its score.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hypothesis<'a> {
+pub struct Candidate<'a> {
     /// What it says.
     pub explanation: Explanation,
     /// Its faces along the line of sight: horizontal distances going up, depths below the mirror
