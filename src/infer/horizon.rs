@@ -149,8 +149,8 @@ impl Ground<'_> {
     fn step_in(&self, start_m: f32, end_m: f32) -> Option<(usize, &Step, &Support)> {
         let pairs = self.steps.iter().zip(self.supports).enumerate();
         let mut within = pairs.filter(|(_, (s, _))| {
-            let shows = s.distance_m - RIGHT_M;
-            shows > start_m && shows <= end_m
+            let earliest_m = s.distance_m - RIGHT_M;
+            earliest_m > start_m && earliest_m <= end_m
         });
         within.next().map(|(k, (step, support))| (k, step, support))
     }
@@ -214,9 +214,9 @@ impl Ground<'_> {
         ]);
         out.put_if(kind == CellKind::Clear, || {
             let floor = self.floor(to);
-            let shown = self.floor_line.map(|line| line.cell(number));
-            let shown = shown.unwrap_or_default();
-            let [gap, later] = shown.gap;
+            let line = self.floor_line.map(|line| line.cell(number));
+            let line = line.unwrap_or_default();
+            let [gap, later] = line.gap;
             let mut columns = self.scene.columns.iter();
             let begins = columns.any(|c| c.begins && c.along_m > from && c.along_m <= to);
             [
@@ -236,7 +236,7 @@ impl Ground<'_> {
                 gap,
                 math::max(gap, 0.0),
                 later,
-                unseen(shown.beyond_db),
+                unseen(line.beyond_db),
                 f32::from(end_m < NEAREST_END_M),
             ]
         });
@@ -263,8 +263,8 @@ impl Ground<'_> {
         };
         let mut last = p.nearest_riser_m;
         for (m, role) in self.scene.marks.iter().zip(self.roles) {
-            let shows = *role == Role::Tread && m.x_m <= to && m.snr_db > p.floor_least_db;
-            if shows && m.x_m > last {
+            let on_floor = *role == Role::Tread && m.x_m <= to && m.snr_db > p.floor_least_db;
+            if on_floor && m.x_m > last {
                 floor.largest_gap_m = math::max(floor.largest_gap_m, m.x_m - last);
                 floor.marks += 1.0 / TEN_DB;
                 last = m.x_m;
@@ -275,7 +275,7 @@ impl Ground<'_> {
     }
 
     /// The strongest echo near a step in a role, tens of dB; 0 for none.
-    fn shown(&self, step: &Step, wanted: Role) -> f32 {
+    fn strongest_near(&self, step: &Step, wanted: Role) -> f32 {
         let reach = self.scene.params.column_m + RIGHT_M;
         let near = (step.distance_m - reach, step.distance_m + reach);
         self.strongest(near.0, near.1, &|role| role == wanted)
@@ -309,7 +309,7 @@ impl Ground<'_> {
             level,
             stray,
             first * place,
-            first * place * self.shown(next, Role::Corner),
+            first * place * self.strongest_near(next, Role::Corner),
             f32::from(from < self.scene.params.nearest_riser_m),
             first * f32::from(self.steps.len() == 1),
             near * f32::from(known),
