@@ -22,7 +22,11 @@ use heapless::Vec;
 /// and without.
 pub(super) type Bases = Vec<Base, { MOST_LOOKED + 1 + (1 + ROUNDS) * (WALLS + 1) }>;
 
-/// Working memory of the posterior: too large for a small stack, so it comes from outside.
+/// The posterior of a scan: measurement model, hypotheses that begin it, particles. Its methods stand in two files: here
+/// those that take in echoes and hypotheses ([`Posterior::take`], [`Posterior::propose`]), in `judgement.rs` those that
+/// fill the cloud and read the particles ([`Posterior::judge`], [`Posterior::likeliest`], [`Posterior::outlines`]).
+///
+/// Too large for a small stack, so its memory comes from outside.
 pub struct Posterior {
     pub(super) model: Model<'static>,
     pub(super) bases: Bases,

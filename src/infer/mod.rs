@@ -8,13 +8,13 @@
 //! |---|---|
 //! | `propose` | the search: flights that may explain the echoes, with a score; it only proposes |
 //! | [`past`] | earlier scans: likely staircases, steps and log-odds of an error, carried on with the chair |
-//! | `bases` | hypotheses that begin the posterior: flights of the search and of earlier scans, refined; a ramp; level ground |
+//! | `bases` | `Posterior`, and hypotheses that begin it: flights of the search and of earlier scans, refined; a ramp; level ground |
 //! | `readings` | what each riser's own echoes say of its place and height |
 //! | [`gauss`] | the Gaussian over the levels of a flight, any one riser or tread odd |
 //! | `refine` | a hypothesis moved to where the echoes put it |
 //! | `proposals` | variants of a hypothesis: one riser more, fewer, an odd one; on bare ground a step, a box, a drop |
 //! | `cloud` | weighted particles, resampled, and what they say of an answer, by cells of the way |
-//! | `judgement` | what the particles say: the likeliest outline, doubts, what may stand there besides |
+//! | `judgement` | the other methods of `Posterior`, what the particles say: the likeliest outline, doubts, what may stand there besides |
 //! | `inference` | the answer going up: the modules above in two rounds at most |
 //! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
