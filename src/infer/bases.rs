@@ -3,12 +3,12 @@
 use super::cloud::Cloud;
 use super::gauss::TreadLevels;
 use super::past::History;
-use super::proposals::Base;
 use super::propose::ascending::{self, Ascending};
 use super::propose::search::Search;
 use super::propose::stairs::{Flight, Stairs};
 use super::readings::Readings;
 use super::refine::refine;
+use super::variants::Base;
 use crate::estimate::Estimate;
 use crate::math;
 use crate::model::{GroundKind, MAX_STEPS, Model, Sigmas, Staircase, View};

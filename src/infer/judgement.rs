@@ -4,9 +4,9 @@ use super::bases::{LANDING_M, Posterior, staircase};
 use super::cloud::{CELLS, Cloud, Told};
 use super::dimensions::Measured;
 use super::past::{History, Weighed};
-use super::proposals::{Base, Proposals};
 use super::propose::ascending::AscentShape;
 use super::propose::stairs::Flight;
+use super::variants::{Base, Variants};
 use crate::answer::{MAX_MAYBES, Maybe};
 use crate::math;
 use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Staircase, ToldStep};
@@ -190,7 +190,7 @@ impl Posterior {
                         || ground && l.staircase.kind == GroundKind::Nothing
                 })
             };
-            // Nothing is proposed around a ramp.
+            // A ramp has no variants.
             let around = bases
                 .iter()
                 .filter(|b| !matches!(b.staircase.kind, GroundKind::Ramp { .. }));
@@ -198,7 +198,7 @@ impl Posterior {
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
             let Some(base) = next else { break };
-            Proposals { model, told, cloud }.around(base);
+            Variants { model, told, cloud }.around(base);
             // There is room, or the loop would have ended.
             let _ = looked.push(base);
         }

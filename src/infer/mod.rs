@@ -12,7 +12,7 @@
 //! | `readings` | what each riser's own echoes say of its place and height |
 //! | [`gauss`] | the Gaussian over the levels of a flight, any one riser or tread odd |
 //! | `refine` | a hypothesis moved to where the echoes put it |
-//! | `proposals` | variants of a hypothesis: one riser more, fewer, an odd one; on bare ground a step, a box, a drop |
+//! | `variants` | variants of a hypothesis: one riser more, fewer, an odd one; on bare ground a step, a box, a drop |
 //! | `cloud` | weighted particles, resampled, and what they say of an answer, by cells of the way |
 //! | `judgement` | the other methods of `Posterior`, what the particles say: the likeliest outline, doubts, what may stand there besides |
 //! | `inference` | the answer going up: the modules above in two rounds at most |
@@ -39,12 +39,12 @@ mod inference;
 mod judgement;
 mod nosings;
 pub mod past;
-mod proposals;
 mod propose;
 mod readings;
 mod refine;
 mod support;
 pub mod trace;
+mod variants;
 
 #[cfg(test)]
 mod tests;
@@ -73,7 +73,6 @@ pub use horizon::Reach;
 use inference::Inferred;
 use judgement::Belief;
 use past::{History, Outlook};
-pub use proposals::{Base, Proposals, weight};
 use propose::ascending::{self, Ascending};
 use propose::descending::{self, Descending};
 use propose::roles::{Role, Roles};
@@ -83,6 +82,7 @@ use propose::stairs::{Explanation, Flight, Stairs};
 pub use readings::{Face, Readings};
 pub use refine::refine;
 use trace::{Candidate, Scatterer, Stage};
+pub use variants::{Base, Variants, weight};
 
 /// The estimator: what it keeps during a scan, and after the last row the search's memory in the
 /// same place.

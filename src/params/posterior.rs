@@ -1,4 +1,4 @@
-//! The numbers of the posterior: its measurement model, its prior and what it proposes.
+//! The numbers of the posterior: its measurement model, its prior and its variants.
 //!
 //! They are constants and stand in no [`super::Params`]: nothing changes them at run time. Where no other origin is
 //! given, a number was set by hand. What is counted from simulated scans stands in [`super::measured`].
@@ -214,13 +214,13 @@ pub const BOX: f32 = 0.06;
 /// Prior probability of a threshold.
 pub const THRESHOLD: f32 = 0.05;
 
-// Proposals.
+// Variants.
 
-/// Way that a proposed echo stands for, metres.
+/// Way that a variant at an echo stands for, metres.
 pub const SPOT_M: f32 = 0.006;
-/// Least rise of a proposal, metres.
+/// Least rise of a variant, metres.
 pub const LEAST_RISE_M: f32 = 0.03;
-/// Least odds of a riser that is proposed behind the last.
+/// Least odds of a riser that a variant puts behind the last.
 pub const LEAST_ODDS: f32 = 1e-5;
 /// Farthest riser behind the last, metres from it.
 pub const BEHIND_TO_M: f32 = 1.6;
@@ -234,7 +234,7 @@ pub const LANDING_FROM_M: f32 = 0.4;
 pub const BEHIND_GRID_M: f32 = 0.08;
 /// What the next rise differs from the mean by, metres, and how often.
 pub const BEHIND_RISES: [(f32, f32); 3] = [(0.0, 0.6), (-RISE_OFF_M, 0.2), (RISE_OFF_M, 0.2)];
-/// Difference of a rise to the mean that is proposed, metres.
+/// Difference of a rise to the mean in a variant, metres.
 pub const RISE_OFF_M: f32 = 0.03;
 /// Odds of an odd rise.
 pub const ODD_ODDS: f32 = 0.1;

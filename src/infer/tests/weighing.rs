@@ -3,9 +3,9 @@
 use crate::estimate::Estimate;
 use crate::infer::cloud::{Cloud, Told};
 use crate::infer::gauss::TreadLevels;
-use crate::infer::proposals::{Base, Proposals, weight};
 use crate::infer::readings::Readings;
 use crate::infer::refine::refine;
+use crate::infer::variants::{Base, Variants, weight};
 use crate::model::tests::{Dice, VIEW, echo, echoes, flight, geometry, model, regular, told};
 use crate::model::{GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
 use crate::params::Params;
@@ -154,7 +154,7 @@ fn a_base_weighs_what_the_whole_weighs() {
 }
 
 #[test]
-fn proposals_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
+fn variants_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
     let geometry = geometry();
     let truth = regular(3, 0.7, 0.29, 0.16);
     let echoes = echoes(&truth, &mut Dice::new(9), 0.2);
@@ -169,12 +169,12 @@ fn proposals_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
             view: VIEW,
         };
         let base = Base::new(&model, start, [0.01; MAX_STEPS]);
-        let mut proposals = Proposals {
+        let mut variants = Variants {
             model: &model,
             told: &told,
             cloud: &mut cloud,
         };
-        proposals.around(&base);
+        variants.around(&base);
         let counts = cloud.counts();
         assert!(counts[n] > 0.5, "{start:?}: {counts:?}");
     }
@@ -192,7 +192,7 @@ fn a_rise_that_is_odd_is_proposed() {
         view: VIEW,
     };
     let base = Base::new(&model, regular(3, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
-    Proposals {
+    Variants {
         model: &model,
         told: &told,
         cloud: &mut cloud,
@@ -219,7 +219,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     let mut cloud = Cloud::new();
     // Two steps too many, so that they are taken away one after the other.
     let base = Base::new(&model, regular(4, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
-    Proposals {
+    Variants {
         model: &model,
         told: &told,
         cloud: &mut cloud,
@@ -334,7 +334,7 @@ proptest! {
         let mut cloud = Cloud::new();
         let edges = told(&[(0.8, 0.16)]);
         let told = Told { edges: &edges, view: VIEW };
-        Proposals { model: &model, told: &told, cloud: &mut cloud }
+        Variants { model: &model, told: &told, cloud: &mut cloud }
             .around(&Base::new(&model, found, sigmas));
         cloud.resample();
         prop_assert!(cloud.doubts().iter().all(|d| d.is_finite()));

@@ -1,7 +1,7 @@
 //! Variants of a hypothesis: one more riser behind the last, the last ones left out, an odd rise. On bare ground: a step,
 //! a box, a threshold, a drop.
 //!
-//! Each proposal differs from a hypothesis in a few risers, so that only their part of the
+//! Each differs from a hypothesis in a few risers, so that only their part of the
 //! likelihood is looked at anew.
 
 use super::cloud::{Cloud, Told};
@@ -37,7 +37,7 @@ pub struct Base {
     pub log_weight: f32,
 }
 
-/// Standard deviation of a level that a proposal puts where it is, metres.
+/// Standard deviation of a level that a variant puts where it is, metres.
 const PLACED_M: f32 = 0.01;
 
 impl Base {
@@ -80,8 +80,8 @@ impl Base {
     }
 }
 
-/// Puts proposals into a cloud.
-pub struct Proposals<'a> {
+/// Puts variants into a cloud.
+pub struct Variants<'a> {
     /// What weighs them.
     pub model: &'a Model<'a>,
     /// The answer that they are held against.
@@ -93,20 +93,20 @@ pub struct Proposals<'a> {
 /// Places for one more riser, and how much of the way each stands for, metres.
 type Spots = Vec<(f32, f32), SPOTS>;
 
-impl Proposals<'_> {
+impl Variants<'_> {
     /// Everything near a hypothesis.
     pub fn around(&mut self, base: &Base) {
         match base.staircase.kind {
             GroundKind::Stairs => {
                 let rules = &current().rules;
-                type Proposal<'a> = fn(&mut Proposals<'a>, &Base);
-                let proposals: [(bool, Proposal<'_>); 3] = [
+                type Vary<'a> = fn(&mut Variants<'a>, &Base);
+                let kinds: [(bool, Vary<'_>); 3] = [
                     (rules.less, Self::less),
                     (rules.behind, Self::behind),
                     (rules.odd, Self::odd),
                 ];
-                for (_, propose) in proposals.into_iter().filter(|(on, _)| *on) {
-                    propose(self, base);
+                for (_, vary) in kinds.into_iter().filter(|(on, _)| *on) {
+                    vary(self, base);
                 }
             }
             GroundKind::Nothing => self.floor(base),
