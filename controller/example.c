@@ -34,6 +34,10 @@ static void show_answer(const stairscan_answer_t *answer) {
         printf("  step %" PRIu32 ": distance %.1f mm, height %.1f mm\n", step->index,
                millimetres(step->distance), millimetres(step->height));
     }
+    if (answer->head.drops > 0) {
+        printf("  the ground ends at %.1f mm, sigma %.1f mm\n", millimetres(answer->drop.distance),
+               millimetres(answer->drop.distance_sigma));
+    }
 }
 
 static void show_permit(stairscan_permit_t permit) {

@@ -3,7 +3,7 @@
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 #define TAIL 11u          /* '*', eight digits, CR LF */
-#define AFTER_REASONS 29u /* room for what follows the reasons of a SCAN */
+#define AFTER_REASONS 33u /* room for what follows the reasons of a SCAN */
 #define STEEPEST 45000    /* 0.001 degrees */
 
 /* ---- words ---- */
@@ -279,7 +279,8 @@ static const struct field SCAN[] = {
     F("horizon", MAY_LENGTH, scan.horizon),
     F("confidence", MAY_PERCENT, scan.confidence),
     F("maybes", U8, scan.maybes),
-    F("settings", HASH, scan.settings)};
+    F("settings", HASH, scan.settings),
+    F("drops", U8, scan.drops)};
 static const struct field STEP[] = {
     F("scan", U32, step.scan),
     F("index", U8, step.index),
@@ -291,6 +292,12 @@ static const struct field STEP[] = {
     F("distance-sigma", LENGTH, step.distance_sigma),
     F("height-sigma", LENGTH, step.height_sigma),
     F("quality", U8, step.quality)};
+static const struct field DROP[] = {
+    F("scan", U32, drop.scan),
+    F("distance", LENGTH, drop.distance),
+    F("distance-sigma", LENGTH, drop.distance_sigma),
+    F("depth", MAY_LENGTH, drop.depth),
+    F("probability", PERCENT, drop.probability)};
 static const struct field MAYBE[] = {
     F("scan", U32, maybe.scan),
     F("index", U8, maybe.index),
@@ -337,6 +344,7 @@ static const struct field HALT[] = {F("reason", REASON, halt.reason)};
 static const struct form FORMS[] = {
     {"SCAN", STAIRSCAN_SCAN, SCAN, COUNT(SCAN)},
     {"STEP", STAIRSCAN_STEP, STEP, COUNT(STEP)},
+    {"DROP", STAIRSCAN_DROP, DROP, COUNT(DROP)},
     {"MAYBE", STAIRSCAN_MAYBE, MAYBE, COUNT(MAYBE)},
     {"BOOT", STAIRSCAN_BOOT, BOOT, COUNT(BOOT)},
     {"STAT", STAIRSCAN_STAT, STAT, COUNT(STAT)},
@@ -891,7 +899,7 @@ void stairscan_init(stairscan_t *scanner, const stairscan_rules_t *rules) {
     scanner->has_answer = scanner->collecting = scanner->heard = false;
     scanner->faulty = scanner->doubtful = scanner->aged = scanner->skipping = false;
     scanner->damaged = scanner->dropped = 0;
-    scanner->got_steps = scanner->got_maybes = scanner->last_scan = 0;
+    scanner->got_steps = scanner->got_drops = scanner->got_maybes = scanner->last_scan = 0;
     scanner->heard_ms = scanner->uptime_ms = 0;
     scanner->length = 0;
 }
@@ -934,7 +942,8 @@ static void pass(stairscan_t *scanner, uint32_t now_ms) {
 /* Whether the answer that is coming in is whole; then it is the answer. */
 static bool complete(stairscan_t *scanner) {
     const stairscan_scan_t *head = &scanner->coming.head;
-    if (scanner->got_steps < head->steps || scanner->got_maybes < head->maybes) {
+    if (scanner->got_steps < head->steps || scanner->got_drops < head->drops ||
+        scanner->got_maybes < head->maybes) {
         return false;
     }
     scanner->answer = scanner->coming;
@@ -955,12 +964,12 @@ static bool take_head(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
         scanner->last_scan = head->scan;
     }
     scanner->collecting = true;
-    scanner->got_steps = scanner->got_maybes = 0;
+    scanner->got_steps = scanner->got_drops = scanner->got_maybes = 0;
     scanner->coming.head = *head;
     scanner->coming.came_ms = now_ms;
     scanner->coming.travel = travel;
-    if (head->steps > STAIRSCAN_MAX_STEPS || head->maybes > STAIRSCAN_MAX_MAYBES ||
-        (head->status == STAIRSCAN_FAULT && (head->steps > 0 || head->maybes > 0))) {
+    if (head->steps > STAIRSCAN_MAX_STEPS || head->drops > 1 || head->maybes > STAIRSCAN_MAX_MAYBES ||
+        (head->status == STAIRSCAN_FAULT && (head->steps > 0 || head->drops > 0 || head->maybes > 0))) {
         drop(scanner);
         return false;
     }
@@ -981,12 +990,25 @@ static bool take_step(stairscan_t *scanner) {
     return complete(scanner);
 }
 
+static bool take_drop(stairscan_t *scanner) {
+    const stairscan_drop_t *told = &scanner->sentence.as.drop;
+    const stairscan_scan_t *head = &scanner->coming.head;
+    if (!scanner->collecting || scanner->got_steps < head->steps || told->scan != head->scan ||
+        scanner->got_drops >= head->drops) {
+        drop(scanner);
+        return false;
+    }
+    scanner->coming.drop = *told;
+    scanner->got_drops = 1;
+    return complete(scanner);
+}
+
 static bool take_maybe(stairscan_t *scanner) {
     const stairscan_maybe_t *maybe = &scanner->sentence.as.maybe;
     const stairscan_scan_t *head = &scanner->coming.head;
     uint32_t got = scanner->got_maybes;
-    if (!scanner->collecting || scanner->got_steps < head->steps || maybe->scan != head->scan ||
-        maybe->count != head->maybes || maybe->index != got + 1 || got >= head->maybes ||
+    if (!scanner->collecting || scanner->got_steps < head->steps ||
+        scanner->got_drops < head->drops || maybe->scan != head->scan || maybe->count != head->maybes || maybe->index != got + 1 || got >= head->maybes ||
         got >= STAIRSCAN_MAX_MAYBES) {
         drop(scanner);
         return false;
@@ -1018,6 +1040,8 @@ static bool act(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
         return take_head(scanner, now_ms, travel);
     case STAIRSCAN_STEP:
         return take_step(scanner);
+    case STAIRSCAN_DROP:
+        return take_drop(scanner);
     case STAIRSCAN_MAYBE:
         return take_maybe(scanner);
     case STAIRSCAN_LIVE:
@@ -1095,6 +1119,28 @@ static int64_t nearer(const stairscan_step_t *step) {
     return beyond > 0 ? beyond : 0;
 }
 
+/* Nearest place of a drop's edge. */
+static int64_t brink(const stairscan_drop_t *edge) {
+    return edge->distance - 3 * (int64_t)edge->distance_sigma;
+}
+
+stairscan_optional_t stairscan_free(const stairscan_answer_t *answer) {
+    stairscan_optional_t way = {false, 0};
+    int64_t end = answer->head.horizon.value;
+    if (answer->head.status != STAIRSCAN_OK || !answer->head.horizon.present) {
+        return way;
+    }
+    if (answer->head.steps > 0 && answer->steps[0].distance < end) {
+        end = answer->steps[0].distance;
+    }
+    if (answer->head.drops > 0 && brink(&answer->drop) < end) {
+        end = brink(&answer->drop);
+    }
+    way.present = true;
+    way.value = clamp(end);
+    return way;
+}
+
 /* What the answer vouches for from where the chair is now, and how much of that is level ground. */
 static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone) {
     stairscan_permit_t permit = {STAIRSCAN_GO, STAIRSCAN_WHY_OK, 0, 0};
@@ -1103,6 +1149,9 @@ static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone) {
     if (answer->head.steps > 0) {
         int64_t step = answer->steps[0].distance - nearer(&answer->steps[0]) - gone;
         clear = step < clear ? step : clear;
+    }
+    if (answer->head.drops > 0 && brink(&answer->drop) - gone < clear) {
+        clear = brink(&answer->drop) - gone;
     }
     if (answer->head.maybes > 0 && answer->maybes[0].distance - gone < clear) {
         clear = answer->maybes[0].distance - gone;

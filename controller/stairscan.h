@@ -20,7 +20,7 @@
  * It is for driving forward. The scanner looks nowhere else: not behind, not beside, not into a turn.
  *
  * Rules of state and time-out, all kept by stairscan_take and stairscan_may:
- * - An answer is one SCAN, its STEPs, its MAYBEs, complete and in order. Where one is missing, none
+ * - An answer is one SCAN, its STEPs, its DROP, its MAYBEs, complete and in order. Where one is missing, none
  *   of it counts (`dropped` counts those). LIVE and answers to commands may stand between them.
  * - A SCAN that is not ok takes the older answer away at once, even if its own STEPs get lost.
  * - BOOT, HALT, an uptime that begins anew, a state `fault` in LIVE and silence take it away, too;
@@ -222,6 +222,7 @@ typedef struct {
     stairscan_optional_t confidence; /* 0.1 %: that nothing is wrong up to there */
     uint32_t maybes;                 /* MAYBE sentences that follow */
     uint32_t settings;               /* hash of the settings */
+    uint32_t drops;                  /* DROP sentences that follow: 0 or 1 */
 } stairscan_scan_t;
 
 /* STEP: one step of an answer, 0.1 mm. */
@@ -237,6 +238,16 @@ typedef struct {
     int32_t height_sigma;
     uint32_t quality; /* 0 to 100 */
 } stairscan_step_t;
+
+/* DROP: the ground ends or falls by more than 40 mm, and no staircase going down is told. It does not end
+ * before distance - 3 distance_sigma. */
+typedef struct {
+    uint32_t scan;
+    int32_t distance; /* 0.1 mm, to the edge */
+    int32_t distance_sigma;
+    stairscan_optional_t depth; /* 0.1 mm, of the next surface below the ground */
+    uint32_t probability;       /* 0.1 % */
+} stairscan_drop_t;
 
 /* MAYBE: something may stand there that the answer does not hold. */
 typedef struct {
@@ -310,6 +321,7 @@ typedef struct {
 enum stairscan_kind {
     STAIRSCAN_SCAN,
     STAIRSCAN_STEP,
+    STAIRSCAN_DROP,
     STAIRSCAN_MAYBE,
     STAIRSCAN_BOOT,
     STAIRSCAN_STAT,
@@ -325,6 +337,7 @@ typedef struct {
     union {
         stairscan_scan_t scan;
         stairscan_step_t step;
+        stairscan_drop_t drop;
         stairscan_maybe_t maybe;
         stairscan_boot_t boot;
         stairscan_stat_t stat;
@@ -439,6 +452,7 @@ stairscan_rules_t stairscan_default_rules(void);
 typedef struct {
     stairscan_scan_t head;
     stairscan_step_t steps[STAIRSCAN_MAX_STEPS];    /* head.steps of them */
+    stairscan_drop_t drop;                          /* where head.drops is 1 */
     stairscan_maybe_t maybes[STAIRSCAN_MAX_MAYBES]; /* head.maybes of them */
     uint32_t came_ms;                               /* when its SCAN came */
     int32_t travel;                                 /* the chair's travel then */
@@ -455,7 +469,7 @@ typedef struct {
 
     stairscan_answer_t coming;
     bool collecting;
-    uint32_t got_steps, got_maybes;
+    uint32_t got_steps, got_drops, got_maybes;
     uint32_t last_scan;
     bool heard, faulty, doubtful, aged;
     uint32_t heard_ms, uptime_ms;
@@ -494,8 +508,13 @@ typedef struct {
     uint32_t action; /* enum stairscan_action */
     uint32_t why;    /* enum stairscan_why */
     int32_t vouched; /* 0.1 mm ahead of the mirror now: so far the answer's promise reaches */
-    int32_t clear;   /* 0.1 mm: and so far it tells neither a step nor a maybe. Both 0 unless GO */
+    int32_t clear;   /* 0.1 mm: and so far it tells neither a step nor a drop nor a maybe. Both 0 unless GO */
 } stairscan_permit_t;
+
+/* Free distance of an answer, 0.1 mm from the mirror at its last row: the ground goes on level up to the nearest of
+ * horizon, first step, and drop less 3 sigma. Missing unless the answer is ok and has a horizon. Without the rules of
+ * age, travel and margin: those are stairscan_may's. */
+stairscan_optional_t stairscan_free(const stairscan_answer_t *answer);
 
 /* What the chair may do now. Call it in every control cycle: time passes without bytes, too. */
 stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel);

@@ -4,7 +4,7 @@
 //! cargo sim replay recordings/stair_a | grep -o '\$PSTR.*' | cargo run --example parse_report
 //! ```
 //!
-//! Every line that is no intact sentence is named with its reason, and a scan of which a step is
+//! Every line that is no intact sentence is named with its reason, and a scan of which a step or the drop is
 //! missing is said to be incomplete: half a staircase is nothing to drive on. Exit status 1 if there
 //! was either.
 
@@ -18,18 +18,24 @@ use stairscan::report::{ScanLine, Sentence, Tenths};
 struct Scan {
     head: Option<ScanLine>,
     steps: u8,
+    drops: u8,
 }
 
 impl Scan {
     /// Begins another scan, or ends the report; whether the one before was complete.
     fn next(&mut self, head: Option<ScanLine>) -> bool {
-        let ended = std::mem::replace(self, Self { head, steps: 0 });
-        let Some(scan) = ended.head.filter(|scan| scan.steps != ended.steps) else {
+        let begun = Self {
+            head,
+            ..Self::default()
+        };
+        let ended = std::mem::replace(self, begun);
+        let short = |scan: &ScanLine| scan.steps != ended.steps || scan.drops != ended.drops;
+        let Some(scan) = ended.head.filter(short) else {
             return true;
         };
         println!(
-            "scan {}: incomplete, {} of {} steps came",
-            scan.scan, ended.steps, scan.steps
+            "scan {}: incomplete, {} of {} steps and {} of {} drops came",
+            scan.scan, ended.steps, scan.steps, ended.drops, scan.drops
         );
         false
     }
@@ -77,6 +83,16 @@ fn main() -> io::Result<ExitCode> {
                     millimetres(step.distance_sigma),
                     millimetres(step.height),
                     millimetres(step.height_sigma)
+                );
+            }
+            Ok(Sentence::Drop(drop)) => {
+                let belongs = scan.head.is_some_and(|head| head.scan == drop.scan);
+                scan.drops = scan.drops.saturating_add(u8::from(belongs));
+                println!(
+                    "scan {}: the ground ends at {:.1} mm (σ {:.1})",
+                    drop.scan,
+                    millimetres(drop.distance),
+                    millimetres(drop.distance_sigma)
                 );
             }
             Ok(other) => println!("{other:?}"),

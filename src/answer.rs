@@ -37,7 +37,7 @@ pub struct Step {
     pub quality: u8,
 }
 
-/// An estimator's answer: direction, steps, and places where more may stand. Its status, horizon and confidence are its
+/// An estimator's answer: direction, steps, where the ground ends, and places where more may stand. Its status, horizon and confidence are its
 /// [`Verdict`](crate::verdict::Verdict).
 ///
 /// ```
@@ -58,8 +58,32 @@ pub struct Answer {
     pub direction: Direction,
     /// The steps, nearest first.
     pub steps: heapless::Vec<Step, MAX_STEPS>,
+    /// Where the ground ends or falls and no staircase going down is told; `None` where no such place is told.
+    pub drop: Option<DropEdge>,
     /// What may stand there though the answer does not hold it, nearest first.
     pub maybes: heapless::Vec<Maybe, MAX_MAYBES>,
+}
+
+/// Edge where the ground ends, or falls by more than 4 cm, and no staircase going down is told.
+///
+/// Its promise is one-sided: the ground does not end before [`DropEdge::nearest_m`].
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct DropEdge {
+    /// Horizontal distance from the mirror's centre to the edge, metres.
+    pub distance_m: f32,
+    /// Standard deviation of the distance, metres.
+    pub distance_sigma_m: f32,
+    /// Depth of the next surface below the ground, metres, positive; `None` where it is not known.
+    pub depth_m: Option<f32>,
+    /// Probability that the ground ends there, 0…1.
+    pub probability: f32,
+}
+
+impl DropEdge {
+    /// Nearest place of the edge that its standard deviation allows, distance − 3σ, metres from the mirror's centre.
+    pub fn nearest_m(&self) -> f32 {
+        self.distance_m - 3.0 * self.distance_sigma_m
+    }
 }
 
 /// Something that may stand there though the answer does not hold it.
@@ -84,6 +108,7 @@ impl Answer {
     pub const NONE: Self = Self {
         direction: Direction::None,
         steps: heapless::Vec::new(),
+        drop: None,
         maybes: heapless::Vec::new(),
     };
 
@@ -91,6 +116,7 @@ impl Answer {
     pub fn clear(&mut self) {
         self.direction = Direction::None;
         self.steps.clear();
+        self.drop = None;
         self.maybes.clear();
     }
 
@@ -114,6 +140,22 @@ impl Answer {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_cleared_answer_tells_no_drop() {
+        let drop = DropEdge {
+            distance_m: 0.9,
+            distance_sigma_m: 0.02,
+            ..DropEdge::default()
+        };
+        assert!((drop.nearest_m() - 0.84).abs() < 1e-6);
+        let mut answer = Answer {
+            drop: Some(drop),
+            ..Answer::NONE
+        };
+        answer.clear();
+        assert_eq!(answer, Answer::NONE);
+    }
 
     #[test]
     fn treads_and_risers_come_from_neighbours() {

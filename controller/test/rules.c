@@ -46,13 +46,14 @@ static bool may(enum stairscan_action action, enum stairscan_why why) {
            (none || action == STAIRSCAN_GO);
 }
 
-#define OK_UP "PSTR,SCAN,1,ok,up,2,0,,1200.0,99.1,1,01234567"
+#define OK_UP "PSTR,SCAN,1,ok,up,2,0,,1200.0,99.1,1,01234567,1"
 #define STEP_1 "PSTR,STEP,1,1,2,500.0,170.0,280.0,170.0,1.0,2.0,100"
 #define STEP_2 "PSTR,STEP,1,2,2,780.0,340.0,,170.0,1.0,2.0,100"
+#define DROP_1 "PSTR,DROP,1,1300.0,10.0,,97.5"
 #define MAYBE_1 "PSTR,MAYBE,1,1,1,1500.0,510.0,12.0"
-#define CLEAR(scan) "PSTR,SCAN," scan ",ok,none,0,0,,1500.0,99.1,0,01234567"
-#define DEGRADED(scan) "PSTR,SCAN," scan ",degraded,up,2,0,weak-echoes,0.0,0.0,0,01234567"
-#define FAULT(scan) "PSTR,SCAN," scan ",fault,none,0,0,no-echo,,,0,01234567"
+#define CLEAR(scan) "PSTR,SCAN," scan ",ok,none,0,0,,1500.0,99.1,0,01234567,0"
+#define DEGRADED(scan) "PSTR,SCAN," scan ",degraded,up,2,0,weak-echoes,0.0,0.0,0,01234567,0"
+#define FAULT(scan) "PSTR,SCAN," scan ",fault,none,0,0,no-echo,,,0,01234567,0"
 #define LIVE(state, scan, uptime) "PSTR,LIVE," state "," scan "," uptime ",100,good,0,0,0,0"
 
 static void start(void) {
@@ -67,6 +68,7 @@ static void ok(void) {
     CHECK(send(OK_UP) == STAIRSCAN_SENTENCE);
     CHECK(send(STEP_1) == STAIRSCAN_SENTENCE);
     CHECK(send(STEP_2) == STAIRSCAN_SENTENCE);
+    CHECK(send(DROP_1) == STAIRSCAN_SENTENCE);
     CHECK(send(MAYBE_1) == STAIRSCAN_ANSWER);
 }
 
@@ -107,7 +109,7 @@ static void an_ok_vouches_from_where_the_chair_is(void) {
 static void a_vague_step_may_stand_nearer(void) {
     stairscan_permit_t permit;
     start();
-    (void)send("PSTR,SCAN,1,ok,up,1,0,,1200.0,99.1,0,01234567");
+    (void)send("PSTR,SCAN,1,ok,up,1,0,,1200.0,99.1,0,01234567,0");
     CHECK(send("PSTR,STEP,1,1,1,500.0,170.0,,170.0,20.0,5.0,90") == STAIRSCAN_ANSWER);
     permit = stairscan_may(&scanner, now, travel);
     CHECK(permit.vouched == 11400 && permit.clear == 5000 - 600 - 300);
@@ -116,10 +118,47 @@ static void a_vague_step_may_stand_nearer(void) {
 static void a_maybe_is_not_clear(void) {
     stairscan_permit_t permit;
     start();
-    (void)send("PSTR,SCAN,1,ok,none,0,0,,1200.0,99.1,1,01234567");
+    (void)send("PSTR,SCAN,1,ok,none,0,0,,1200.0,99.1,1,01234567,0");
     CHECK(send("PSTR,MAYBE,1,1,1,900.0,-100.0,5.0") == STAIRSCAN_ANSWER);
     permit = stairscan_may(&scanner, now, travel);
     CHECK(permit.vouched == 11400 && permit.clear == 8400);
+}
+
+/* 10 mm of sigma: the ground may end 30 mm nearer than told. */
+static void the_way_ends_at_a_drop(void) {
+    stairscan_permit_t permit;
+    stairscan_optional_t way;
+    start();
+    (void)send("PSTR,SCAN,1,ok,none,0,0,,870.0,99.1,0,01234567,1");
+    CHECK(send("PSTR,DROP,1,900.0,10.0,180.0,97.5") == STAIRSCAN_ANSWER);
+    CHECK(scanner.answer.drop.depth.present && scanner.answer.drop.depth.value == 1800);
+    permit = stairscan_may(&scanner, now, travel);
+    CHECK(permit.vouched == 8700 - 600 && permit.clear == 8700 - 600);
+    way = stairscan_free(&scanner.answer);
+    CHECK(way.present && way.value == 8700);
+    /* Before the horizon, behind a step, behind the mirror. */
+    (void)send("PSTR,SCAN,2,ok,none,0,0,,1500.0,99.1,0,01234567,1");
+    CHECK(send("PSTR,DROP,2,900.0,20.0,,97.5") == STAIRSCAN_ANSWER);
+    permit = stairscan_may(&scanner, now, travel);
+    CHECK(permit.vouched == 14400 && permit.clear == 8400 - 600);
+    CHECK(stairscan_free(&scanner.answer).value == 8400);
+    ok();
+    way = stairscan_free(&scanner.answer);
+    CHECK(way.present && way.value == 5000);
+    (void)send("PSTR,SCAN,2,ok,none,0,0,,1500.0,99.1,0,01234567,1");
+    CHECK(send("PSTR,DROP,2,-10.0,214748364.7,,97.5") == STAIRSCAN_ANSWER);
+    way = stairscan_free(&scanner.answer);
+    CHECK(way.present && way.value == 0);
+    CHECK(stairscan_may(&scanner, now, travel).clear == 0);
+    /* Nothing is free where the answer is not ok, or does not say how far. */
+    (void)send("PSTR,SCAN,3,degraded,none,0,0,short-horizon,700.0,99.1,0,01234567,1");
+    CHECK(send("PSTR,DROP,3,900.0,10.0,,97.5") == STAIRSCAN_ANSWER);
+    CHECK(!stairscan_free(&scanner.answer).present);
+    CHECK(send("PSTR,SCAN,4,ok,none,0,0,,,,0,00000000,0") == STAIRSCAN_ANSWER);
+    CHECK(!stairscan_free(&scanner.answer).present);
+    /* A fault that pretends to tell a drop is none that could be used. */
+    CHECK(send("PSTR,SCAN,5,fault,none,0,0,crash,,,0,01234567,1") == STAIRSCAN_SENTENCE);
+    CHECK(scanner.dropped == 1);
 }
 
 static void a_degraded_one_is_a_hint(void) {
@@ -130,7 +169,7 @@ static void a_degraded_one_is_a_hint(void) {
     CHECK(send("PSTR,STEP,2,1,2,500.0,170.0,,,1.0,2.0,9") == STAIRSCAN_SENTENCE);
     CHECK(send("PSTR,STEP,2,2,2,500.0,170.0,,,1.0,2.0,9") == STAIRSCAN_ANSWER);
     CHECK(may(STAIRSCAN_HINT, STAIRSCAN_WHY_DEGRADED));
-    CHECK(send("PSTR,SCAN,3,ok,none,0,0,,,,0,00000000") == STAIRSCAN_ANSWER);
+    CHECK(send("PSTR,SCAN,3,ok,none,0,0,,,,0,00000000,0") == STAIRSCAN_ANSWER);
     CHECK(may(STAIRSCAN_HINT, STAIRSCAN_WHY_NO_HORIZON));
 }
 
@@ -146,7 +185,7 @@ static void a_fault_stops(void) {
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_FAULT));
     /* A fault that pretends to have steps is none that could be used. */
     ok();
-    CHECK(send("PSTR,SCAN,2,fault,up,1,0,crash,,,0,01234567") == STAIRSCAN_SENTENCE);
+    CHECK(send("PSTR,SCAN,2,fault,up,1,0,crash,,,0,01234567,0") == STAIRSCAN_SENTENCE);
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_FAULT) && scanner.dropped == 1);
     CHECK(send("PSTR,STEP,2,1,1,500.0,170.0,,,1.0,2.0,9") == STAIRSCAN_SENTENCE);
     CHECK(!scanner.has_answer);
@@ -187,11 +226,11 @@ static void an_answer_gets_old(void) {
 }
 
 static void an_answer_counts_whole_or_not(void) {
-    const char *const sentences[] = {OK_UP, STEP_1, STEP_2, MAYBE_1};
+    const char *const sentences[] = {OK_UP, STEP_1, STEP_2, DROP_1, MAYBE_1};
     size_t lost, k;
-    for (lost = 0; lost < 4; lost++) {
+    for (lost = 0; lost < 5; lost++) {
         start();
-        for (k = 0; k < 4; k++) {
+        for (k = 0; k < 5; k++) {
             CHECK(k == lost || send(sentences[k]) == STAIRSCAN_SENTENCE);
         }
         (void)send(LIVE("scanning", "1", "4000000000"));
@@ -199,28 +238,40 @@ static void an_answer_counts_whole_or_not(void) {
         CHECK(send(CLEAR("2")) == STAIRSCAN_ANSWER);
         CHECK(scanner.dropped == (lost > 0));
     }
-    for (k = 0; k < 3; k++) {
+    for (k = 0; k < 4; k++) {
         /* Twice the same, and the wrong order. */
         start();
         (void)send(OK_UP);
         (void)send(sentences[k + 1]);
         CHECK(send(sentences[k + 1]) == STAIRSCAN_SENTENCE && !scanner.has_answer);
-        CHECK(send(STEP_2) == STAIRSCAN_SENTENCE && send(MAYBE_1) == STAIRSCAN_SENTENCE);
+        CHECK(send(STEP_2) == STAIRSCAN_SENTENCE && send(DROP_1) == STAIRSCAN_SENTENCE);
+        CHECK(send(MAYBE_1) == STAIRSCAN_SENTENCE);
         CHECK(!scanner.has_answer && scanner.dropped == 1);
     }
     start();
     (void)send(OK_UP);
     CHECK(send("PSTR,STEP,2,1,2,500.0,170.0,,,1.0,2.0,9") == STAIRSCAN_SENTENCE);
     CHECK(scanner.dropped == 1 && !scanner.collecting);
-    CHECK(send("PSTR,SCAN,2,ok,up,17,0,,1000.0,99.0,0,01234567") == STAIRSCAN_SENTENCE);
+    CHECK(send("PSTR,SCAN,2,ok,up,17,0,,1000.0,99.0,0,01234567,0") == STAIRSCAN_SENTENCE);
     CHECK(scanner.dropped == 2 && !scanner.collecting);
-    CHECK(send("PSTR,SCAN,3,ok,up,0,0,,1000.0,99.0,7,01234567") == STAIRSCAN_SENTENCE);
+    CHECK(send("PSTR,SCAN,3,ok,up,0,0,,1000.0,99.0,7,01234567,0") == STAIRSCAN_SENTENCE);
     CHECK(scanner.dropped == 3 && !scanner.collecting);
+    CHECK(send("PSTR,SCAN,4,ok,none,0,0,,1000.0,99.0,0,01234567,2") == STAIRSCAN_SENTENCE);
+    CHECK(scanner.dropped == 4 && !scanner.collecting);
+    /* A drop that was not announced, and one of another scan. */
+    (void)send(OK_UP);
+    (void)send(STEP_1);
+    (void)send(STEP_2);
+    CHECK(send("PSTR,DROP,2,1300.0,10.0,,97.5") == STAIRSCAN_SENTENCE);
+    CHECK(scanner.dropped == 5 && !scanner.collecting);
+    CHECK(send(CLEAR("5")) == STAIRSCAN_ANSWER);
+    CHECK(send("PSTR,DROP,5,1300.0,10.0,,97.5") == STAIRSCAN_SENTENCE);
+    CHECK(scanner.answer.head.scan == 5 && scanner.answer.head.drops == 0);
 }
 
 static void an_incomplete_ok_leaves_the_older_one(void) {
     ok();
-    CHECK(send("PSTR,SCAN,2,ok,up,1,0,,1000.0,99.0,0,01234567") == STAIRSCAN_SENTENCE);
+    CHECK(send("PSTR,SCAN,2,ok,up,1,0,,1000.0,99.0,0,01234567,0") == STAIRSCAN_SENTENCE);
     CHECK(stairscan_may(&scanner, now, travel).action == STAIRSCAN_GO);
     CHECK(send("PSTR,STEP,2,2,2,500.0,170.0,,,1.0,2.0,9") == STAIRSCAN_SENTENCE);
     CHECK(scanner.dropped == 1 && scanner.has_answer && scanner.answer.head.scan == 1);
@@ -237,6 +288,7 @@ static void others_may_stand_between(void) {
     (void)send("PSTR,FAIL,set,crc,send $PSTC,set,seed,7*352B37A8");
     CHECK(scanner.sentence.kind == STAIRSCAN_FAIL);
     CHECK(scanner.sentence.as.fail.expected.length == 30);
+    CHECK(send(DROP_1) == STAIRSCAN_SENTENCE);
     CHECK(send(MAYBE_1) == STAIRSCAN_ANSWER && scanner.damaged == 0);
 }
 
@@ -321,12 +373,14 @@ static void holds(enum stairscan_event event) {
     uint32_t k;
     CHECK(permit.action == STAIRSCAN_GO || (permit.vouched == 0 && permit.clear == 0));
     CHECK(permit.clear <= permit.vouched && permit.clear >= 0);
+    CHECK(!stairscan_free(answer).present || answer->head.status == STAIRSCAN_OK);
     CHECK(permit.action != STAIRSCAN_GO ||
           (scanner.has_answer && answer->head.status == STAIRSCAN_OK));
     if (event == STAIRSCAN_ANSWER) {
         CHECK(scanner.has_answer && answer->head.steps <= STAIRSCAN_MAX_STEPS);
         CHECK(answer->head.maybes <= STAIRSCAN_MAX_MAYBES);
-        CHECK(answer->head.status != STAIRSCAN_FAULT || answer->head.steps == 0);
+        CHECK(answer->head.status != STAIRSCAN_FAULT || answer->head.steps + answer->head.drops == 0);
+        CHECK(answer->head.drops == 0 || answer->drop.scan == answer->head.scan);
         for (k = 0; k < answer->head.steps; k++) {
             CHECK(answer->steps[k].scan == answer->head.scan && answer->steps[k].index == k + 1);
         }
@@ -339,9 +393,9 @@ static void holds(enum stairscan_event event) {
 /* Sentences in their order, some lost, some damaged, some doubled, time and travel anyhow. */
 static void damaged_streams(unsigned long rounds) {
     static const char *const bodies[] = {
-        OK_UP, STEP_1, STEP_2, MAYBE_1, LIVE("scanning", "1", "1000"), LIVE("fault", "9", "10"),
+        OK_UP, STEP_1, STEP_2, DROP_1, MAYBE_1, LIVE("scanning", "1", "1000"), LIVE("fault", "9", "10"),
         CLEAR("2"), DEGRADED("3"), FAULT("4"), "PSTR,BOOT,a,b,c,d,1,00000000,000000000000000000000000",
-        "PSTR,HALT,crash", "PSTR,SCAN,9,ok,up,255,0,,1.0,1.0,255,00000000"};
+        "PSTR,HALT,crash", "PSTR,SCAN,9,ok,up,255,0,,1.0,1.0,255,00000000,0"};
     unsigned long answers = 0;
     unsigned long round;
     uint32_t at = 0;
@@ -353,7 +407,7 @@ static void damaged_streams(unsigned long rounds) {
         int length = snprintf(line, sizeof line, "$%s*%08" PRIX32 "\r\n", body, crc);
         uint32_t what = below(16);
         int k;
-        at = what == 0 ? below(12) : (at + 1) % 12;
+        at = what == 0 ? below(13) : (at + 1) % 13;
         if (what == 1) {
             line[below((uint32_t)length)] = (char)(uint8_t)below(256);
         }
@@ -377,6 +431,7 @@ int main(void) {
     an_ok_vouches_from_where_the_chair_is();
     a_vague_step_may_stand_nearer();
     a_maybe_is_not_clear();
+    the_way_ends_at_a_drop();
     a_degraded_one_is_a_hint();
     a_fault_stops();
     silence_stops_and_stays();

@@ -77,6 +77,7 @@ static void say_scan(struct out *out, const stairscan_scan_t *s) {
     optional(out, " confidence=", s->confidence);
     whole(out, " maybes=", s->maybes);
     whole(out, " settings=", s->settings);
+    whole(out, " drops=", s->drops);
 }
 
 static void say_step(struct out *out, const stairscan_step_t *s) {
@@ -90,6 +91,14 @@ static void say_step(struct out *out, const stairscan_step_t *s) {
     whole(out, " distance-sigma=", s->distance_sigma);
     whole(out, " height-sigma=", s->height_sigma);
     whole(out, " quality=", s->quality);
+}
+
+static void say_drop(struct out *out, const stairscan_drop_t *d) {
+    whole(out, "DROP scan=", d->scan);
+    whole(out, " distance=", d->distance);
+    whole(out, " distance-sigma=", d->distance_sigma);
+    optional(out, " depth=", d->depth);
+    whole(out, " probability=", d->probability);
 }
 
 static void say_maybe(struct out *out, const stairscan_maybe_t *m) {
@@ -147,6 +156,9 @@ static void say_sentence(struct out *out, const stairscan_sentence_t *sentence) 
         return;
     case STAIRSCAN_STEP:
         say_step(out, &sentence->as.step);
+        return;
+    case STAIRSCAN_DROP:
+        say_drop(out, &sentence->as.drop);
         return;
     case STAIRSCAN_MAYBE:
         say_maybe(out, &sentence->as.maybe);

@@ -3,7 +3,7 @@
 //! `cargo run -p stairscan-fuzz --example mutate -- --write-corpus` writes them, which is needed when a target
 //! reads its bytes in another way than before.
 
-use stairscan::answer::{Direction, Maybe, Step};
+use stairscan::answer::{Direction, DropEdge, Maybe, Step};
 use stairscan::motion::Agreement;
 use stairscan::report::sentence::write_scan;
 use stairscan::report::{LiveLine, Sentence};
@@ -245,6 +245,12 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
         probability: 0.2,
     };
     let _ = degraded.answer.maybes.push(maybe);
+    degraded.answer.drop = Some(DropEdge {
+        distance_m: 1.45,
+        distance_sigma_m: 0.015,
+        depth_m: Some(0.18),
+        probability: 0.974,
+    });
     // Without CRC and line end, so that a change of the text does not end at the CRC.
     let bare = |line: &str| {
         let body = line

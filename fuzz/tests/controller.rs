@@ -102,6 +102,7 @@ fn c_and_rust_agree_on_mutated_lines() {
     let wanted = [
         "SCAN",
         "STEP",
+        "DROP",
         "MAYBE",
         "BOOT",
         "STAT",

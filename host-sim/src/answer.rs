@@ -8,8 +8,8 @@ use std::fmt::Write as _;
 use anyhow::{Context, Result, bail, ensure};
 use serde_json::{Value, json};
 use stairscan::answer::Direction;
-use stairscan::report::{MaybeLine, ScanLine, Sentence, StepLine, Tenths};
-use stairscan::verdict::Status;
+use stairscan::report::{DropLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths};
+use stairscan::verdict::{Status, free_m};
 
 /// One scan's sentences and what they say.
 #[derive(Clone, Debug)]
@@ -27,6 +27,8 @@ pub struct Answer {
     pub scan: ScanLine,
     /// The steps, nearest first.
     pub steps: Vec<StepLine>,
+    /// Where the ground ends; `None` where no drop is told.
+    pub drop: Option<DropLine>,
     /// What may stand there though the answer does not hold it, nearest first.
     pub maybes: Vec<MaybeLine>,
 }
@@ -34,6 +36,24 @@ pub struct Answer {
 /// Metres of a sentence's length.
 pub fn metres(length: Tenths) -> f64 {
     f64::from(length.0) / 10_000.0
+}
+
+/// Where the ground ends, in words: `  91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)`.
+pub fn drop_words(drop: &DropLine) -> String {
+    let depth = drop.depth.map_or(String::new(), |depth| {
+        format!(", {:.0} cm deep", 100.0 * metres(depth))
+    });
+    format!(
+        "{:6.1} cm: the ground ends, not before {:.1} cm{depth} ({:.0} %)",
+        100.0 * metres(drop.distance),
+        100.0 * nearest_m(drop),
+        f64::from(drop.probability) / 10.0
+    )
+}
+
+/// Nearest place of a drop's edge, metres from the mirror: distance − 3σ.
+pub fn nearest_m(drop: &DropLine) -> f64 {
+    metres(Tenths::from_metres(drop.edge().nearest_m()))
 }
 
 /// What may stand where, in words: `  80.0 cm: something 15 cm high may stand (12 %)`.
@@ -56,6 +76,7 @@ impl Answer {
     pub fn parse(recording: &str, sentences: Vec<String>) -> Result<Self> {
         let mut scan = None;
         let mut steps = Vec::new();
+        let mut drops = Vec::new();
         let mut maybes = Vec::new();
         for line in &sentences {
             let sentence =
@@ -63,6 +84,7 @@ impl Answer {
             match sentence {
                 Sentence::Scan(head) if scan.is_none() => scan = Some(head),
                 Sentence::Step(step) => steps.push(step),
+                Sentence::Drop(drop) => drops.push(drop),
                 Sentence::Maybe(maybe) => maybes.push(maybe),
                 other => bail!("{recording}: unexpected sentence {other:?}"),
             }
@@ -73,6 +95,12 @@ impl Answer {
             "{recording}: {} STEP sentences, {} announced",
             steps.len(),
             scan.steps
+        );
+        ensure!(
+            drops.len() == usize::from(scan.drops) && drops.len() <= 1,
+            "{recording}: {} DROP sentences, {} announced, at most 1 expected",
+            drops.len(),
+            scan.drops
         );
         ensure!(
             maybes.len() == usize::from(scan.maybes),
@@ -87,6 +115,7 @@ impl Answer {
             sentences,
             scan,
             steps,
+            drop: drops.pop(),
             maybes,
         })
     }
@@ -94,6 +123,16 @@ impl Answer {
     /// Whether the scanner gave no answer.
     pub fn is_fault(&self) -> bool {
         self.scan.status == Status::Fault
+    }
+
+    /// Free distance, metres from the mirror; `None` where none is promised: as [`free_m`] decides.
+    pub fn free_m(&self) -> Option<f64> {
+        let first = self.steps.first().map(|step| step.distance.metres());
+        let edge = self.drop.map(|drop| drop.edge());
+        let horizon_m = self.horizon_m.map(|m| m as f32);
+        let free = free_m(self.scan.status, horizon_m, first, edge.as_ref());
+        // As finely as the sentences tell it.
+        free.map(|m| metres(Tenths::from_metres(m)))
     }
 
     /// Which scan of the recording it is, from 0.
@@ -123,6 +162,14 @@ impl Answer {
                 "quality": s.quality,
             })
         };
+        let drop = |d: DropLine| {
+            json!({
+                "distance_m": metres(d.distance),
+                "distance_sigma_m": metres(d.distance_sigma),
+                "depth_m": d.depth.map(metres),
+                "probability": f64::from(d.probability) / 1000.0,
+            })
+        };
         let maybe = |m: &MaybeLine| {
             json!({
                 "distance_m": metres(m.distance),
@@ -136,7 +183,9 @@ impl Answer {
             "status": self.scan.status.as_str(),
             "direction": self.scan.direction.as_str(),
             "steps": self.steps.iter().map(step).collect::<Vec<_>>(),
+            "drop": self.drop.map(drop),
             "horizon_m": self.horizon_m,
+            "free_m": self.free_m(),
             "confidence": self.scan.confidence.map(|tenths| f64::from(tenths) / 1000.0),
             "maybe": self.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "lost_rows": self.scan.lost_rows,
@@ -178,6 +227,9 @@ impl Answer {
                 s.quality
             );
         }
+        if let Some(drop) = &self.drop {
+            let _ = writeln!(out, "  drop   {}", drop_words(drop));
+        }
         for m in &self.maybes {
             let _ = writeln!(out, "  maybe  {}", maybe_words(m));
         }
@@ -215,5 +267,89 @@ impl Answer {
             "{}{because}: {what}{lost}{vouched}",
             self.scan.status.as_str()
         )
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stairscan::answer::{DropEdge, Maybe};
+    use stairscan::motion::Agreement;
+    use stairscan::report::sentence::write_scan;
+    use stairscan::verdict::{Evidence, Outcome, Sight, Validity};
+
+    /// The sentences of an `ok` answer that ends at a drop, with a maybe.
+    fn sentences() -> Vec<String> {
+        let mut outcome = Outcome::silent();
+        let drop = DropEdge {
+            distance_m: 0.9123,
+            distance_sigma_m: 0.0151,
+            depth_m: Some(0.18),
+            probability: 0.9738,
+        };
+        outcome.answer.drop = Some(drop);
+        let _ = outcome.answer.maybes.push(Maybe::default());
+        let sight = Sight {
+            heard: true,
+            valid: Some(Validity {
+                horizon_m: 0.9,
+                confidence: 0.995,
+            }),
+            drop_m: Some(drop.nearest_m()),
+            ..Sight::nothing(Agreement::STANDING)
+        };
+        outcome.decide(&Evidence {
+            sight: Some(sight),
+            ..Evidence::default()
+        });
+        let mut lines = Vec::new();
+        write_scan((1, 0), 0, &outcome, |line| {
+            lines.push(line.trim_end().to_owned());
+        });
+        lines
+    }
+
+    #[test]
+    fn a_drop_comes_out_as_json_and_in_words() {
+        let answer = Answer::parse("brink", sentences()).unwrap();
+        let told = answer.json();
+        let drop = json!({
+            "distance_m": 0.9123,
+            "distance_sigma_m": 0.0151,
+            "depth_m": 0.18,
+            "probability": 0.974,
+        });
+        assert_eq!((&told["status"], &told["drop"]), (&json!("ok"), &drop));
+        assert_eq!(told["free_m"], json!(0.867));
+        let text = answer.text();
+        let words = "  drop     91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)\n";
+        assert!(text.contains(words), "{text}");
+    }
+
+    #[test]
+    fn no_drop_and_no_free_distance_are_null() {
+        let mut lines = Vec::new();
+        write_scan((1, 0), 0, &Outcome::silent(), |line| {
+            lines.push(line.trim_end().to_owned());
+        });
+        let told = Answer::parse("fault", lines).unwrap().json();
+        assert!(told["drop"].is_null() && told["free_m"].is_null(), "{told}");
+    }
+
+    #[test]
+    fn an_answer_whose_drop_is_missing_or_doubled_is_refused() {
+        let whole = sentences();
+        for lines in [
+            vec![whole[0].clone(), whole[2].clone()],
+            vec![
+                whole[0].clone(),
+                whole[1].clone(),
+                whole[1].clone(),
+                whole[2].clone(),
+            ],
+        ] {
+            let error = Answer::parse("brink", lines).unwrap_err().to_string();
+            assert!(error.contains("DROP"), "{error}");
+        }
     }
 }

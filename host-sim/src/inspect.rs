@@ -4,7 +4,7 @@
 use std::fmt::Write as _;
 
 use serde_json::{Value, json};
-use stairscan::answer::{Direction, Maybe};
+use stairscan::answer::{Direction, DropEdge, Maybe};
 use stairscan::config::Config;
 use stairscan::estimator::{Estimator, MappedScan};
 use stairscan::infer::Likelihood;
@@ -222,6 +222,7 @@ impl Inspection {
         if let Some(view) = self.posterior() {
             text.push_str(&posterior::text(view));
         }
+        text.push_str(&self.drop());
         text.push_str(&self.maybes());
         text.push_str(&self.way_table());
         text.push_str(&ending(answer));
@@ -352,6 +353,21 @@ impl Inspection {
         Some(&self.view.posterior).filter(|p| !p.counts.is_empty())
     }
 
+    /// Where the ground ends, for people; empty where no drop is told.
+    fn drop(&self) -> String {
+        let Some(drop) = &self.outcome.answer.drop else {
+            return String::new();
+        };
+        let depth = drop.depth_m.map_or("-".to_owned(), |m| format!("{m:.3} m"));
+        format!(
+            "\n  probability  drop\n  {:9.1} %  at {:.3} m, σ {:.4} m, not before {:.3} m, depth {depth}\n",
+            100.0 * drop.probability,
+            drop.distance_m,
+            drop.distance_sigma_m,
+            drop.nearest_m()
+        )
+    }
+
     /// What may stand there though the answer does not hold it, as a table for people.
     fn maybes(&self) -> String {
         let mut text = String::new();
@@ -397,6 +413,14 @@ impl Inspection {
                 "edges": e.edges.iter().map(edge).collect::<Vec<_>>(),
             })
         };
+        let drop = |d: &DropEdge| {
+            json!({
+                "distance_m": decimal(d.distance_m.into()),
+                "distance_sigma_m": decimal(d.distance_sigma_m.into()),
+                "depth_m": d.depth_m.map(|m| decimal(m.into())),
+                "probability": decimal(d.probability.into()),
+            })
+        };
         let maybe = |m: &Maybe| {
             json!({
                 "distance_m": decimal(m.distance_m.into()),
@@ -422,6 +446,7 @@ impl Inspection {
             "narrowest_lobe": self.lobes.map(|l| decimal(l.least.into())),
             "median_lobe": self.lobes.map(|l| decimal(l.median.into())),
             "posterior": self.posterior().map(posterior::json),
+            "drop": self.outcome.answer.drop.as_ref().map(drop),
             "maybe": self.outcome.answer.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "way": self.way.iter().map(cell).collect::<Vec<_>>(),
             "explanations": self.view.explanations.iter().map(explanation).collect::<Vec<_>>(),
@@ -568,6 +593,25 @@ mod tests {
         let way = json["way"].as_array().unwrap();
         assert!(!way.is_empty() && way.iter().all(|cell| cell["asked"].is_null()));
         assert!(inspection.text(&answer).contains("   never  too little\n"));
+    }
+
+    #[test]
+    fn a_drop_stands_in_text_and_json() {
+        let (mut inspection, answer) = inspection("stair_a");
+        assert!(inspection.json(&answer)["drop"].is_null());
+        assert!(!inspection.text(&answer).contains("  drop\n"));
+        inspection.outcome.answer.drop = Some(DropEdge {
+            distance_m: 1.5,
+            distance_sigma_m: 0.02,
+            depth_m: None,
+            probability: 0.75,
+        });
+        let told = &inspection.json(&answer)["drop"];
+        assert_eq!(told["distance_m"].as_f64(), Some(1.5));
+        assert!(told["depth_m"].is_null() && told["probability"].is_number());
+        let text = inspection.text(&answer);
+        let words = "at 1.500 m, σ 0.0200 m, not before 1.440 m, depth -\n";
+        assert!(text.contains(words), "{text}");
     }
 
     /// Going down there is no posterior: its place says so.

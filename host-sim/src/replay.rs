@@ -327,7 +327,7 @@ impl Console {
             let line = String::from_utf8(line)?.trim_end().to_owned();
             match Sentence::parse(&line)? {
                 Sentence::Scan(head) => self.to_come = head.following(),
-                Sentence::Step(_) | Sentence::Maybe(_) => {
+                Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {
                     self.to_come = self.to_come.saturating_sub(1);
                 }
                 Sentence::Fail { .. } => bail!("the scanner refuses a setting: {line}"),

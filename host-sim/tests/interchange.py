@@ -116,6 +116,11 @@ def stairs(message, answer):
         across, up = 2 * step["distance_sigma_m"], 2 * step["height_sigma_m"]
         ends = [(top[0] - across, top[1]), (top[0] + across, top[1]), (top[0], top[1] - up), (top[0], top[1] + up)]
         same("step's 2σ", [(p.x, p.z) for p in cross], ends)
+    if answer["drop"]:
+        edge, sigma = answer["drop"]["distance_m"], answer["drop"]["distance_sigma_m"]
+        same("drop", [p.x for p in markers["drop", 1].points], [edge, edge])
+        band = {p.x for p in markers["drop 3 sigma", 1].points}
+        same("drop's 3σ", band, {edge - 3 * sigma, edge + 3 * sigma})
     for number, maybe in enumerate(answer["maybe"], 1):
         place = markers["maybe", number].pose.position
         same("maybe", (place.x, place.z), (maybe["distance_m"], maybe["height_m"]))
@@ -123,6 +128,7 @@ def stairs(message, answer):
         same("horizon", markers["horizon", 1].points[0].x, answer["horizon_m"])
     kinds = [name for name, _ in markers]
     same("steps", kinds.count("steps"), len(answer["steps"]))
+    same("drops", kinds.count("drop"), 1 if answer["drop"] else 0)
     same("maybes", kinds.count("maybe"), len(answer["maybe"]))
     same("horizons", kinds.count("horizon"), 1 if answer["horizon_m"] else 0)
 
@@ -132,7 +138,7 @@ def status(message, answer):
     level = told.level[0] if isinstance(told.level, (bytes, bytearray)) else told.level
     same("level", level, LEVELS[answer["status"]])
     values = {pair.key: pair.value for pair in told.values}
-    for key in ("horizon_m", "confidence", "lost_rows", "scan"):
+    for key in ("horizon_m", "free_m", "confidence", "lost_rows", "scan"):
         same(key, json.loads(values[key]), answer[key])
     for key in ("recording", "status", "direction"):
         same(key, values[key], answer[key])
@@ -213,6 +219,9 @@ def tables(program, recording, scratch):
             same("status", row["status"], answer["status"])
             same("reasons", row["reasons"].split(), answer["reasons"])
             same("horizon_m", number(row["horizon_m"]), answer["horizon_m"])
+            same("free_m", number(row["free_m"]), answer["free_m"])
+            for key in ("distance_m", "distance_sigma_m", "depth_m", "probability"):
+                same(f"drop_{key}", number(row[f"drop_{key}"]), (answer["drop"] or {}).get(key))
             same("confidence", number(row["confidence"]), answer["confidence"])
         for row, step in zip(mine, answer["steps"]):
             for key, value in step.items():

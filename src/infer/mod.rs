@@ -260,6 +260,7 @@ impl Estimator for Likelihood {
         Some(Sight {
             heard,
             valid: Some(worth.valid),
+            drop_m: answer.drop.map(|drop| drop.nearest_m()),
             astray,
             stretched,
             agreement,

@@ -3,4 +3,6 @@
 pub mod motion;
 pub mod sentence;
 
-pub use sentence::{Line, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths};
+pub use sentence::{
+    DropLine, Line, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths,
+};

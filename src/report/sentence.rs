@@ -7,8 +7,9 @@
 //!
 //! | sentence | fields |
 //! |---|---|
-//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence; maybes; settings |
+//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence; maybes; settings; drops |
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
+//! | `DROP` | scan number; distance; σ of distance; depth; probability |
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
 //! | `BOOT` | version; git revision; reset cause; clock; boots since power came; settings; serial number of the chip |
 //! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot; settings |
@@ -22,8 +23,9 @@
 //! is empty. The horizon is how far the answer vouches for itself, from the mirror: up to there `ok` promises that no step is
 //! missing or made up and that each distance and height is within max(30 mm, 3σ), at most 80 mm. The confidence is
 //! the probability that nothing is wrong up to there (or over the first metre, if that is farther), in
-//! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN`, then its `STEP`s, then its
-//! `MAYBE`s (what may stand there though the answer does not hold it, with its probability in per
+//! per cent with one decimal; both are empty where the estimator does not say. A scan is one `SCAN`, then its `STEP`s, then
+//! at most one `DROP` (where the ground ends or falls by more than 40 mm and no staircase going down is told; the ground
+//! does not end before distance − 3σ; the depth of the next surface is empty where it is not known), then its `MAYBE`s (what may stand there though the answer does not hold it, with its probability in per
 //! cent; a negative height: the ground may end), each nearest first; they hold no time and no
 //! clock, so that the same chirps give the same bytes everywhere.
 //!
@@ -47,7 +49,7 @@ use crate::verdict::{Outcome, Reason, Reasons, Status};
 pub(super) use fields::Fields;
 pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
-pub use lines::{MaybeLine, ScanLine, StepLine};
+pub use lines::{DropLine, MaybeLine, ScanLine, StepLine};
 pub use live::LiveLine;
 pub(crate) use writer::Writer;
 
@@ -58,6 +60,8 @@ pub enum Sentence<'a> {
     Scan(ScanLine),
     /// One step of a scan.
     Step(StepLine),
+    /// Where the ground ends.
+    Drop(DropLine),
     /// What may stand there though the answer does not hold it.
     Maybe(MaybeLine),
     /// First sentence after boot.
@@ -154,6 +158,7 @@ impl Sentence<'_> {
         match *self {
             Sentence::Scan(s) => s.write(),
             Sentence::Step(s) => s.write(),
+            Sentence::Drop(d) => d.write(),
             Sentence::Maybe(m) => m.write(),
             Sentence::Boot {
                 version,
@@ -246,6 +251,7 @@ impl Sentence<'_> {
         let sentence = match fields.text("name")? {
             "SCAN" => Sentence::Scan(ScanLine::parse(&mut fields)?),
             "STEP" => Sentence::Step(StepLine::parse(&mut fields)?),
+            "DROP" => Sentence::Drop(DropLine::parse(&mut fields)?),
             "MAYBE" => Sentence::Maybe(MaybeLine::parse(&mut fields)?),
             "BOOT" => Sentence::Boot {
                 version: fields.text("version")?,
@@ -294,8 +300,8 @@ impl Sentence<'_> {
     }
 }
 
-/// Sentence `k` (from 0) of a scan of this number, made with settings of this hash: its head, its steps, what else may stand there; none beyond the
-/// last.
+/// Sentence `k` (from 0) of a scan of this number, made with settings of this hash: its head, its steps, its drop, what else may stand there;
+/// none beyond the last.
 pub fn of_scan(
     (scan, settings): (u32, u32),
     lost_rows: u16,
@@ -306,14 +312,18 @@ pub fn of_scan(
     let Some(step) = k.checked_sub(1) else {
         return Some(Sentence::Scan(head));
     };
-    if let Some(maybe) = step.checked_sub(head.steps) {
-        let told = outcome.answer.maybes.get(usize::from(maybe));
-        let told = told.filter(|_| maybe < head.maybes)?;
-        let line = MaybeLine::new(scan, maybe.saturating_add(1), head.maybes, told);
-        return Some(Sentence::Maybe(line));
-    }
-    let told = outcome.answer.steps.get(usize::from(step))?;
-    Some(Sentence::Step(StepLine::new(scan, k, head.steps, told)))
+    let answer = &outcome.answer;
+    let Some(drop) = step.checked_sub(head.steps) else {
+        let told = answer.steps.get(usize::from(step))?;
+        return Some(Sentence::Step(StepLine::new(scan, k, head.steps, told)));
+    };
+    let Some(maybe) = drop.checked_sub(head.drops) else {
+        return Some(Sentence::Drop(DropLine::new(scan, answer.drop.as_ref()?)));
+    };
+    let told = answer.maybes.get(usize::from(maybe));
+    let told = told.filter(|_| maybe < head.maybes)?;
+    let line = MaybeLine::new(scan, maybe.saturating_add(1), head.maybes, told);
+    Some(Sentence::Maybe(line))
 }
 
 /// Hands the sentences of one scan to `sink`, in order; `of` is its number and its settings' hash.

@@ -68,6 +68,9 @@ pub struct Sight {
     pub heard: bool,
     /// How far the answer is valid; `None` if the estimator does not say.
     pub valid: Option<Validity>,
+    /// Nearest place of the told drop's edge, [`DropEdge::nearest_m`](crate::answer::DropEdge::nearest_m), metres
+    /// from the mirror; `None` if no drop is told.
+    pub drop_m: Option<f32>,
     /// Whether the floor, or the first riser's corner, is elsewhere than the mounting says.
     pub astray: bool,
     /// Whether lobes are narrower or broader over the rows than the beam.
@@ -84,6 +87,7 @@ impl Sight {
         Self {
             heard: false,
             valid: None,
+            drop_m: None,
             astray: false,
             stretched: false,
             agreement,

@@ -20,6 +20,6 @@ pub mod status;
 mod tests;
 
 pub use evidence::{Conditions, Evidence, Sight, Validity};
-pub use outcome::Outcome;
+pub use outcome::{Outcome, free_m};
 pub use reasons::{Reason, ReasonEffect, Reasons};
 pub use status::{LEAST_HORIZON_M, Status, Verdict, verdict};

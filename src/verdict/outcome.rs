@@ -3,7 +3,27 @@
 use super::evidence::{Conditions, Evidence};
 use super::reasons::Reasons;
 use super::status::{Status, Verdict, verdict};
-use crate::answer::Answer;
+use crate::answer::{Answer, DropEdge};
+
+/// Returns the free distance, metres from the mirror: the ground goes on level up to the nearest of the horizon, the
+/// first step's distance (`step_m`) and the drop's [`DropEdge::nearest_m`]; at least 0.
+///
+/// `None` where no free distance is promised: of an answer that is not `ok`, or has no horizon.
+pub fn free_m(
+    status: Status,
+    horizon_m: Option<f32>,
+    step_m: Option<f32>,
+    drop: Option<&DropEdge>,
+) -> Option<f32> {
+    let horizon_m = horizon_m.filter(|_| status == Status::Ok)?;
+    let ends = [step_m, drop.map(DropEdge::nearest_m)];
+    Some(
+        ends.into_iter()
+            .flatten()
+            .fold(horizon_m, f32::min)
+            .max(0.0),
+    )
+}
 
 /// The outcome of one scan.
 ///
@@ -75,6 +95,17 @@ impl Outcome {
     /// then it claims the whole range.
     pub fn horizon_m(&self) -> Option<f32> {
         self.verdict.valid.map(|valid| valid.horizon_m)
+    }
+
+    /// Free distance: [`free_m`] of status, horizon and answer.
+    pub fn free_m(&self) -> Option<f32> {
+        let first = self.answer.steps.first().map(|step| step.distance_m);
+        free_m(
+            self.status(),
+            self.horizon_m(),
+            first,
+            self.answer.drop.as_ref(),
+        )
     }
 
     /// Probability that nothing is wrong up to the horizon, or over the first metre where that is

@@ -88,7 +88,7 @@ reasons! {
         "Right before the mirror something shines by `near_db` more than the mirror in more than `near_rows` rows, or one level stands at one range nearer than `blocked_m` in a share of the rows above `line_share` (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
     /// The answer does not vouch for the first metre of the way.
     ShortHorizon = "short-horizon" [Degraded]
-        "The horizon is below 1.0 m.",
+        "The horizon is below 1.0 m and does not reach the near edge (distance − 3σ) of a told drop.",
     /// A step departs from the others by more than a person would expect.
     IrregularStep = "irregular-step" [Word]
         "A step's own echoes put its height more than `irregular_m`, and more than two standard deviations, off the straight flight, or its place along the line of sight more than `irregular_m`.",

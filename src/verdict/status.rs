@@ -4,7 +4,7 @@ use super::evidence::{Evidence, Sight, Validity};
 use super::reasons::{Reason, Reasons};
 use crate::motion::Finding;
 
-/// An `ok` is valid over at least this much of the way, metres: design contract.
+/// Least horizon of an `ok` answer, metres, unless the horizon ends at a told drop that is nearer: design contract.
 pub const LEAST_HORIZON_M: f32 = 1.0;
 
 /// What a controller may do with a scan.
@@ -57,6 +57,12 @@ pub fn verdict(evidence: &Evidence) -> Verdict {
     verdict
 }
 
+/// Whether a horizon is too near for an `ok`: below [`LEAST_HORIZON_M`], and not up to the near edge of a told drop.
+fn is_short(valid: Validity, drop_m: Option<f32>) -> bool {
+    let at_drop = drop_m.is_some_and(|edge| edge > 0.0 && valid.horizon_m >= edge);
+    valid.horizon_m < LEAST_HORIZON_M && !at_drop
+}
+
 impl Verdict {
     /// Where there is nothing to decide on.
     pub const SILENT: Self = Self {
@@ -80,8 +86,10 @@ impl Verdict {
             valid: sight.valid,
             reasons: sight.weak,
         };
-        let short = |valid: Validity| valid.horizon_m < LEAST_HORIZON_M;
-        if sight.valid.is_some_and(short) {
+        if sight
+            .valid
+            .is_some_and(|valid| is_short(valid, sight.drop_m))
+        {
             verdict.degrade(Reason::ShortHorizon);
         }
         if sight.astray {

@@ -1,6 +1,7 @@
 //! The verdict over all combinations of evidence, and against the table of reasons.
 
 use super::*;
+use crate::answer::{Direction, DropEdge, Step};
 use crate::motion::{Agreement, Finding, Input};
 use std::vec::Vec;
 
@@ -33,6 +34,16 @@ fn one_of(reason: Reason) -> [Reasons; 2] {
     [Reasons::NONE, Reasons::NONE.with(reason)]
 }
 
+/// Horizons, and near edges of drops that they end at or before.
+const HORIZONS_AND_DROPS: [(Option<f32>, Option<f32>); 6] = [
+    (None, None),
+    (None, Some(0.8)),
+    (Some(0.9), None),
+    (Some(0.9), Some(0.8)),
+    (Some(0.9), Some(0.95)),
+    (Some(LEAST_HORIZON_M), None),
+];
+
 /// Every sight that differs in what a verdict looks at.
 fn sights() -> Vec<Option<Sight>> {
     let mut sights = Vec::from([None]);
@@ -44,12 +55,13 @@ fn sights() -> Vec<Option<Sight>> {
     ];
     for bits in 0_u32..16 {
         let bit = |k: u32| bits >> k & 1 == 1;
-        for horizon_m in [None, Some(0.9), Some(LEAST_HORIZON_M)] {
+        for (horizon_m, drop_m) in HORIZONS_AND_DROPS {
             for finding in findings {
                 for input in [Input::Absent, Input::Late] {
                     sights.push(Some(Sight {
                         heard: bit(0),
                         valid: horizon_m.map(valid_to),
+                        drop_m,
                         astray: bit(1),
                         stretched: bit(2),
                         agreement: Agreement { finding, input },
@@ -129,7 +141,7 @@ fn each_status_has_a_reason_whose_effect_it_is() {
 }
 
 #[test]
-fn a_fault_has_no_horizon_a_doubt_leaves_nothing_of_it_and_an_ok_has_a_metre() {
+fn a_fault_has_no_horizon_a_doubt_leaves_nothing_of_it_and_an_ok_has_a_metre_or_a_drop() {
     for evidence in all() {
         let found = verdict(&evidence);
         let sight = evidence.sight.unwrap_or(sure());
@@ -145,9 +157,88 @@ fn a_fault_has_no_horizon_a_doubt_leaves_nothing_of_it_and_an_ok_has_a_metre() {
             (_, false) => sight.valid,
         };
         assert_eq!(found.valid, expected, "{evidence:?}");
-        let least = found.valid.map_or(LEAST_HORIZON_M, |v| v.horizon_m);
-        assert!(found.status != Status::Ok || least >= LEAST_HORIZON_M);
+        let horizon_m = found.valid.map_or(LEAST_HORIZON_M, |v| v.horizon_m);
+        let least = sight
+            .drop_m
+            .map_or(LEAST_HORIZON_M, |edge| edge.min(LEAST_HORIZON_M));
+        assert!(found.status != Status::Ok || horizon_m >= least);
     }
+}
+
+#[test]
+fn a_horizon_that_ends_at_a_nearer_drop_is_not_short() {
+    let found = |horizon_m, drop_m| {
+        let valid = Some(valid_to(horizon_m));
+        let sight = Sight {
+            valid,
+            drop_m,
+            ..sure()
+        };
+        verdict(&seen(sight))
+    };
+    let at_drop = found(0.7, Some(0.7));
+    assert!(at_drop.status == Status::Ok && at_drop.reasons.is_empty());
+    assert_eq!(at_drop.valid, Some(valid_to(0.7)));
+    // Ground between horizon and drop is not promised; nor is anything where the edge may be behind the mirror.
+    for (horizon_m, drop_m) in [(0.7, 0.71), (0.7, 1.2), (0.0, 0.0), (0.1, -0.1)] {
+        let short = found(horizon_m, Some(drop_m));
+        assert_eq!(short.status, Status::Degraded, "{horizon_m} {drop_m}");
+        assert!(short.reasons.has(Reason::ShortHorizon));
+    }
+}
+
+/// An answer with a step and a drop, on evidence that makes it `ok` up to `horizon_m`.
+fn outcome(horizon_m: f32, step_m: Option<f32>, drop: Option<DropEdge>) -> Outcome {
+    let mut outcome = Outcome::silent();
+    outcome.answer.drop = drop;
+    if let Some(distance_m) = step_m {
+        outcome.answer.direction = Direction::Up;
+        let step = Step {
+            distance_m,
+            ..Step::default()
+        };
+        outcome.answer.steps.push(step).unwrap();
+    }
+    outcome.decide(&seen(Sight {
+        valid: Some(valid_to(horizon_m)),
+        drop_m: drop.map(|drop| drop.nearest_m()),
+        ..sure()
+    }));
+    outcome
+}
+
+#[test]
+fn the_free_distance_ends_at_the_nearest_of_horizon_step_and_drop() {
+    let drop = |distance_m| {
+        Some(DropEdge {
+            distance_m,
+            distance_sigma_m: 0.02,
+            depth_m: None,
+            probability: 0.97,
+        })
+    };
+    let free = |horizon_m, step_m, drop| outcome(horizon_m, step_m, drop).free_m();
+    let near = |free: Option<f32>, m: f32| free.is_some_and(|free| (free - m).abs() < 1e-6);
+    assert_eq!(free(1.4, None, None), Some(1.4));
+    assert_eq!(free(1.4, Some(0.6), None), Some(0.6));
+    assert_eq!(free(1.4, Some(1.5), drop(1.6)), Some(1.4));
+    assert!(near(free(1.4, None, drop(1.3)), 1.24));
+    assert!(near(free(0.7, None, drop(0.76)), 0.7));
+    assert!(near(free(1.4, Some(0.9), drop(0.8)), 0.74));
+    assert_eq!(free(1.4, Some(-0.1), None), Some(0.0));
+    // Not `ok`: too near a horizon; without a horizon nothing is promised.
+    assert_eq!(free(0.7, None, drop(0.9)), None);
+    assert_eq!(free_m(Status::Ok, None, None, None), None);
+    assert_eq!(free_m(Status::Degraded, Some(1.4), None, None), None);
+    assert_eq!(Outcome::silent().free_m(), None);
+}
+
+#[test]
+fn a_fault_tells_no_drop() {
+    let mut told = outcome(1.4, None, Some(DropEdge::default()));
+    assert!(told.answer.drop.is_some());
+    told.decide(&Evidence::default());
+    assert_eq!(told.answer.drop, None);
 }
 
 #[test]

@@ -91,6 +91,7 @@ const ODD: &[&str] = &[
 const KINDS: &[&str] = &[
     "SCAN",
     "STEP",
+    "DROP",
     "MAYBE",
     "BOOT",
     "STAT",

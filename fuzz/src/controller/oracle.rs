@@ -3,7 +3,7 @@
 use stairscan::answer::Direction;
 use stairscan::motion::Reading;
 use stairscan::report::{
-    LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
+    DropLine, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
 };
 use stairscan::scanner::command::{
     self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
@@ -35,6 +35,7 @@ fn fields(sentence: &Sentence<'_>) -> String {
     match *sentence {
         Sentence::Scan(scan) => of_scan(&scan),
         Sentence::Step(step) => of_step(&step),
+        Sentence::Drop(drop) => of_drop(&drop),
         Sentence::Maybe(maybe) => of_maybe(&maybe),
         Sentence::Boot {
             version,
@@ -87,7 +88,7 @@ fn of_scan(scan: &ScanLine) -> String {
     };
     format!(
         "SCAN scan={} status={status} direction={direction} steps={} lost={} reasons={} horizon={} \
-         confidence={} maybes={} settings={}",
+         confidence={} maybes={} settings={} drops={}",
         scan.scan,
         scan.steps,
         scan.lost_rows,
@@ -95,7 +96,8 @@ fn of_scan(scan: &ScanLine) -> String {
         tenths(scan.horizon),
         optional(scan.confidence),
         scan.maybes,
-        scan.settings
+        scan.settings,
+        scan.drops
     )
 }
 
@@ -113,6 +115,17 @@ fn of_step(step: &StepLine) -> String {
         step.distance_sigma.0,
         step.height_sigma.0,
         step.quality
+    )
+}
+
+fn of_drop(drop: &DropLine) -> String {
+    format!(
+        "DROP scan={} distance={} distance-sigma={} depth={} probability={}",
+        drop.scan,
+        drop.distance.0,
+        drop.distance_sigma.0,
+        tenths(drop.depth),
+        drop.probability
     )
 }
 

@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use stairscan::answer::Direction;
 use stairscan::motion::Reading;
 use stairscan::report::sentence::crc32;
-use stairscan::report::{LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion};
+use stairscan::report::{
+    DropLine, LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion,
+};
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::framed;
 use stairscan::verdict::{Reason, Reasons, Status};
@@ -49,8 +51,9 @@ fn sentences() -> impl Iterator<Item = Sentence<'static>> {
     let scans = scans().into_iter().map(Sentence::Scan);
     let steps = steps().into_iter().map(Sentence::Step);
     let maybes = maybes().into_iter().map(Sentence::Maybe);
+    let drops = drops().into_iter().map(Sentence::Drop);
     let halts = Reason::ALL.iter().map(|&reason| Sentence::Halt { reason });
-    let rest = scans.chain(steps).chain(maybes).chain(halts);
+    let rest = scans.chain(steps).chain(drops).chain(maybes).chain(halts);
     let lives = lives().into_iter().map(Sentence::Live);
     rest.chain(lives).chain(texts())
 }
@@ -93,6 +96,7 @@ fn scans() -> Vec<ScanLine> {
         confidence: Some(989),
         maybes: 1,
         settings: 0x4285_B47E,
+        drops: 0,
     };
     let every = Reason::ALL
         .iter()
@@ -106,6 +110,7 @@ fn scans() -> Vec<ScanLine> {
         confidence: Some(1000),
         maybes: u8::MAX,
         settings: u32::MAX,
+        drops: u8::MAX,
         ..ok
     };
     let degraded = |reasons| ScanLine {
@@ -137,7 +142,8 @@ fn scans() -> Vec<ScanLine> {
         maybes: 0,
         ..ok
     };
-    let fixed = [ok, clear, largest, fault, degraded(pair)];
+    let drop = ScanLine { drops: 1, ..clear };
+    let fixed = [ok, clear, drop, largest, fault, degraded(pair)];
     fixed.into_iter().chain(each).collect()
 }
 
@@ -176,6 +182,25 @@ fn steps() -> Vec<StepLine> {
     };
     let extremes = [0, 1, -1, 10, 1_000_000, -1_000_000, i32::MAX, -i32::MAX].map(extreme);
     [step, drop].into_iter().chain(extremes).collect()
+}
+
+fn drops() -> Vec<DropLine> {
+    let drop = DropLine {
+        scan: 7,
+        distance: Tenths(9_123),
+        distance_sigma: Tenths(151),
+        depth: Some(Tenths(1_800)),
+        probability: 974,
+    };
+    let extreme = |tenths| DropLine {
+        scan: u32::MAX,
+        distance: Tenths(tenths),
+        distance_sigma: Tenths(tenths),
+        depth: None,
+        probability: 1000,
+    };
+    let extremes = [0, -1, i32::MAX, -i32::MAX].map(extreme);
+    std::iter::once(drop).chain(extremes).collect()
 }
 
 fn maybes() -> [MaybeLine; 2] {
@@ -246,32 +271,42 @@ const BAD_BODIES: &[&str] = &[
     "PSTR,scan",
     "PSTR,NOPE,1",
     "PSTR,SCAN",
-    "PSTR,SCAN,+1,ok,none,00,0,++weak-echoes+weak-echoes+,-0.0,000.0,0,abcdefAB",
-    "PSTR,SCAN,-1,ok,none,0,0,,,,0,00000000",
-    "PSTR,SCAN,4294967296,ok,none,0,0,,,,0,00000000",
-    "PSTR,SCAN,1,OK,none,0,0,,,,0,00000000",
-    "PSTR,SCAN,1,,none,0,0,,,,0,00000000",
-    "PSTR,SCAN,1,ok,left,0,0,,,,0,00000000",
-    "PSTR,SCAN,1,ok,none,256,0,,,,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,65536,,,,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,tired,,,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,lost-rows+,1000,,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,,1000.00,,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,,.5,,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,,+1.0,,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,,214748364.8,,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,,,100.1,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,,,-0.1,0,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,,,,,00000000",
-    "PSTR,SCAN,1,ok,none,0,0,,,,0,0000000",
-    "PSTR,SCAN,1,ok,none,0,0,,,,0,+0000000",
-    "PSTR,SCAN,1,ok,none,0,0,,,,0,0000000G",
-    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,",
+    "PSTR,SCAN,+1,ok,none,00,0,++weak-echoes+weak-echoes+,-0.0,000.0,0,abcdefAB,0",
+    "PSTR,SCAN,-1,ok,none,0,0,,,,0,00000000,0",
+    "PSTR,SCAN,4294967296,ok,none,0,0,,,,0,00000000,0",
+    "PSTR,SCAN,1,OK,none,0,0,,,,0,00000000,0",
+    "PSTR,SCAN,1,,none,0,0,,,,0,00000000,0",
+    "PSTR,SCAN,1,ok,left,0,0,,,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,256,0,,,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,65536,,,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,tired,,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,lost-rows+,1000,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,1000.00,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,.5,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,+1.0,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,214748364.8,,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,,100.1,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,,-0.1,0,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,,00000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,0000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,+0000000,0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,0000000G,0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,",
     "PSTR,STEP,1,1,1,,2.0,,,1.0,1.0,50",
     "PSTR,STEP,1,1,1,1.0,,,,1.0,1.0,50",
     "PSTR,STEP,1,1,1,1.0,2.0,,,,1.0,50",
     "PSTR,STEP,1,1,1,1.0,2.0,,,1.0,,50",
     "PSTR,STEP,1,1,1,1.0,2.0,,,1.0,1.0",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,256",
+    "PSTR,DROP",
+    "PSTR,DROP,1,,1.0,,97.0",
+    "PSTR,DROP,1,900.0,,,97.0",
+    "PSTR,DROP,1,900.0,1.0,deep,97.0",
+    "PSTR,DROP,1,900.0,1.0,,",
+    "PSTR,DROP,1,900.0,1.0,,100.1",
+    "PSTR,DROP,1,900.0,1.0,,97.0,",
     "PSTR,MAYBE,1,1,1,1.0,2.0,",
     "PSTR,BOOT,1,2,3,4,5,00000000,00000000000000000000000",
     "PSTR,STAT,idle,hse-168,1,paper,,good,1",

@@ -18,6 +18,7 @@
 //! | 7 | u8 | has every sample shifted left by this, wrapping |
 
 use stairscan::Iq;
+use stairscan::answer::{Answer, DropEdge};
 use stairscan::config::{Config, EstimatorKind, Plane};
 use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
@@ -161,10 +162,7 @@ fn spoil(input: &mut Input<'_>, left: &mut u8, chirp: &mut [Iq], before: &[Iq]) 
 
 fn check(outcome: &Outcome, config: &Config) {
     let fault = outcome.status() == Status::Fault;
-    assert!(
-        !fault || (outcome.answer.steps.is_empty() && outcome.answer.maybes.is_empty()),
-        "{outcome:?}"
-    );
+    assert!(!fault || outcome.answer == Answer::NONE, "{outcome:?}");
     assert!(
         !fault || !outcome.reasons().is_empty(),
         "a fault without a reason"
@@ -196,9 +194,20 @@ fn check(outcome: &Outcome, config: &Config) {
             .all(|m| probability(m.probability)),
         "{outcome:?}"
     );
+    let drop = outcome.answer.drop.as_ref();
+    let sound = |d: &DropEdge| {
+        let lengths = [d.distance_m, d.distance_sigma_m, d.depth_m.unwrap_or(0.0)];
+        lengths.iter().all(|v| v.is_finite() && v.abs() < 1e3)
+            && d.distance_sigma_m >= 0.0
+            && probability(d.probability)
+    };
+    assert!(drop.is_none_or(sound), "{outcome:?}");
+    let free = |m: f32| outcome.horizon_m().is_some_and(|h| (0.0..=h).contains(&m));
+    assert!(outcome.free_m().is_none_or(free), "{outcome:?}");
+    let least = drop.map_or(1.0, |drop| drop.nearest_m().min(1.0));
     let vouches = outcome
         .horizon_m()
-        .is_some_and(|h| h.is_finite() && h >= 1.0);
+        .is_some_and(|h| h.is_finite() && h > 0.0 && h >= least);
     let likelihood = config.estimator == EstimatorKind::Likelihood;
     assert!(
         outcome.status() != Status::Ok || !likelihood || vouches,

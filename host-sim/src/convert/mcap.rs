@@ -134,6 +134,12 @@ fn schema() -> Value {
         ("height_m", &number),
         ("probability", &number),
     ]);
+    let drop = json!({"type": ["object", "null"], "properties": {
+        "distance_m": number,
+        "distance_sigma_m": number,
+        "depth_m": optional,
+        "probability": number,
+    }});
     json!({
         "title": "stairscan.Answer",
         "type": "object",
@@ -143,7 +149,9 @@ fn schema() -> Value {
             "status": {"type": "string", "enum": ["ok", "degraded", "fault"]},
             "direction": {"type": "string", "enum": ["up", "down", "none"]},
             "steps": steps,
+            "drop": drop,
             "horizon_m": optional,
+            "free_m": optional,
             "confidence": optional,
             "maybe": maybe,
             "lost_rows": {"type": "integer"},
@@ -239,6 +247,9 @@ fn markers(header: &Header, told: &Value) -> Vec<Marker> {
         let line = at_both_sides(x, 0.0).to_vec();
         markers.push(lines(header, "horizon", 1, colour::MEASURED, line));
     }
+    if told["drop"].is_object() {
+        markers.extend(edge(header, &told["drop"]));
+    }
     for (k, maybe) in list("maybe").iter().enumerate() {
         markers.push(Marker {
             pose: Pose::at(at(number(maybe, "distance_m"), number(maybe, "height_m"))),
@@ -252,6 +263,26 @@ fn markers(header: &Header, told: &Value) -> Vec<Marker> {
         });
     }
     markers
+}
+
+/// Where the ground ends: a line across the way, and its 3σ band on the ground.
+fn edge(header: &Header, drop: &Value) -> [Marker; 2] {
+    let (x, sigma) = (number(drop, "distance_m"), number(drop, "distance_sigma_m"));
+    let band = [x - 3.0 * sigma, x + 3.0 * sigma].map(|x| at_both_sides(x, 0.0));
+    let [near, far] = band;
+    let around = vec![
+        near[0], near[1], far[0], far[1], near[0], far[0], near[1], far[1],
+    ];
+    [
+        lines(
+            header,
+            "drop",
+            1,
+            colour::CONCLUDED,
+            at_both_sides(x, 0.0).to_vec(),
+        ),
+        lines(header, "drop 3 sigma", 1, colour::MEASURED, around),
+    ]
 }
 
 /// A line across the way.
@@ -309,7 +340,7 @@ fn diagnostics(header: &Header, scan: &Scan) -> DiagnosticArray {
         key: key.to_owned(),
         value: value.to_owned(),
     };
-    let mut values: Vec<KeyValue> = (SCAN.iter().chain(&["lost_rows"]))
+    let mut values: Vec<KeyValue> = (SCAN.iter().chain(&["free_m", "lost_rows"]))
         .map(|key| match &told[*key] {
             Value::String(text) => pair(key, text),
             other => pair(key, &other.to_string()),

@@ -37,6 +37,14 @@ const STEP: [&str; 7] = [
     "height_sigma_m",
     "quality",
 ];
+/// Those of a scan that stand behind a step's: what is free, and where the ground ends.
+const GROUND: [&str; 5] = [
+    "free_m",
+    "drop_distance_m",
+    "drop_distance_sigma_m",
+    "drop_depth_m",
+    "drop_probability",
+];
 /// Those of an echo, as `inspect --format json` names them.
 const ECHO: [&str; 10] = [
     "x_m",
@@ -81,7 +89,12 @@ fn pick(value: &Value, keys: &[&str]) -> Vec<String> {
 pub fn write<'a>(scans: impl IntoIterator<Item = &'a Scan>, table: Table) -> Result<Vec<u8>> {
     let mut csv = csv::Writer::from_writer(Vec::new());
     match table {
-        Table::Steps => csv.write_record(SCAN.iter().chain(&["reasons", "step"]).chain(&STEP))?,
+        Table::Steps => csv.write_record(
+            SCAN.iter()
+                .chain(&["reasons", "step"])
+                .chain(&STEP)
+                .chain(&GROUND),
+        )?,
         Table::Echoes => csv.write_record(SCAN[..2].iter().chain(&ECHO))?,
         Table::Map => csv.write_record(SCAN[..2].iter().chain(&CELL))?,
     }
@@ -110,13 +123,18 @@ fn steps(scan: &Scan) -> Vec<Vec<String>> {
     let reasons: Vec<String> = list("reasons").iter().map(cell).collect();
     let reasons = reasons.join(" ");
     let steps = list("steps");
+    let ground = GROUND.map(|key| match key.strip_prefix("drop_") {
+        Some(key) => cell(&scan.told["drop"][key]),
+        None => cell(&scan.told[key]),
+    });
     let row = |(k, step): (usize, &Value)| {
         let number = [reasons.clone(), (k + 1).to_string()];
-        number.into_iter().chain(pick(step, &STEP)).collect()
+        let step = number.into_iter().chain(pick(step, &STEP));
+        step.chain(ground.clone()).collect()
     };
     if steps.is_empty() {
         let nothing = vec![String::new(); 1 + STEP.len()];
-        return vec![[vec![reasons], nothing].concat()];
+        return vec![[vec![reasons], nothing, ground.to_vec()].concat()];
     }
     steps.iter().enumerate().map(row).collect()
 }

@@ -200,6 +200,33 @@ fn tables_say_what_the_json_says() {
     assert!(cells.len() > 50_000);
 }
 
+/// A drop stands in every row of the table, and among the markers.
+#[test]
+fn a_drop_stands_in_table_and_markers() {
+    let mut scans = scans::of(&recorded("stair_a"), &Options::default(), false).unwrap();
+    let bare = mcap::write(&scans).unwrap();
+    scans[0].told["drop"] = serde_json::json!({
+        "distance_m": 1.5,
+        "distance_sigma_m": 0.02,
+        "depth_m": null,
+        "probability": 0.974,
+    });
+    let bytes = tables::write(&scans, tables::Table::Steps).unwrap();
+    let mut csv = csv::Reader::from_reader(&bytes[..]);
+    let head = csv.headers().unwrap().clone();
+    let column = |name: &str| head.iter().position(|n| n == name).unwrap();
+    let rows: Vec<_> = csv.records().map(Result::unwrap).collect();
+    assert_eq!(rows.len(), 3);
+    for row in rows {
+        assert_eq!(&row[column("drop_distance_m")], "1.5");
+        assert_eq!(&row[column("drop_depth_m")], "");
+        assert_eq!(row[column("free_m")], scans[0].told["free_m"].to_string());
+    }
+    let with = mcap::write(&scans).unwrap();
+    let has = |file: &[u8]| file.windows(12).any(|w| w == b"drop 3 sigma");
+    assert!(has(&with) && !has(&bare));
+}
+
 /// A fault must not vanish from a table for want of steps.
 #[test]
 fn a_scan_without_steps_has_a_row() {

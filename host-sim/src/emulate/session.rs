@@ -341,7 +341,11 @@ impl<'a> Session<'a> {
         self.wait_for(&format!("the answer to {line}"), |sentence| {
             !matches!(
                 sentence,
-                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Maybe(_) | Sentence::Boot { .. }
+                Sentence::Scan(_)
+                    | Sentence::Step(_)
+                    | Sentence::Drop(_)
+                    | Sentence::Maybe(_)
+                    | Sentence::Boot { .. }
             )
         })
     }
@@ -433,7 +437,10 @@ impl<'a> Session<'a> {
         };
         for _ in 0..head.following() {
             let belongs = |sentence: &Sentence<'_>| {
-                matches!(sentence, Sentence::Step(_) | Sentence::Maybe(_))
+                matches!(
+                    sentence,
+                    Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_)
+                )
             };
             sentences.push(self.wait_for("the rest of a scan", belongs)?);
         }

@@ -1,13 +1,14 @@
 //! Where things stand in the picture, and when.
 
 use plotters::style::RGBColor;
+use stairscan::report::DropLine;
 use svg::node::element::{
     Animate, AnimateTransform, Circle, Group, Line, Path, Polygon, Rectangle, Text, Title,
 };
 use svg::{Document, Node};
 
 use super::shots::{Echo, Film, Shot};
-use crate::answer::metres;
+use crate::answer::{metres, nearest_m};
 use crate::plots::colour::{self, MEASURED};
 use crate::plots::{Point, steps, surface, true_edges};
 
@@ -73,7 +74,9 @@ impl Stage {
             let place = |s: &stairscan::report::StepLine| {
                 (shot.travel_m + metres(s.distance), metres(s.height))
             };
-            shot.answer.steps.iter().map(place)
+            let drop = shot.answer.drop.iter();
+            let drop = drop.map(|d| (shot.travel_m + metres(d.distance), 0.0));
+            shot.answer.steps.iter().map(place).chain(drop)
         });
         let points: Vec<Point> = edges.chain(answers).collect();
         let span = |of: fn(&Point) -> f64, low: f64, high: f64| {
@@ -332,7 +335,7 @@ impl Stage {
             .set("fill-opacity", number(0.9 * strength))
     }
 
-    /// The answer: words above, the steps with their ±2σ, and how far it vouches for itself.
+    /// The answer: words above, the steps with their ±2σ, where the ground ends, and how far it vouches for itself.
     fn answer(&self, k: usize, shot: &Shot) -> Group {
         let hue = &hex(colour::status(shot.answer.scan.status));
         let (from, to) = self.told(k);
@@ -369,6 +372,9 @@ impl Stage {
                 .set("stroke-width", 3.5)
                 .set("stroke-linejoin", "round"),
         );
+        if let Some(drop) = &shot.answer.drop {
+            group = group.add(self.drop(here, drop, hue));
+        }
         group = Self::words(shot, hue).into_iter().fold(group, Group::add);
         let horizon = shot.answer.horizon_m.filter(|&horizon| horizon > 0.0);
         match horizon {
@@ -378,6 +384,36 @@ impl Stage {
                 .fold(group, Group::add),
             None => group,
         }
+    }
+
+    /// Where the ground ends: an upright line, and its band of ±3σ.
+    fn drop(&self, here: f64, drop: &DropLine, hue: &str) -> Group {
+        let (edge, near) = (metres(drop.distance), nearest_m(drop));
+        let inside = |m: f64| self.x((here + m).clamp(self.x_m.0, self.x_m.1));
+        let (left, x, right) = (inside(near), inside(edge), inside(2.0 * edge - near));
+        let (top, bottom) = (HEAD + 40.0, self.y(self.y_m.0));
+        let band = Rectangle::new()
+            .set("x", number(left))
+            .set("y", number(top))
+            .set("width", number(right - left))
+            .set("height", number(bottom - top))
+            .set("fill", hue)
+            .set("fill-opacity", 0.2);
+        let line = Line::new()
+            .set("x1", number(x))
+            .set("x2", number(x))
+            .set("y1", number(top))
+            .set("y2", number(bottom))
+            .set("stroke", hue)
+            .set("stroke-width", 3.5);
+        let label = Text::new("the ground ends")
+            .set("x", number(x))
+            .set("dx", -8)
+            .set("y", number(top + 14.0))
+            .set("font-size", 15)
+            .set("text-anchor", "end")
+            .set("fill", hue);
+        Group::new().add(band).add(line).add(label)
     }
 
     fn horizon(&self, x_m: f64) -> Vec<Group> {

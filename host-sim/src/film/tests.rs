@@ -2,6 +2,7 @@ use super::*;
 use crate::answer::metres;
 use crate::recording::Recording;
 use crate::replay::{self, Options};
+use stairscan::report::{DropLine, Tenths};
 use std::path::Path;
 
 fn film(name: &str) -> (Film, String) {
@@ -44,6 +45,18 @@ fn each_scan_is_told_with_its_steps() {
     assert_eq!(film.shots[0].sweep_deg, (-20.0, 50.0));
     let (down, _) = self::film("descending");
     assert_eq!(down.shots[0].sweep_deg, (110.0, 40.0));
+}
+
+#[test]
+fn where_the_ground_ends_is_drawn() {
+    let (mut film, svg) = film("stair_a");
+    assert!(!svg.contains("the ground ends"));
+    film.shots[0].answer.drop = Some(DropLine {
+        distance: Tenths(15_000),
+        distance_sigma: Tenths(200),
+        ..DropLine::default()
+    });
+    assert_eq!(film.svg().matches("the ground ends").count(), 1);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const at = (id) => document.getElementById(id);
 // Colours that differ for deuteranopes, too (Okabe and Ito 2008); every layer has a shape of its own besides.
-const HUE = { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", stray: "#4f4f4f", horizon: "#222222" };
+const HUE = { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", drop: "#b2182b", stray: "#4f4f4f", horizon: "#222222" };
 const STATUS = {
   ok: ["✓ ok", "Up to its horizon this answer is vouched for. What stands beyond is told, but is no promise."],
   degraded: ["! degraded", "Do not act on this answer alone: the reasons say what is weak."],
@@ -10,7 +10,7 @@ const STATUS = {
 };
 const LAYERS = [
   ["map", "radar map", true], ["hits", "only what CA-CFAR lets through", false], ["echoes", "echoes", true],
-  ["rivals", "rivals", false], ["sigma", "±2σ", true], ["truth", "truth", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
+  ["rivals", "rivals", false], ["sigma", "±2σ", true], ["truth", "truth", true], ["drop", "DROP", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
 ];
 // Noise stays white up to so far above its mean; from there it takes so many dB to the darkest.
 const [NOISE_DB, SPAN_DB] = [6, 45];
@@ -83,7 +83,7 @@ function sheet(id, height) {
 function extent(s) {
   // Of a deep hole the brink is enough.
   const real = (s.truth?.edges ?? []).filter((p) => p.distance_m < 2.6).map((p) => ({ ...p, height_m: Math.max(p.height_m, -0.5) }));
-  const places = [...s.steps, ...real, ...s.maybe];
+  const places = [...s.steps, ...real, ...s.maybe, ...(s.drop ? [{ distance_m: s.drop.distance_m, height_m: 0 }] : [])];
   const x = [1.2, s.map?.depth === false ? 0.9 : 1.5, ...places.map((p) => p.distance_m + 0.35)];
   const y = [s.map?.mount_height_m ?? 0.4, ...places.map((p) => p.height_m)];
   return {
@@ -200,6 +200,7 @@ function drawLayers(g, s) {
       g.strokeRect(X(p.distance_m - w), Y(p.height_m + h), X(p.distance_m + w) - X(p.distance_m - w), Y(p.height_m - h) - Y(p.height_m + h));
     }
   }
+  if (state.shown.drop && s.drop) drawDrop(g, s.drop);
   if (state.shown.maybe) s.maybe.forEach((m) => drawMaybe(g, m));
   if (state.shown.echoes) (s.inspection?.scatterers ?? []).forEach((e) => drawEcho(g, e));
   if (state.shown.horizon && s.horizon_m > 0) {
@@ -222,6 +223,22 @@ function drawLayers(g, s) {
     g.stroke();
   }
   g.setLineDash([]);
+}
+/** Where the ground ends: an upright line with its band of ±3σ. */
+function drawDrop(g, d) {
+  const { X, Y, box } = frame;
+  const [near, far] = [-3, 3].map((k) => X(d.distance_m + k * d.distance_sigma_m));
+  g.fillStyle = `${HUE.drop}30`;
+  g.fillRect(near, Y(box.top), far - near, Y(box.bottom) - Y(box.top));
+  stroke(g, HUE.drop, 2.5);
+  g.beginPath();
+  g.moveTo(X(d.distance_m), Y(box.top));
+  g.lineTo(X(d.distance_m), Y(box.bottom));
+  g.stroke();
+  g.fillStyle = HUE.drop;
+  const words = `ground ends, ${percent(d.probability)}`;
+  const end = g.measureText(words).width + 6;
+  g.fillText(words, X(d.distance_m) + (X(d.distance_m) + end < X(box.right) ? 4 : -end), Y(box.top) + 30);
 }
 function drawMaybe(g, m) {
   const [x, y] = [frame.X(m.distance_m), frame.Y(m.height_m)];
@@ -369,7 +386,8 @@ function showVerdict(s) {
     item.append(element("code", reason), ` – ${meaning}`);
     return item;
   }));
-  at("maybes").replaceChildren(...s.maybe.map((m) => element("li", `MAYBE at ${cm(m.distance_m)}: ${m.height_m < 0 ? "the ground may end" : `something ${cm(m.height_m, 0)} high`} (${percent(m.probability)})`)));
+  const drop = s.drop ? [element("li", `DROP at ${cm(s.drop.distance_m)}: the ground ends, not before ${cm(Math.max(0, s.drop.distance_m - 3 * s.drop.distance_sigma_m))}${s.drop.depth_m === null ? "" : `, ${cm(s.drop.depth_m, 0)} deep`} (${percent(s.drop.probability)})`)] : [];
+  at("maybes").replaceChildren(...drop, ...s.maybe.map((m) => element("li", `MAYBE at ${cm(m.distance_m)}: ${m.height_m < 0 ? "the ground may end" : `something ${cm(m.height_m, 0)} high`} (${percent(m.probability)})`)));
 }
 function showSteps(s) {
   const real = s.truth?.steps ?? [];
@@ -404,6 +422,7 @@ function legend(s) {
   if (s.truth && state.shown.truth) items.push([line(HUE.truth, "7 4", 4), "truth"]);
   if (state.shown.rivals) items.push([line(HUE.rival, "3 4", 6), "rivals"]);
   if (state.shown.echoes) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
+  if (state.shown.drop && s.drop) items.push([line(HUE.drop, "", 2.5), "DROP: the ground ends, band of ±3σ"]);
   if (state.shown.maybe && s.maybe.length) items.push([shape(HUE.maybe, "M12 0L18 6L12 12L6 6Z"), "MAYBE"]);
   at("legend").innerHTML = items.map(([picture, word]) => `<span>${picture}${word}</span>`).join("");
 }

@@ -31,7 +31,15 @@ fn a_page_holds_what_replay_prints() {
     let scan = &data(&page)["recordings"][0]["scans"][0];
     let answer = replay::answer(&recorded("stair_a"), &Options::default()).unwrap();
     let told = answer.json();
-    for key in ["status", "steps", "horizon_m", "confidence", "reasons"] {
+    for key in [
+        "status",
+        "steps",
+        "drop",
+        "horizon_m",
+        "free_m",
+        "confidence",
+        "reasons",
+    ] {
         assert_eq!(scan[key], told[key], "{key}");
     }
     assert_eq!(scan["sentences"][0], answer.sentences[0]);
@@ -133,6 +141,8 @@ fn the_script_names_what_it_draws() {
     for words in [
         "s.truth.edges",
         "±2σ of a step",
+        "drawDrop(g, s.drop)",
+        "DROP at ${cm(s.drop.distance_m)}",
         "\"horizon\"]",
         "beam through the place",
         "beyond its horizon",

@@ -297,6 +297,7 @@ impl State {
                 self.complete(now);
             }
             Sentence::Step(step) => self.belongs(now, step.scan, line),
+            Sentence::Drop(drop) => self.belongs(now, drop.scan, line),
             Sentence::Maybe(maybe) => self.belongs(now, maybe.scan, line),
             Sentence::Live(live) => self.live(now, live),
             Sentence::Boot { .. } | Sentence::Halt { .. } => {

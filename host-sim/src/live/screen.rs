@@ -12,7 +12,7 @@ use super::model::{Entry, Link, Pulse, Standing, State, Way};
 use super::prompt::Prompt;
 use super::side;
 use super::trouble::Trouble;
-use crate::answer::{Answer, maybe_words, metres};
+use crate::answer::{Answer, drop_words, maybe_words, metres};
 
 /// On less nothing can be read.
 const LEAST: (u16, u16) = (72, 22);
@@ -218,6 +218,9 @@ fn table(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: bool
             let line = format!("{:>2}  {distance}   {height}   {:>3} %", s.index, s.quality);
             lines.push(Line::styled(line, style));
         }
+    }
+    if let Some(drop) = answer.and_then(|answer| answer.drop.as_ref()) {
+        lines.push(Line::styled(format!(" | {}", drop_words(drop)), style));
     }
     for maybe in answer.map_or(&[][..], |answer| &answer.maybes) {
         lines.push(Line::styled(format!(" ? {}", maybe_words(maybe)), style));

@@ -1,4 +1,5 @@
-//! The side view: the staircase that the answer tells, each step with its ±2σ, and how far it is vouched for.
+//! The side view: the staircase that the answer tells, each step with its ±2σ, where the ground ends, and how far it is
+//! vouched for.
 
 use ratatui::Frame;
 use ratatui::layout::{Constraint, Rect};
@@ -7,7 +8,7 @@ use ratatui::symbols::Marker;
 use ratatui::text::Span;
 use ratatui::widgets::{Axis, Block, Chart, Dataset, GraphType};
 
-use crate::answer::{Answer, metres};
+use crate::answer::{Answer, metres, nearest_m};
 
 /// Behind the last step's edge the tread is drawn on for this, cm.
 const BEHIND: f64 = 30.0;
@@ -26,6 +27,8 @@ pub struct Shape {
     pub outline: Points,
     /// Two bars a step, along and up: ±2σ.
     pub bars: Vec<[(f64, f64); 2]>,
+    /// Where the ground ends with its 3σ band: nearest place, edge, farthest place.
+    pub drop: Option<[f64; 3]>,
     /// Where something may stand.
     pub maybes: Points,
     /// Up to where the answer vouches for itself.
@@ -59,15 +62,21 @@ impl Shape {
         let maybes = answer.maybes.iter();
         let maybes = maybes.map(|m| (100.0 * metres(m.distance), 100.0 * metres(m.height)));
         let maybes: Points = maybes.collect();
+        let drop = answer.drop.as_ref().map(|drop| {
+            let (edge, near) = (100.0 * metres(drop.distance), 100.0 * nearest_m(drop));
+            [near, edge, 2.0 * edge - near]
+        });
         let farthest = maybes
             .iter()
             .map(|m| m.0)
             .chain(horizon)
+            .chain(drop.map(|band| band[2]))
             .fold(end, f64::max);
         outline.push((farthest + BEHIND, level));
         Self {
             outline,
             bars,
+            drop,
             maybes,
             horizon,
         }
@@ -93,6 +102,7 @@ struct Colours {
     outline: Color,
     bars: Color,
     horizon: Color,
+    drop: Color,
     maybes: Color,
 }
 
@@ -104,11 +114,16 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: b
         outline: colour(Color::White),
         bars: colour(Color::Yellow),
         horizon: colour(Color::Cyan),
+        drop: colour(Color::Red),
         maybes: colour(Color::Magenta),
     };
     let (x, y) = shape.bounds();
     let horizon = upright(shape.horizon, y);
-    let sets = datasets(&shape, &horizon, &colours);
+    let drop = upright(shape.drop.map(|band| band[1]), y);
+    let band: Points = (shape.drop.iter())
+        .flat_map(|band| [(band[0], 0.0), (band[2], 0.0)])
+        .collect();
+    let sets = datasets(&shape, (&horizon, &drop, &band), &colours);
     let axis = |bounds: [f64; 2], title: &'static str| {
         Axis::default()
             .title(title)
@@ -120,8 +135,12 @@ pub fn draw(frame: &mut Frame<'_>, area: Rect, answer: Option<&Answer>, fresh: b
             )
             .style(Style::new().fg(Color::Gray))
     };
+    let title = match shape.drop {
+        None => " Side view: steps, + their ±2σ, : horizon, ? maybe ",
+        Some(_) => " Side view: + ±2σ, : horizon, | drop, = ±3σ, ? maybe ",
+    };
     let chart = Chart::new(sets)
-        .block(Block::bordered().title(" Side view: steps, + their ±2σ, : horizon, ? maybe "))
+        .block(Block::bordered().title(title))
         // An empty label keeps the row free.
         .x_axis(axis(x, "from mirror, cm").labels(["", ""]))
         .y_axis(axis(y, "height, cm"))
@@ -173,7 +192,11 @@ fn upright(at: Option<f64>, [low, high]: [f64; 2]) -> Points {
     at.into_iter().flat_map(dots).collect()
 }
 
-fn datasets<'a>(shape: &'a Shape, horizon: &'a Points, colours: &Colours) -> Vec<Dataset<'a>> {
+fn datasets<'a>(
+    shape: &'a Shape,
+    (horizon, drop, band): (&'a Points, &'a Points, &'a Points),
+    colours: &Colours,
+) -> Vec<Dataset<'a>> {
     let line = |data: &'a [(f64, f64)], colour, marker| {
         let set = Dataset::default().data(data).marker(marker);
         set.graph_type(GraphType::Line)
@@ -190,6 +213,8 @@ fn datasets<'a>(shape: &'a Shape, horizon: &'a Points, colours: &Colours) -> Vec
     ];
     let bars = shape.bars.iter();
     sets.extend(bars.map(|bar| line(bar, colours.bars, Marker::Custom('+'))));
+    sets.push(line(band, colours.drop, Marker::Custom('=')));
+    sets.push(dots(drop, colours.drop, Marker::Custom('|')));
     sets.push(dots(&shape.maybes, colours.maybes, Marker::Custom('?')));
     sets
 }

@@ -154,7 +154,7 @@ fn radius(snr_db: f64) -> f64 {
 }
 
 /// The scatterers over the CFAR map, with the winner's and the best rivals' staircases, the posterior
-/// of the number of steps and the answer's `MAYBE`s.
+/// of the number of steps, and the answer's `DROP` and `MAYBE`s.
 pub fn draw(
     plane: &SagittalPlane<'_>,
     words: &Words,
@@ -194,6 +194,7 @@ pub fn draw(
             sheet.line(&posterior::outline(frame, &explanation.edges), *stroke)?;
         }
         draw_scatterers(sheet, frame, view)?;
+        posterior::draw_drop(sheet, frame, answer)?;
         posterior::draw_maybes(sheet, frame, answer)?;
         posterior::draw_counts(sheet, frame, &view.posterior)
     })

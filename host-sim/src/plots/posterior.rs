@@ -1,15 +1,15 @@
 //! What else may stand there: rivals of the answer with their probability, the numbers of steps with
-//! theirs, and the answer's `MAYBE`s.
+//! theirs, the answer's `MAYBE`s, and its `DROP`.
 
 use anyhow::Result;
 use plotters::style::RGBColor;
 
-use super::colour::HUES;
+use super::colour::{CONCLUDED, HUES};
 use super::page::{Frame, Swatch, number};
 use super::particles::Point;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use super::surface::surface_to_draw;
-use crate::answer::{Answer, metres};
+use crate::answer::{Answer, metres, nearest_m};
 use crate::score::MATCH_M;
 
 /// One hypothesis of the posterior.
@@ -99,7 +99,7 @@ pub fn share(posterior: &PosteriorView, told: &[Point]) -> String {
     }
 }
 
-/// Places that must be in view: `MAYBE`s, and edges of rivals that are as likely.
+/// Places that must be in view: `MAYBE`s, the `DROP`, and edges of rivals that are as likely.
 pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Point> {
     let likely = posterior.hypotheses.iter().take(1 + RIVALS);
     let likely = likely.filter(|h| h.probability >= LEAST_IN_VIEW);
@@ -108,16 +108,21 @@ pub fn points_of_interest(posterior: &PosteriorView, answer: &Answer) -> Vec<Poi
     likely
         .flat_map(|h| h.edges.iter().copied())
         .chain(maybes)
+        .chain(answer.drop.iter().map(|d| (metres(d.distance), 0.0)))
         .collect()
 }
 
-/// The rivals and `MAYBE`s for the legend.
+/// The rivals, `DROP` and `MAYBE`s for the legend.
 pub fn legend(rivals: &[(Stroke, &HypothesisView)], answer: &Answer) -> Vec<(Swatch, String)> {
     let rival = |(stroke, h): &(Stroke, &HypothesisView)| {
         let label = format!("rival, {}: {}", percent(h.probability), h.name);
         (Swatch::Line(*stroke), label)
     };
     let mut legend: Vec<(Swatch, String)> = rivals.iter().map(rival).collect();
+    if answer.drop.is_some() {
+        let label = "DROP: the ground ends, band of ±3σ, with its probability".to_owned();
+        legend.push((Swatch::Area(CONCLUDED, BAND, drop_stroke()), label));
+    }
     if !answer.maybes.is_empty() {
         let label = "MAYBE: may stand there, with its probability".to_owned();
         legend.push((Swatch::Line(maybe_stroke()), label));
@@ -161,6 +166,41 @@ fn free(words: &[Spot], mut at: Spot) -> Spot {
         at.1 = word.1 + APART.1;
     }
     at
+}
+
+/// Opacity of a drop's band.
+const BAND: f64 = 0.15;
+
+fn drop_stroke() -> Stroke {
+    Stroke::solid(CONCLUDED, 3.2)
+}
+
+/// Draws where the answer says that the ground ends: an upright line from the ground down, and its band of ±3σ.
+pub fn draw_drop(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()> {
+    let Some(drop) = &answer.drop else {
+        return Ok(());
+    };
+    let (x, near) = (metres(drop.distance), nearest_m(drop));
+    let inside = |x: f64| x.clamp(frame.x.0, frame.x.1);
+    let (top, bottom) = (frame.y.1, frame.y.0);
+    let band = [(near, top), (2.0 * x - near, bottom)];
+    let [a, b] = band.map(|(x, y)| frame.spot(inside(x), y));
+    sheet.fill_box(a, b, CONCLUDED, BAND)?;
+    if !frame.holds(x, 0.0) {
+        return Ok(());
+    }
+    sheet.line(&[frame.spot(x, top), frame.spot(x, bottom)], drop_stroke())?;
+    let at = frame.spot(x, top);
+    let face = Face::plain(20.0).ink(CONCLUDED).bold();
+    let probability = f64::from(drop.probability) / 1000.0;
+    let words = format!("ground ends, {}", percent(probability));
+    let room = at.0 + 200.0 < frame.at.0 + frame.size.0;
+    let (aside, face) = if room {
+        (10.0, face.left())
+    } else {
+        (-10.0, face.right())
+    };
+    sheet.note(&words, (at.0 + aside, at.1 + EDGE + 6.0), face)
 }
 
 fn maybe_stroke() -> Stroke {

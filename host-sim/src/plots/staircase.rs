@@ -82,6 +82,7 @@ pub fn draw(
             draw_truth(sheet, frame, truth)?;
         }
         posterior::draw_rivals(sheet, frame, &rivals)?;
+        posterior::draw_drop(sheet, frame, answer)?;
         posterior::draw_maybes(sheet, frame, answer)?;
         posterior::draw_counts(sheet, frame, posterior)?;
         if edges.is_empty() {

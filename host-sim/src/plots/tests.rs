@@ -5,7 +5,7 @@ use stairscan::Iq;
 use stairscan::answer::Direction;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};
 use stairscan::paper::cluster::Fate;
-use stairscan::report::{ScanLine, StepLine, Tenths};
+use stairscan::report::{DropLine, ScanLine, StepLine, Tenths};
 use stairscan::verdict::{Reason, Reasons, Status};
 
 /// Chirps with one echo at 1 m in noise, of a radar with `samples` a chirp.
@@ -77,6 +77,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
             confidence: None,
             maybes: 0,
             settings: 0,
+            drops: 0,
             scan: 1,
             status,
             direction: if steps.is_empty() {
@@ -92,6 +93,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
             },
         },
         steps: steps.iter().map(step).collect(),
+        drop: None,
         maybes: Vec::new(),
     }
 }
@@ -236,6 +238,43 @@ fn a_fault_and_an_empty_room_have_their_pictures_too() {
     let fault = pictures("fault", &recording, &answer(Status::Fault, &[]), &nothing);
     assert_eq!(fault.last().unwrap(), "echo-fig14-staircase.png");
     pictures("clear", &recording, &answer(Status::Ok, &[]), &nothing);
+}
+
+/// Where the ground ends is drawn, also where edge or band lie out of the picture.
+#[test]
+fn a_drop_has_its_mark() {
+    let recording = recording(200, Some(Plane::Depth), 31);
+    let (config, map) = scan(&recording);
+    let dir = Directory::new("drop");
+    let image = |name: &str, drop| {
+        let answer = Answer {
+            drop,
+            ..answer(Status::Ok, &[])
+        };
+        let scan = ScanView {
+            recording: &recording,
+            config: &config,
+            map: &map,
+            answer: &answer,
+            paper: &PaperView::default(),
+            posterior: &PosteriorView::default(),
+        };
+        let file = dir.0.join(format!("{name}.png"));
+        write_inspect((&Outputs::default(), &file), &scan, &InspectView::default()).unwrap();
+        std::fs::read(&file).unwrap()
+    };
+    let drop = |distance, sigma| {
+        Some(DropLine {
+            distance: Tenths(distance),
+            distance_sigma: Tenths(sigma),
+            probability: 974,
+            ..DropLine::default()
+        })
+    };
+    let none = image("none", None);
+    for (name, told) in [("near", drop(9_000, 150)), ("edge", drop(-2_000, 9_000))] {
+        assert!(image(name, told) != none, "{name}");
+    }
 }
 
 #[test]

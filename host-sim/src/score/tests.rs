@@ -27,6 +27,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
             confidence: None,
             maybes: 0,
             settings: 0,
+            drops: 0,
             scan: 1,
             status,
             direction: if steps.is_empty() {
@@ -39,6 +40,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
             reasons: Reasons::NONE,
         },
         steps,
+        drop: None,
         maybes: Vec::new(),
     }
 }

@@ -122,7 +122,7 @@ impl<'a> Desk<'a> {
                     lines: vec![line.to_owned()],
                 });
             }
-            Sentence::Step(_) | Sentence::Maybe(_) => {
+            Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {
                 let telling = self.telling.as_mut().context("a step of no scan")?;
                 telling.lines.push(line.to_owned());
                 self.to_come = self.to_come.checked_sub(1).context("one step too many")?;

@@ -34,7 +34,7 @@ impl Beside {
                 self.to_come = head.following();
                 self.answers.push((at, vec![line.to_owned()]));
             }
-            Ok(Sentence::Step(_) | Sentence::Maybe(_)) if self.to_come > 0 => {
+            Ok(Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_)) if self.to_come > 0 => {
                 self.to_come -= 1;
                 if let Some((_, answer)) = self.answers.last_mut() {
                     answer.push(line.to_owned());

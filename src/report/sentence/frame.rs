@@ -30,4 +30,9 @@ impl Tenths {
         let rounded = scaled + if scaled < 0.0 { -0.5 } else { 0.5 };
         Self((rounded as i32).clamp(-Self::LIMIT, Self::LIMIT))
     }
+
+    /// The length in metres.
+    pub fn metres(self) -> f32 {
+        self.0 as f32 / 10_000.0
+    }
 }

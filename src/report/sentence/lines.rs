@@ -1,9 +1,9 @@
-//! The sentences of a scan: its head, its steps, what else may stand there.
+//! The sentences of a scan: its head, its steps, its drop, what else may stand there.
 
 use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
 use super::writer::Writer;
-use crate::answer::{Direction, Maybe, Step};
+use crate::answer::{Direction, DropEdge, Maybe, Step};
 use crate::verdict::{Outcome, Reasons, Status};
 
 /// One step as its sentence carries it.
@@ -109,6 +109,72 @@ pub struct ScanLine {
     pub maybes: u8,
     /// [`hash`](crate::scanner::Settings::hash) of the settings that the scan was made with.
     pub settings: u32,
+    /// Number of `DROP` sentences that follow: 0 or 1.
+    pub drops: u8,
+}
+
+/// Where the ground ends, as its sentence carries it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DropLine {
+    /// Number of the scan.
+    pub scan: u32,
+    /// Horizontal distance from the mirror's centre to the edge.
+    pub distance: Tenths,
+    /// Standard deviation of the distance.
+    pub distance_sigma: Tenths,
+    /// Depth of the next surface below the ground; `None` where it is not known.
+    pub depth: Option<Tenths>,
+    /// Probability that the ground ends there, tenths of a per cent.
+    pub probability: u16,
+}
+
+impl DropLine {
+    /// The sentence of `edge`.
+    pub fn new(scan: u32, edge: &DropEdge) -> Self {
+        Self {
+            scan,
+            distance: Tenths::from_metres(edge.distance_m),
+            distance_sigma: Tenths::from_metres(edge.distance_sigma_m),
+            depth: edge.depth_m.map(Tenths::from_metres),
+            probability: permille(edge.probability),
+        }
+    }
+
+    /// What the sentence tells, in the units of the answer.
+    pub fn edge(&self) -> DropEdge {
+        DropEdge {
+            distance_m: self.distance.metres(),
+            distance_sigma_m: self.distance_sigma.metres(),
+            depth_m: self.depth.map(Tenths::metres),
+            probability: f32::from(self.probability) / 1000.0,
+        }
+    }
+
+    /// The sentence, with its CRC and line end.
+    pub(super) fn write(&self) -> Line {
+        Writer::new("DROP")
+            .number(self.scan)
+            .length(Some(self.distance))
+            .length(Some(self.distance_sigma))
+            .length(self.depth)
+            .length(Some(Tenths(self.probability.into())))
+            .finish()
+    }
+
+    /// From the fields behind the name.
+    pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
+        let absent = |field| move |value: Option<Tenths>| value.ok_or(ParseError::Field(field));
+        Ok(Self {
+            scan: fields.number("scan")?,
+            distance: fields.length("distance").and_then(absent("distance"))?,
+            distance_sigma: fields
+                .length("distance-sigma")
+                .and_then(absent("distance-sigma"))?,
+            depth: fields.length("depth")?,
+            probability: parse_permille(fields, "probability")?
+                .ok_or(ParseError::Field("probability"))?,
+        })
+    }
 }
 
 /// What may stand there though the answer does not hold it.
@@ -176,7 +242,8 @@ fn permille(p: f32) -> u16 {
 impl ScanLine {
     /// Number of sentences of the same scan that follow.
     pub fn following(&self) -> u8 {
-        self.steps.saturating_add(self.maybes)
+        let rest = self.drops.saturating_add(self.maybes);
+        self.steps.saturating_add(rest)
     }
 
     /// The head of an answer to scan number `scan`, made with settings of this hash.
@@ -204,6 +271,7 @@ impl ScanLine {
                 0
             },
             settings,
+            drops: u8::from(told && outcome.answer.drop.is_some()),
         }
     }
 
@@ -220,6 +288,7 @@ impl ScanLine {
             .length(self.confidence.map(|tenths| Tenths(tenths.into())))
             .number(u32::from(self.maybes))
             .hex(&[self.settings])
+            .number(u32::from(self.drops))
             .finish()
     }
 
@@ -244,6 +313,7 @@ impl ScanLine {
             confidence: parse_permille(fields, "confidence")?,
             maybes: fields.number("maybes")?,
             settings: fields.hash("settings")?,
+            drops: fields.number("drops")?,
         })
     }
 }

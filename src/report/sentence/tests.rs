@@ -1,5 +1,7 @@
 use super::*;
-use crate::answer::Step;
+use crate::answer::{DropEdge, Maybe, Step};
+use crate::motion::Agreement;
+use crate::verdict::{Evidence, Sight, Validity};
 use proptest::prelude::*;
 
 fn step() -> StepLine {
@@ -48,10 +50,22 @@ fn every_sentence_survives_the_way_out_and_back() {
         confidence: Some(987),
         maybes: 2,
         settings: 0x0123_abcd,
+        drops: 1,
     };
     for sentence in [
         Sentence::Scan(scan),
         Sentence::Step(step()),
+        Sentence::Drop(DropLine {
+            scan: 3,
+            distance: Tenths(9_123),
+            distance_sigma: Tenths(151),
+            depth: Some(Tenths(1_800)),
+            probability: 974,
+        }),
+        Sentence::Drop(DropLine {
+            depth: None,
+            ..DropLine::default()
+        }),
         Sentence::Maybe(MaybeLine {
             scan: 3,
             index: 1,
@@ -165,6 +179,7 @@ fn a_scan_with_every_reason_keeps_what_follows_them() {
         confidence: Some(1000),
         maybes: u8::MAX,
         settings: u32::MAX,
+        drops: u8::MAX,
     };
     let line = Sentence::Scan(written).write();
     let Ok(Sentence::Scan(read)) = Sentence::parse(&line) else {
@@ -201,7 +216,20 @@ fn garbled_lines_are_refused() {
             "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,012345678",
             "settings",
         ),
-        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,", "end"),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567", "drops"),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,", "drops"),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,256",
+            "drops",
+        ),
+        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,", "end"),
+        ("PSTR,DROP,x,900.0,10.0,,97.0", "scan"),
+        ("PSTR,DROP,1,,10.0,,97.0", "distance"),
+        ("PSTR,DROP,1,900.0,,,97.0", "distance-sigma"),
+        ("PSTR,DROP,1,900.0,10.0,deep,97.0", "depth"),
+        ("PSTR,DROP,1,900.0,10.0,,", "probability"),
+        ("PSTR,DROP,1,900.0,10.0,,100.1", "probability"),
+        ("PSTR,DROP,1,900.0,10.0,180.0,97.0,1", "end"),
         ("PSTR,FAIL,set,crc", "expected"),
         // What makes a frame stands in no field, whatever the CRC says.
         ("PSTR,CONF,plane,dep*th", "value"),
@@ -260,6 +288,75 @@ fn a_fault_carries_no_steps() {
     write_scan((1, 0), 0, &outcome, |line| {
         lines += 1;
         assert!(line.contains("SCAN,1,fault,none,0,0,silent"), "{line}");
+    });
+    assert_eq!(lines, 1);
+}
+
+/// An `ok` answer with a step, a drop and a maybe.
+fn with_drop() -> Outcome {
+    let mut outcome = Outcome::silent();
+    let valid = Some(Validity {
+        horizon_m: 1.3,
+        confidence: 0.995,
+    });
+    let sight = Sight {
+        heard: true,
+        valid,
+        ..Sight::nothing(Agreement::STANDING)
+    };
+    outcome.answer.drop = Some(DropEdge {
+        distance_m: 0.912_34,
+        distance_sigma_m: 0.015_1,
+        depth_m: Some(0.18),
+        probability: 0.9738,
+    });
+    let _ = outcome.answer.steps.push(Step::default());
+    let _ = outcome.answer.maybes.push(Maybe::default());
+    outcome.decide(&Evidence {
+        sight: Some(sight),
+        ..Evidence::default()
+    });
+    outcome
+}
+
+#[test]
+fn a_drop_stands_between_steps_and_maybes() {
+    let outcome = with_drop();
+    let mut lines = std::vec::Vec::new();
+    write_scan((7, 0), 0, &outcome, |line| lines.push(line.clone()));
+    assert_eq!(lines.len(), 4);
+    assert!(
+        lines[0].contains(",1300.0,99.5,1,00000000,1*"),
+        "{}",
+        lines[0]
+    );
+    assert!(lines[1].starts_with("$PSTR,STEP,7,1,1,"), "{}", lines[1]);
+    assert!(
+        lines[2].starts_with("$PSTR,DROP,7,912.3,15.1,180.0,97.4*"),
+        "{}",
+        lines[2]
+    );
+    assert!(lines[3].starts_with("$PSTR,MAYBE,7,1,1,"), "{}", lines[3]);
+    let Ok(Sentence::Scan(head)) = Sentence::parse(&lines[0]) else {
+        panic!("{}", lines[0]);
+    };
+    assert_eq!((head.drops, head.following()), (1, 3));
+    let Ok(Sentence::Drop(told)) = Sentence::parse(&lines[2]) else {
+        panic!("{}", lines[2]);
+    };
+    let edge = told.edge();
+    assert!((edge.distance_m - 0.9123).abs() < 1e-6 && edge.depth_m == Some(0.18));
+    assert!((edge.nearest_m() - 0.867).abs() < 1e-6 && edge.probability == 0.974);
+}
+
+#[test]
+fn a_fault_carries_no_drop() {
+    let mut outcome = with_drop();
+    outcome.decide(&Evidence::default());
+    let mut lines = 0;
+    write_scan((1, 0), 0, &outcome, |line| {
+        lines += 1;
+        assert!(line.contains(",0,00000000,0*"), "{line}");
     });
     assert_eq!(lines, 1);
 }

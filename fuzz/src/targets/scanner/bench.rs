@@ -135,7 +135,7 @@ impl<'a> Bench<'a> {
                 self.to_come = head.following();
                 self.last = Some((head.status, head.reasons));
             }
-            Sentence::Step(_) | Sentence::Maybe(_) => {
+            Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {
                 self.to_come = self.to_come.checked_sub(1).expect("a step of no scan");
             }
             _ => {}

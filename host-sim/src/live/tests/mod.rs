@@ -12,7 +12,7 @@ use super::model::{Event, State};
 
 /// The answer to `recordings/stair_a`.
 const STAIR_A: [&str; 4] = [
-    "$PSTR,SCAN,1,ok,up,3,0,,1000.0,98.9,0,100152FB*0777B1D3",
+    "$PSTR,SCAN,1,ok,up,3,0,,1000.0,98.9,0,100152FB,0*48425B4C",
     "$PSTR,STEP,1,1,3,500.5,165.4,279.5,165.4,1.5,3.7,100*2688B9C3",
     "$PSTR,STEP,1,2,3,780.0,330.7,280.6,165.3,1.5,13.6,100*252F41B4",
     "$PSTR,STEP,1,3,3,1060.7,495.1,,164.4,1.5,23.0,100*25D20E0E",
@@ -50,6 +50,7 @@ fn scan(number: u32, status: Status, reasons: &[Reason]) -> String {
         confidence: None,
         maybes: 0,
         settings: 7,
+        drops: 0,
     }))
 }
 

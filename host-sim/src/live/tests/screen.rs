@@ -71,7 +71,7 @@ fn degraded() {
     let mut state = State::new("/dev/ttyUSB0", 115_200);
     state.take(100, &Event::Opened);
     let lines = [
-        "$PSTR,SCAN,4,degraded,down,1,2,lost-rows+unconfirmed,0.0,41.2,1,100152FB",
+        "$PSTR,SCAN,4,degraded,down,1,2,lost-rows+unconfirmed,0.0,41.2,1,100152FB,0",
         "$PSTR,STEP,4,1,1,612.5,-172.0,,-172.0,2.5,12.0,80",
         "$PSTR,MAYBE,4,1,1,912.0,-100.0,22.5",
     ];
@@ -82,6 +82,27 @@ fn degraded() {
     tell(&mut state, 2_000, &closed.each_ref().map(String::as_str));
     tell(&mut state, 2_100, &[&live(70_000, Some(110))]);
     snapshot("degraded", &state, &Prompt::default(), 2_200);
+}
+
+/// An `ok` that ends at a drop.
+#[test]
+fn drop() {
+    let mut state = State::new("/dev/ttyUSB0", 115_200);
+    state.take(100, &Event::Opened);
+    let lines = [
+        "$PSTR,SCAN,5,ok,none,0,0,,860.0,99.5,0,100152FB,1",
+        "$PSTR,DROP,5,912.0,15.0,180.0,97.4",
+    ];
+    let closed = lines.map(|line| {
+        let body = line.trim_start_matches('$');
+        format!("{line}*{:08X}", stairscan::report::sentence::crc32(body))
+    });
+    tell(&mut state, 2_000, &closed.each_ref().map(String::as_str));
+    tell(&mut state, 2_100, &[&live(70_000, Some(110))]);
+    let screen = snapshot("drop", &state, &Prompt::default(), 2_200);
+    assert!(!is_grey(&screen, " |   91.2 cm: the ground ends"));
+    let old = drawn(&state, &Prompt::default(), 6_000);
+    assert!(is_grey(&old, " |   91.2 cm: the ground ends"));
 }
 
 #[test]

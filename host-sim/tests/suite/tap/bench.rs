@@ -138,7 +138,9 @@ pub fn scan(recording: &Recording, base: &Config, scans: usize, faults: &[&str])
             beside.line(now, &said);
             match Sentence::parse(&said).unwrap() {
                 Sentence::Scan(_) => answers.push(vec![said]),
-                Sentence::Step(_) | Sentence::Maybe(_) => answers.last_mut().unwrap().push(said),
+                Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {
+                    answers.last_mut().unwrap().push(said)
+                }
                 _ => {}
             }
         }
