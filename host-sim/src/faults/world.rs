@@ -115,6 +115,10 @@ pub fn creeps(signal: &mut Signal, metres: f64) {
     if let Some(truth) = &mut signal.recording.meta.truth {
         let steps = truth.steps.iter_mut().chain(&mut truth.uncounted);
         steps.for_each(|step| step.distance_m -= metres);
+        for drop in truth.drops.iter_mut().flatten() {
+            drop.distance_m -= metres;
+            drop.far_m = drop.far_m.map(|far| far - metres);
+        }
     }
 }
 

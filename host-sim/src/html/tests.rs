@@ -100,6 +100,7 @@ fn the_truth_has_its_holes() {
         direction: "none".to_owned(),
         steps: Vec::new(),
         uncounted: vec![edge(1.5, -0.4), edge(0.8, -0.2)],
+        drops: None,
     });
     let entry = entry(&recording, &Options::default()).unwrap();
     let edges = &entry.data["scans"][0]["truth"]["edges"];

@@ -184,6 +184,7 @@ fn a_scan_gives_every_figure_of_the_paper() {
         direction: "up".into(),
         steps: vec![step(0.5, 0.17), step(0.78, 0.34)],
         uncounted: vec![step(1.1, 0.5)],
+        drops: None,
     });
     let cluster = |fate, x: f64| ClusterView {
         points: (0..40).map(|k| (x, 0.1 + 0.005 * f64::from(k))).collect(),

@@ -23,7 +23,7 @@ use stairscan::Iq;
 use keys::explain_syntax;
 pub use metadata::{Metadata, MirrorSetup, Sequence};
 pub use motion::Motion;
-pub use truth::{Disturbance, TrueStep, Truth};
+pub use truth::{Disturbance, TrueDrop, TrueStep, Truth};
 
 /// Suffix of the metadata file.
 pub const META_SUFFIX: &str = "sigmf-meta";

@@ -16,6 +16,20 @@ pub struct TrueStep {
     pub snr_db: Option<f64>,
 }
 
+/// Place where the ground ends or falls by more than 4 cm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TrueDrop {
+    /// Horizontal distance from the mirror's centre to the edge, metres.
+    pub distance_m: f64,
+    /// Depth of the next surface, metres; `None` if it is more than 1 m.
+    pub depth_m: Option<f64>,
+    /// Where ground of the same level goes on, metres; `None` if nowhere.
+    pub far_m: Option<f64>,
+}
+
+/// Least fall that is a drop, metres.
+const LEAST_FALL_M: f64 = 0.04;
+
 /// What a perfect scanner would report.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
@@ -25,6 +39,8 @@ pub struct Truth {
     pub steps: Vec<TrueStep>,
     /// Steps that exist but are out of sight, range or angles.
     pub uncounted: Vec<TrueStep>,
+    /// Where the ground ends; `None` of a recording that does not list it.
+    pub drops: Option<Vec<TrueDrop>>,
 }
 
 /// What is wrong with a recording that was spoilt on purpose.
@@ -39,11 +55,40 @@ pub struct Disturbance {
 }
 
 impl Truth {
-    /// Where the ground ends though there are no steps to count, metres.
-    pub fn drops(&self) -> impl Iterator<Item = f64> {
-        let drops = self.uncounted.iter().filter(|s| s.height_m < 0.0);
-        let none = self.steps.is_empty();
-        drops.filter(move |_| none).map(|s| s.distance_m)
+    /// Where the ground ends, metres: as listed, or else the edges that lead down though there are no steps to count.
+    /// Of stairs down that is their first edge.
+    pub fn ground_ends(&self) -> Vec<f64> {
+        if let Some(drops) = &self.drops {
+            return drops.iter().map(|drop| drop.distance_m).collect();
+        }
+        if !self.steps.is_empty() {
+            return Vec::new();
+        }
+        let mut edges = self.edges_down();
+        edges.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+        let mut level_m = 0.0;
+        edges.retain(|edge| {
+            let stairs = level_m < 0.0 && edge.height_m < level_m;
+            level_m = edge.height_m;
+            !stairs
+        });
+        edges.iter().map(|edge| edge.distance_m).collect()
+    }
+
+    /// Whether the ground falls within `reach_m` of this distance, be it a listed drop, another edge that leads down, or
+    /// one that is not counted.
+    pub fn falls_near(&self, distance_m: f64, reach_m: f64) -> bool {
+        let near = |at: f64| (at - distance_m).abs() <= reach_m;
+        match self.drops {
+            Some(_) => self.ground_ends().into_iter().any(near),
+            None => self.edges_down().iter().any(|edge| near(edge.distance_m)),
+        }
+    }
+
+    /// The edges that are not counted and lead down.
+    fn edges_down(&self) -> Vec<&TrueStep> {
+        let down = |s: &&TrueStep| s.height_m < -LEAST_FALL_M;
+        self.uncounted.iter().filter(down).collect()
     }
 
     /// In words, lengths in centimetres.
@@ -92,10 +137,30 @@ impl Truth {
             };
             list.iter().enumerate().map(parse).collect()
         };
+        let drops = |list: &Value| -> Result<Vec<TrueDrop>> {
+            let list = list
+                .as_array()
+                .ok_or_else(|| truth.wrong("drops", "an array of drops"))?;
+            let parse = |(k, drop)| {
+                let drop = Keys::of(Some(drop), &format!("{place} drops[{k}]"))?;
+                let maybe = |key: &str| {
+                    let told = drop.get(key).filter(|value| !value.is_null());
+                    let number = told.map(|_| drop.number(key, "metres or null", |_| true));
+                    number.transpose()
+                };
+                Ok(TrueDrop {
+                    distance_m: drop.number("distance_m", "metres", |_| true)?,
+                    depth_m: maybe("depth_m")?,
+                    far_m: maybe("far_m")?,
+                })
+            };
+            list.iter().enumerate().map(parse).collect()
+        };
         Ok(Self {
             direction: direction.to_owned(),
             steps: steps("steps")?,
             uncounted: steps("uncounted")?,
+            drops: truth.get("drops").map(drops).transpose()?,
         })
     }
 
@@ -111,11 +176,16 @@ impl Truth {
             };
             steps.iter().map(step).collect()
         };
-        json!({
+        let mut truth = json!({
             "direction": self.direction,
             "steps": steps(&self.steps),
             "uncounted": steps(&self.uncounted),
-        })
+        });
+        if let Some(drops) = &self.drops {
+            let drop = |d: &TrueDrop| json!({"distance_m": d.distance_m, "depth_m": d.depth_m, "far_m": d.far_m});
+            truth["drops"] = drops.iter().map(drop).collect();
+        }
+        truth
     }
 }
 
@@ -142,5 +212,63 @@ impl Disturbance {
         object.insert("harmful".into(), json!(self.harmful));
         object.extend(self.extra.clone());
         Value::Object(object)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(value: &Value) -> Result<Truth> {
+        Truth::parse(value, "global stairscan:truth")
+    }
+
+    #[test]
+    fn listed_drops_survive_the_way_out_and_back() {
+        let told = json!({
+            "direction": "none",
+            "steps": [],
+            "uncounted": [],
+            "drops": [
+                {"distance_m": 1.5, "depth_m": null, "far_m": 2.0},
+                {"distance_m": 0.8, "depth_m": 0.18, "far_m": null},
+            ],
+        });
+        let truth = read(&told).unwrap();
+        assert_eq!(truth.ground_ends(), [1.5, 0.8]);
+        assert_eq!(truth.json(), told);
+        let bad = json!({"direction": "none", "drops": [{"distance_m": 1.5, "far_m": "far"}]});
+        let error = read(&bad).unwrap_err().to_string();
+        assert!(error.contains("drops[0] far_m"), "{error}");
+    }
+
+    #[test]
+    fn where_drops_are_not_listed_edges_that_lead_down_tell_them() {
+        let edges = |edges: &[(f64, f64)], steps: &[(f64, f64)]| {
+            let list = |edges: &[(f64, f64)]| -> Vec<Value> {
+                let edge = |&(x, y): &(f64, f64)| json!({"distance_m": x, "height_m": y});
+                edges.iter().map(edge).collect()
+            };
+            let told = json!({"direction": "none", "steps": list(steps), "uncounted": list(edges)});
+            read(&told).unwrap()
+        };
+        // Stairs down, two holes, a fall that is none, and a riser.
+        let stairs = edges(&[(1.1, -0.34), (0.8, -0.17)], &[]);
+        assert_eq!(stairs.ground_ends(), [0.8]);
+        assert!(stairs.falls_near(1.15, 0.1) && !stairs.falls_near(0.95, 0.1));
+        assert_eq!(
+            edges(&[(0.8, -0.5), (1.4, -0.3)], &[]).ground_ends(),
+            [0.8, 1.4]
+        );
+        assert!(
+            edges(&[(0.8, -0.03), (1.4, 0.3)], &[])
+                .ground_ends()
+                .is_empty()
+        );
+        assert!(
+            edges(&[(0.8, -0.5)], &[(0.5, 0.17)])
+                .ground_ends()
+                .is_empty()
+        );
     }
 }

@@ -140,8 +140,8 @@ impl ScanGeometry<'_> {
     /// A step belongs to the plane that shows it: what goes up to the depth plane, what goes down to the
     /// height plane. What goes down ahead of a scan of the depth plane (stairs down, a hole, the end of
     /// the floor) is no step of that scan: its truth has no direction and lists the drops as `uncounted`,
-    /// with negative heights, for telling them is neither right nor wrong. Clear it is not: an `ok` whose
-    /// horizon lies beyond the first of them is wrong.
+    /// with negative heights, for telling them as steps is neither right nor wrong. Clear it is not: an `ok` whose
+    /// horizon lies beyond the first of them is wrong, unless a told drop covers it.
     ///
     /// A box of 6 to 30 cm is `uncounted` unless the scene says that a chair could mount it: one scan cannot
     /// tell it from a platform.
@@ -176,6 +176,7 @@ impl ScanGeometry<'_> {
             direction: if steps.is_empty() { "none" } else { name }.into(),
             steps,
             uncounted: rest.map(|s| true_step(s, None)).collect(),
+            drops: None,
         }
     }
 }

@@ -1,10 +1,11 @@
 //! The score of one answer against the truth.
 
 use stairscan::answer::Direction;
-use stairscan::report::MaybeLine;
+use stairscan::report::{DropLine, MaybeLine};
 use stairscan::verdict::Status;
 
 use super::reliability::Prediction;
+use super::share::Share;
 use crate::answer::{Answer, metres};
 use crate::recording::{TrueStep, Truth};
 
@@ -15,6 +16,10 @@ pub const MATCH_M: f64 = 0.10;
 pub const LIMIT_M: f64 = 0.03;
 /// Largest expanded uncertainty of a reported step, metres.
 const MOST_M: f64 = 0.08;
+/// True drops that are nearer than this are to be told, metres.
+pub const NEAR_DROP_M: f64 = 1.6;
+/// Least probability with which a told drop counts as told or false.
+const SURE_DROP: f64 = 0.5;
 /// Steps of this signal-to-noise ratio and more must not be missed, decibels.
 const STRONG_DB: f64 = 15.0;
 /// An answer's confidence reaches as far as this at least, metres: design contract of the report.
@@ -55,6 +60,14 @@ pub struct SceneScore {
     pub confidence: Option<Prediction>,
     /// Its `MAYBE`s, and whether something stands there; none of a `fault`.
     pub maybes: Vec<Prediction>,
+    /// Whether the answer tells a drop.
+    pub tells_drop: bool,
+    /// True drops nearer than [`NEAR_DROP_M`], and how many of them are told.
+    pub near_drops: Share,
+    /// Whether there is no true drop, neither near nor far.
+    pub without_drop: bool,
+    /// Whether a drop is told that covers no true one.
+    pub false_drop: bool,
     /// True steps in sight.
     pub truth: Vec<TrueStep>,
     /// Matched steps.
@@ -156,10 +169,46 @@ fn errors(told: &Reported, real: &TrueStep) -> (f64, f64) {
     (told.distance - real.distance_m, told.height - real.height_m)
 }
 
+/// What an answer tells, as it is judged; nothing of a `fault`.
+struct Told {
+    steps: Vec<Reported>,
+    drop: Option<DropLine>,
+}
+
+impl Told {
+    fn of(answer: &Answer) -> Self {
+        Self {
+            steps: reported(answer),
+            drop: answer.drop.filter(|_| !answer.is_fault()),
+        }
+    }
+
+    /// The told drop if it is likelier than not.
+    fn sure_drop(&self) -> Option<&DropLine> {
+        let sure = |drop: &&DropLine| f64::from(drop.probability) >= 1000.0 * SURE_DROP;
+        self.drop.as_ref().filter(sure)
+    }
+}
+
+/// How far a told drop reaches to either side: max([`MATCH_M`], 3σ).
+fn reach(drop: &DropLine) -> f64 {
+    MATCH_M.max(3.0 * metres(drop.distance_sigma))
+}
+
+/// Whether a told drop covers a true one at `at` metres.
+fn covers(drop: Option<&DropLine>, at: f64) -> bool {
+    drop.is_some_and(|drop| (metres(drop.distance) - at).abs() <= reach(drop))
+}
+
+/// Whether a told drop covers no true one.
+fn is_made_up(drop: &DropLine, truth: &Truth) -> bool {
+    !truth.falls_near(metres(drop.distance), reach(drop))
+}
+
 /// What is missing, made up or off up to `end` (metres), in words.
-fn flaws(reported: &[Reported], truth: &Truth, end: f64) -> Vec<String> {
+fn flaws(answer: &Told, truth: &Truth, end: f64) -> Vec<String> {
     let near = |step: &&TrueStep| step.distance_m <= end;
-    let told: Vec<Reported> = (reported.iter().copied())
+    let told: Vec<Reported> = (answer.steps.iter().copied())
         .filter(|r| r.distance <= end)
         .collect();
     let real: Vec<TrueStep> = truth.steps.iter().filter(near).cloned().collect();
@@ -186,14 +235,20 @@ fn flaws(reported: &[Reported], truth: &Truth, end: f64) -> Vec<String> {
     let missed = missed.map(|at| format!("the step at {at:.2} m is missing"));
     let invented = sorted.invented.iter();
     let invented = invented.map(|at| format!("there is no step at {at:.2} m"));
-    let drops = truth.drops().filter(|distance| *distance <= end);
+    let missed_drop = |at: &f64| *at <= end && !covers(answer.drop.as_ref(), *at);
+    let drops = truth.ground_ends().into_iter().filter(missed_drop);
     let drops = drops.map(|at| format!("the ground ends at {at:.2} m"));
-    off.chain(missed).chain(invented).chain(drops).collect()
+    let false_drop = |drop: &&DropLine| metres(drop.distance) <= end && is_made_up(drop, truth);
+    let false_drop = answer.drop.iter().filter(false_drop);
+    let false_drop =
+        false_drop.map(|drop| format!("the ground does not end at {:.2} m", metres(drop.distance)));
+    let steps = off.chain(missed).chain(invented);
+    steps.chain(drops).chain(false_drop).collect()
 }
 
 /// Whether something up to `horizon` (metres from the mirror) is wrong with an answer.
 pub fn wrong_up_to(answer: &Answer, truth: &Truth, horizon: f64) -> bool {
-    !flaws(&reported(answer), truth, horizon + LIMIT_M).is_empty()
+    !flaws(&Told::of(answer), truth, horizon + LIMIT_M).is_empty()
 }
 
 /// An answer's confidence, and whether it is right as far as that speaks of.
@@ -237,8 +292,9 @@ fn reported(answer: &Answer) -> Vec<Reported> {
 
 /// Scores one answer.
 pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
-    let reported = reported(answer);
-    let sorted = Sorted::new(&reported, &truth.steps, &truth.uncounted);
+    let told = Told::of(answer);
+    let reported = &told.steps;
+    let sorted = Sorted::new(reported, &truth.steps, &truth.uncounted);
     let matches = sorted.pairs.iter().map(|&(r, t)| {
         let (told, real) = (&reported[r], &truth.steps[t]);
         let (distance_error, height_error) = errors(told, real);
@@ -259,7 +315,9 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
     let covered = truth.steps.iter().enumerate().filter(|(t, step)| {
         !answer.is_fault() && (step.distance_m <= end || !sorted.missed.contains(t))
     });
-    let mut flaws = flaws(&reported, truth, end);
+    let mut flaws = flaws(&told, truth, end);
+    let ends = truth.ground_ends();
+    let near_drops = ends.iter().filter(|at| **at < NEAR_DROP_M);
     if false_stair && flaws.is_empty() {
         flaws.push("there are no steps".to_owned());
     }
@@ -277,6 +335,10 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
         horizon_m,
         confidence: confidence(answer, truth),
         maybes: maybes(answer, truth),
+        tells_drop: told.drop.is_some(),
+        near_drops: Share::count(near_drops, |at| covers(told.sure_drop(), *at)),
+        without_drop: ends.is_empty(),
+        false_drop: (told.sure_drop()).is_some_and(|drop| is_made_up(drop, truth)),
         truth: truth.steps.clone(),
         exact: sorted.exact() && !false_stair,
         wrong: !flaws.is_empty(),

@@ -9,7 +9,9 @@
 //! An answer is wrong when, among what lies up to its horizon (plus 3 cm), a true step is missing,
 //! something else is reported, or a matched step is off by more than its expanded uncertainty
 //! U = max(3 cm, 3σ), at most 8 cm, in distance or height.
-//! A drop where there are no steps to count (a brink, a hole) must not lie before the horizon either.
+//! Nor may the ground end there (a brink, a hole) where no told drop covers it, within max(10 cm, 3σ), or a drop be told
+//! where it covers none. True drops nearer than 1.6 m are counted, and how many of them are told with a probability
+//! of at least one half; a drop that is told so and covers none is a false one.
 //! An answer without a horizon vouches for everything. Coverage is the share of true steps that lie
 //! within the horizon or are reported.
 //!
@@ -26,11 +28,11 @@ mod share;
 mod text;
 
 pub use compare::{Change, Comparison};
-pub use judge::{LIMIT_M, MATCH_M, Match, SceneScore, scene, wrong_up_to};
+pub use judge::{LIMIT_M, MATCH_M, Match, NEAR_DROP_M, SceneScore, scene, wrong_up_to};
 pub use reliability::{Bin, Prediction, Reliability};
-pub use set::{SetScore, Spread, by_set, quantile};
+pub use set::{AnswerType, SetScore, Spread, by_set, quantile};
 pub use share::{Share, at_most, upper_bound};
-pub use text::{confusions, confusions_json, median_table, table};
+pub use text::{confusions, confusions_json, drops, median_table, table};
 
 #[cfg(test)]
 mod tests;

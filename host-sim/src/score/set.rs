@@ -68,6 +68,53 @@ fn quantile_interval(sorted: &[f64], q: f64) -> (f64, f64) {
     (quantile(sorted, low), quantile(sorted, high))
 }
 
+/// Type of an answer: the promise of `ok` holds for each by itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AnswerType {
+    /// Neither steps nor a drop.
+    NoSteps,
+    /// Steps up.
+    Up,
+    /// Steps down.
+    Down,
+    /// No steps, and a drop ahead.
+    Drop,
+}
+
+impl AnswerType {
+    /// Every type.
+    pub const ALL: [Self; 4] = [Self::NoSteps, Self::Up, Self::Down, Self::Drop];
+
+    fn of(scene: &SceneScore) -> Self {
+        match scene.direction {
+            Direction::None if scene.tells_drop => Self::Drop,
+            Direction::None => Self::NoSteps,
+            Direction::Up => Self::Up,
+            Direction::Down => Self::Down,
+        }
+    }
+
+    /// Its word in JSON.
+    pub fn as_str(self) -> &'static str {
+        match self {
+            Self::NoSteps => "none",
+            Self::Up => "up",
+            Self::Down => "down",
+            Self::Drop => "drop",
+        }
+    }
+
+    /// Its name in tables.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::NoSteps => "no steps",
+            Self::Up => "steps up",
+            Self::Down => "steps down",
+            Self::Drop => "a drop ahead",
+        }
+    }
+}
+
 /// The score of a set of scenes.
 #[derive(Clone, Debug)]
 pub struct SetScore {
@@ -91,8 +138,8 @@ pub struct SetScore {
     pub ok: Share,
     /// Answers that are `ok` and wrong, of those that are `ok`.
     pub ok_and_wrong: Share,
-    /// The same by type of answer: without steps, steps up, steps down.
-    pub ok_and_wrong_by_type: [(Direction, Share); 3],
+    /// The same by type of answer.
+    pub ok_and_wrong_by_type: [(AnswerType, Share); 4],
     /// Answers that are `ok`, of those that are neither wrong nor a `fault`.
     pub ok_of_right: Share,
     /// True steps that lie within the horizon or are reported.
@@ -101,6 +148,14 @@ pub struct SetScore {
     pub ok_horizon_m: Option<f64>,
     /// Confidence that was told against answers that are right as far as it speaks of.
     pub confidence: Reliability,
+    /// True drops nearer than [`NEAR_DROP_M`](super::NEAR_DROP_M) that are told.
+    pub told_drops: Share,
+    /// Scenes without a true drop that are told one.
+    pub false_drops_without: Share,
+    /// Scenes that are told a drop where none is; true ones elsewhere among them.
+    pub false_drops: usize,
+    /// Answers that tell a drop.
+    pub drops: usize,
     /// Probability of `MAYBE`s against what stands there.
     pub maybes: Reliability,
     /// Recordings that are harmfully disturbed and still `ok`.
@@ -150,18 +205,22 @@ impl SetScore {
             status: [Status::Ok, Status::Degraded, Status::Fault].map(|s| of(s).count()),
             ok: Share::count(scenes.clone(), |s| s.status == Status::Ok),
             ok_and_wrong: Share::count(of(Status::Ok), SceneScore::ok_and_wrong),
-            ok_and_wrong_by_type: [Direction::None, Direction::Up, Direction::Down].map(
-                |direction| {
-                    let of_type = of(Status::Ok).filter(|s| s.direction == direction);
-                    (direction, Share::count(of_type, SceneScore::ok_and_wrong))
-                },
-            ),
+            ok_and_wrong_by_type: AnswerType::ALL.map(|kind| {
+                let of_type = of(Status::Ok).filter(|s| AnswerType::of(s) == kind);
+                (kind, Share::count(of_type, SceneScore::ok_and_wrong))
+            }),
             ok_of_right: Share::count(scenes.clone().filter(right), |s| s.status == Status::Ok),
             covered: Share::new(count(&|s| s.covered), steps),
             ok_horizon_m: horizons.get(horizons.len() / 2).copied(),
             confidence: Reliability::of_confidence(
                 scenes.clone().filter_map(|s| s.confidence.as_ref()),
             ),
+            told_drops: Share::new(count(&|s| s.near_drops.hits), count(&|s| s.near_drops.of)),
+            false_drops_without: Share::count(scenes.clone().filter(|s| s.without_drop), |s| {
+                s.false_drop
+            }),
+            false_drops: count(&|s| usize::from(s.false_drop)),
+            drops: count(&|s| usize::from(s.tells_drop)),
             maybes: Reliability::of_maybes(scenes.clone().flat_map(|s| &s.maybes)),
             harmful_ok: Share::count(scenes.clone().filter(|s| s.harmful), |s| {
                 s.status == Status::Ok
@@ -191,8 +250,8 @@ impl SetScore {
             "status": {"ok": self.status[0], "degraded": self.status[1], "fault": self.status[2]},
             "ok": self.ok.json(),
             "ok_and_wrong": self.ok_and_wrong.json(),
-            "ok_and_wrong_by_type": self.ok_and_wrong_by_type.map(|(direction, share)| json!({
-                "direction": direction.as_str(),
+            "ok_and_wrong_by_type": self.ok_and_wrong_by_type.map(|(kind, share)| json!({
+                "direction": kind.as_str(),
                 "count": share.hits,
                 "of": share.of,
                 "upper_bound_95": upper_bound(share.hits, share.of),
@@ -201,6 +260,9 @@ impl SetScore {
             "covered": self.covered.json(),
             "ok_horizon_m": finite(self.ok_horizon_m),
             "confidence": self.confidence.json(),
+            "told_drops": self.told_drops.json(),
+            "false_drops": self.false_drops,
+            "false_drops_without": self.false_drops_without.json(),
             "maybes": self.maybes.json(),
             "harmful_ok": self.harmful_ok.json(),
             "distance_error_m": Spread::json(self.distance[0]),

@@ -1,8 +1,8 @@
 use super::*;
 use crate::answer::Answer;
-use crate::recording::{TrueStep, Truth};
+use crate::recording::{TrueDrop, TrueStep, Truth};
 use stairscan::answer::Direction;
-use stairscan::report::{MaybeLine, ScanLine, StepLine, Tenths};
+use stairscan::report::{DropLine, MaybeLine, ScanLine, StepLine, Tenths};
 use stairscan::verdict::{Reasons, Status};
 
 fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
@@ -58,6 +58,7 @@ fn truth(steps: &[(f64, f64)], uncounted: &[(f64, f64)]) -> Truth {
         direction: "up".into(),
         steps: list(steps),
         uncounted: list(uncounted),
+        drops: None,
     }
 }
 
@@ -270,6 +271,106 @@ fn maybes_are_right_where_something_of_their_kind_stands() {
     let so = maybes(Status::Degraded, &[(800, -100), (800, 100)], &drop);
     assert_eq!(so, [true, false]);
     assert!(maybes(Status::Fault, &told, &stairs).is_empty());
+}
+
+/// An answer up to `horizon_m` that tells a drop, with σ in metres and probability.
+fn dropping(status: Status, horizon_m: f64, (at, sigma, probability): (f64, f64, u16)) -> Answer {
+    let tenths = |m: f64| Tenths((m * 10_000.0).round() as i32);
+    Answer {
+        horizon_m: Some(horizon_m),
+        drop: Some(DropLine {
+            distance: tenths(at),
+            distance_sigma: tenths(sigma),
+            probability,
+            ..DropLine::default()
+        }),
+        ..answer(status, &[])
+    }
+}
+
+fn ground_ends_at(places: &[f64]) -> Truth {
+    let drop = |&distance_m: &f64| TrueDrop {
+        distance_m,
+        depth_m: None,
+        far_m: None,
+    };
+    Truth {
+        drops: Some(places.iter().map(drop).collect()),
+        ..truth(&[], &[])
+    }
+}
+
+#[test]
+fn a_told_drop_covers_a_true_one_within_10_cm_or_3_sigma() {
+    let wrong =
+        |horizon_m, told, real: &Truth| scene(&dropping(Status::Ok, horizon_m, told), real).wrong;
+    let real = ground_ends_at(&[0.9]);
+    assert!(scene(&vouching(0.88, &[]), &real).wrong, "not told");
+    assert!(!scene(&vouching(0.86, &[]), &real).wrong, "beyond the end");
+    assert!(!wrong(1.2, (0.81, 0.01, 990), &real));
+    assert!(wrong(1.2, (0.79, 0.01, 990), &real));
+    assert!(!wrong(1.2, (0.79, 0.04, 990), &real), "3σ are 12 cm");
+    // The second of two is not covered by what is told of the first.
+    let two = ground_ends_at(&[0.9, 1.3]);
+    assert!(wrong(1.4, (0.9, 0.01, 990), &two) && !wrong(1.2, (0.9, 0.01, 990), &two));
+    // Of a fault nothing counts as told.
+    let fault = scene(&dropping(Status::Fault, 1.2, (0.9, 0.01, 990)), &real);
+    assert!(fault.wrong && fault.near_drops == Share::new(0, 1));
+    // Edges of recordings that list no drops.
+    let stairs = truth(&[], &[(0.9, -0.17), (1.2, -0.34)]);
+    assert!(!wrong(1.3, (0.92, 0.01, 990), &stairs) && wrong(1.3, (1.2, 0.01, 990), &stairs));
+}
+
+#[test]
+fn a_drop_that_is_made_up_is_wrong_up_to_the_horizon() {
+    let score = |horizon_m, told, real: &Truth| scene(&dropping(Status::Ok, horizon_m, told), real);
+    let none = ground_ends_at(&[]);
+    let made_up = score(1.2, (1.1, 0.01, 990), &none);
+    assert!(made_up.wrong && made_up.false_drop);
+    assert_eq!(made_up.flaws, ["the ground does not end at 1.10 m"]);
+    let beyond = score(1.2, (1.24, 0.01, 990), &none);
+    assert!(!beyond.wrong && beyond.false_drop);
+    let doubtful = score(1.2, (1.24, 0.01, 490), &none);
+    assert!(!doubtful.wrong && !doubtful.false_drop);
+    // Behind steps, where edges that lead down are neither right nor wrong.
+    let behind = truth(&[(0.5, 0.17)], &[(1.1, -0.1)]);
+    assert!(!score(0.3, (1.1, 0.01, 990), &behind).false_drop);
+    assert!(score(0.3, (0.9, 0.01, 990), &behind).false_drop);
+}
+
+#[test]
+fn drops_are_counted_where_they_are_near() {
+    let real = ground_ends_at(&[0.9, 1.7]);
+    let none = ground_ends_at(&[]);
+    let scenes = [
+        scene(&dropping(Status::Ok, 0.85, (0.9, 0.01, 990)), &real),
+        scene(&dropping(Status::Degraded, 0.0, (0.9, 0.01, 490)), &real),
+        scene(&dropping(Status::Ok, 1.6, (1.7, 0.01, 990)), &real),
+        scene(&dropping(Status::Degraded, 0.0, (1.3, 0.01, 990)), &real),
+        scene(&dropping(Status::Degraded, 0.0, (1.3, 0.01, 990)), &none),
+        scene(&vouching(1.2, &[]), &none),
+    ];
+    let set = SetScore::new("set", scenes.iter());
+    assert_eq!(set.told_drops, Share::new(1, 4));
+    assert_eq!((set.drops, set.false_drops), (5, 2));
+    assert_eq!(set.false_drops_without, Share::new(1, 2));
+    let text = table(std::slice::from_ref(&set));
+    let words = "set: drops nearer than 1.6 m told 1 of 4; false drops 2, 1 of them on 2 scenes without one\n";
+    assert!(text.contains(words), "{text}");
+    assert_eq!(set.json()["told_drops"]["count"], 1);
+    // Two of the answers that are `ok` tell a drop; one of those is wrong.
+    let by_type = |kind| {
+        set.ok_and_wrong_by_type
+            .iter()
+            .find(|t| t.0 == kind)
+            .unwrap()
+            .1
+    };
+    assert_eq!(by_type(AnswerType::Drop), Share::new(1, 2));
+    assert_eq!(by_type(AnswerType::NoSteps), Share::new(0, 1));
+    // Nothing of it where there is nothing to tell.
+    let quiet = SetScore::new("set", scenes[5..].iter());
+    assert!(!table(&[quiet]).contains("drops"));
 }
 
 /// Every step matched is not yet right: then it says by how much it is off.

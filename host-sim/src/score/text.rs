@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::judge::SceneScore;
+use super::judge::{NEAR_DROP_M, SceneScore};
 use super::set::{SetScore, Spread, quantile};
 use super::share::Share;
 
@@ -47,6 +47,9 @@ pub fn table(sets: &[SetScore]) -> String {
             percent(set.height_sigmas[0]),
         );
     }
+    for set in sets.iter().filter(|set| set.told_drops.of + set.drops > 0) {
+        let _ = writeln!(out, "\n{}: {}", set.name, drops(set));
+    }
     for set in sets.iter().filter(|set| set.harmful_ok.of > 0) {
         let Share { hits, of } = set.harmful_ok;
         let _ = writeln!(
@@ -59,6 +62,16 @@ pub fn table(sets: &[SetScore]) -> String {
         let _ = writeln!(out, "\n{}", promise(set));
     }
     out
+}
+
+/// How many drops are told, and how many made up.
+pub fn drops(set: &SetScore) -> String {
+    let Share { hits, of } = set.told_drops;
+    let without = set.false_drops_without;
+    format!(
+        "drops nearer than {NEAR_DROP_M:.1} m told {hits} of {of}; false drops {}, {} of them on {} scenes without one",
+        set.false_drops, without.hits, without.of
+    )
 }
 
 /// How far `ok` is given, and how far it reaches.
@@ -167,6 +180,7 @@ pub fn confusions_json(scenes: &[SceneScore]) -> Value {
             "missed_m": s.missed.iter().map(|t| t.distance_m).collect::<Vec<_>>(),
             "false_m": s.invented,
             "false_stair": s.false_stair,
+            "false_drop": s.false_drop,
         })
     });
     list.collect()

@@ -3,8 +3,7 @@
 use std::fmt::Write as _;
 
 use crate::scene::random::Kind;
-use crate::score::{Bin, Reliability, SetScore, Share, upper_bound};
-use stairscan::answer::Direction;
+use crate::score::{AnswerType, Bin, Reliability, SetScore, Share, drops, upper_bound};
 
 /// `1.42 m`: the median horizon of the answers that are `ok`; a dash without any.
 pub fn horizon(set: &SetScore) -> String {
@@ -28,12 +27,11 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         "| type of answer | `ok` | of them wrong | upper 95 % bound of the share that is wrong (Clopper-Pearson) |\n\
          |---|---|---|---|\n",
     );
-    for (direction, Share { hits, of }) in all.ok_and_wrong_by_type {
-        let name = match direction {
-            Direction::None => "no steps",
-            Direction::Up => "steps up",
-            Direction::Down => "steps down",
-        };
+    // Where no answer tells a drop, neither row nor line does.
+    let told = |kind: AnswerType| kind != AnswerType::Drop || all.drops > 0;
+    let types = all.ok_and_wrong_by_type.into_iter();
+    for (kind, Share { hits, of }) in types.filter(|(kind, _)| told(*kind)) {
+        let name = kind.name();
         let bound = match of {
             0 => "–".to_owned(),
             of => format!("{:.2} %", 100.0 * upper_bound(hits, of)),
@@ -41,6 +39,15 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         let _ = writeln!(out, "| {name} | {of} | {hits} | {bound} |");
     }
     out.push('\n');
+    if all.drops > 0 {
+        for (kind, set, _) in kinds
+            .iter()
+            .filter(|(_, set, _)| set.told_drops.of + set.drops > 0)
+        {
+            let _ = writeln!(out, "- {kind}: {}", drops(set));
+        }
+        let _ = writeln!(out, "- all: {}\n", drops(all));
+    }
     if all.confidence.all.actual.of == 0 {
         out.push_str("No answer tells a confidence.\n");
         return out;
@@ -121,6 +128,10 @@ mod tests {
             horizon_m,
             confidence: Some(Prediction { told, so }),
             maybes: vec![Prediction { told: 0.15, so }],
+            tells_drop: false,
+            near_drops: Share::default(),
+            without_drop: true,
+            false_drop: false,
             truth: Vec::new(),
             matches: Vec::new(),
             missed: Vec::new(),
@@ -150,6 +161,31 @@ mod tests {
         has("median horizon of an `ok` 1.25 m");
         // 42 of 50 MAYBEs of 15 % are right.
         has("| 10–20 % | 50 | 15.0 % | 84.0 % (71.5–91.7) | 5.0 % | **no** |\n");
+    }
+
+    #[test]
+    fn drops_are_told_of_where_an_answer_tells_one() {
+        let quiet = scene(1.25, 0.96, true);
+        let told = SceneScore {
+            direction: Direction::None,
+            tells_drop: true,
+            near_drops: Share::new(1, 1),
+            without_drop: false,
+            ..quiet.clone()
+        };
+        let text = |scenes: &[SceneScore]| {
+            let set = || SetScore::new("all", scenes.iter());
+            tables(&[(Kind::Brink, set(), Share::default())], &set())
+        };
+        let (without, with) = (text(std::slice::from_ref(&quiet)), text(&[quiet, told]));
+        let quiet = !without.contains("a drop ahead") && !without.contains("drops");
+        assert!(quiet, "{without}");
+        assert!(
+            with.contains("| a drop ahead | 1 | 0 | 95.00 % |"),
+            "{with}"
+        );
+        let line = "- brink: drops nearer than 1.6 m told 1 of 1; false drops 0, 0 of them on 1 scenes without one\n";
+        assert!(with.contains(line), "{with}");
     }
 
     #[test]

@@ -230,6 +230,7 @@ fn echoes_are_labelled_by_the_true_flight() {
                 snr_db: None,
             }],
             uncounted: Vec::new(),
+            drops: None,
         },
         build: None,
     };
