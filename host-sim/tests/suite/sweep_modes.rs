@@ -15,6 +15,7 @@ use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::scene::Scene;
 use stairscan::config::Config;
+use stairscan::report::{ScanLine, Sentence};
 use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::settings::SweepMode;
 use stairscan::scanner::{Schedule, Settings};
@@ -58,14 +59,17 @@ fn start<'a>(
     session
 }
 
-/// A scan's sentences without checksums and the hash of the settings.
+/// A scan's sentences with 0 for the hash of the settings.
 fn said(sentences: &[String]) -> Vec<String> {
-    let body = |line: &String| {
-        let body = line.rsplit_once('*').unwrap().0;
-        match body.starts_with("$PSTR,SCAN,") {
-            true => body.rsplit_once(',').unwrap().0.to_owned(),
-            false => body.to_owned(),
+    let body = |line: &String| match Sentence::parse(line).unwrap() {
+        Sentence::Scan(head) => {
+            let alike = ScanLine {
+                settings: 0,
+                ..head
+            };
+            Sentence::Scan(alike).write().trim_end().to_owned()
         }
+        _ => line.clone(),
     };
     sentences.iter().map(body).collect()
 }
