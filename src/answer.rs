@@ -1,5 +1,7 @@
 //! The answer of one scan: what stands ahead. What it is worth says [`crate::verdict`].
 
+use crate::estimate::COVERAGE_FACTOR;
+
 /// Most steps of one report.
 pub const MAX_STEPS: usize = 16;
 
@@ -82,7 +84,7 @@ pub struct DropEdge {
 impl DropEdge {
     /// Nearest place of the edge that its standard deviation allows, distance − 3σ, metres from the mirror's centre.
     pub fn nearest_m(&self) -> f32 {
-        self.distance_m - 3.0 * self.distance_sigma_m
+        self.distance_m - COVERAGE_FACTOR * self.distance_sigma_m
     }
 }
 

@@ -7,7 +7,7 @@ pub const RIGHT_M: f32 = 0.03;
 /// Largest expanded uncertainty of a length that counts as measured, metres: design contract of `ok`.
 pub const MOST_UNCERTAIN_M: f32 = 0.08;
 /// Standard deviations of an expanded uncertainty.
-const COVERAGE_FACTOR: f32 = 3.0;
+pub const COVERAGE_FACTOR: f32 = 3.0;
 
 /// Expanded uncertainty U of a reported length of standard deviation `sigma_m`, metres: U = max(3 cm, 3σ).
 pub fn expanded(sigma_m: f32) -> f32 {

@@ -159,6 +159,7 @@ mod tests {
     fn posterior(particles: &[(Staircase, f32)]) -> PosteriorView {
         let told = Told {
             edges: &[],
+            drop: None,
             view: VIEW,
         };
         let mut cloud = Cloud::new();

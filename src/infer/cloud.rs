@@ -1,8 +1,11 @@
 //! Weighted particles, each a staircase, and what they say about an answer.
 
+use crate::answer::DropEdge;
+use crate::estimate::COVERAGE_FACTOR;
 use crate::math;
 use crate::model::prior::ln;
-use crate::model::{MAX_STEPS, RIGHT_M, Sigmas, Staircase, ToldStep, View};
+use crate::model::surfaces::{SLOT_M, SLOTS};
+use crate::model::{GroundKind, MAX_STEPS, RIGHT_M, Sigmas, Staircase, ToldDrop, ToldStep, View};
 use crate::params::posterior as number;
 use heapless::Vec;
 
@@ -23,6 +26,12 @@ const MOST_DOUBT: f32 = 4.0;
 /// Lighter by so many nats than the heaviest is nothing: a thousand of them do not reach
 /// [`LEAST_DOUBT`].
 const NOTHING: f32 = 20.0;
+/// A drop is told from this probability on …
+const LEAST_END: f32 = 0.5;
+/// … that its place is within so many slots on either side.
+const NEAR_SLOTS: usize = 2;
+/// Before three standard deviations the ground ends so rarely.
+const BEFORE_SHARE: f32 = 0.005;
 /// Halvings by which the threshold of resampling is found: to a millionth of the heaviest weight.
 const HALVINGS: usize = 20;
 
@@ -40,6 +49,8 @@ pub struct Particle {
 pub struct Told<'a> {
     /// Its steps.
     pub edges: &'a [ToldStep],
+    /// Where it says that the ground ends.
+    pub drop: Option<ToldDrop>,
     /// What can be seen.
     pub view: View,
 }
@@ -52,6 +63,8 @@ pub struct Cloud {
     conflicts: [f32; CELLS + 1],
     /// Weight by number of steps.
     counts: [f32; MAX_STEPS + 1],
+    /// Weight of ground that ends, by where.
+    ends: [f32; SLOTS],
     heaviest: f32,
     /// Where the next resampling begins, as a share of its threshold.
     begin: f32,
@@ -102,6 +115,7 @@ impl Cloud {
             particles: Vec::new(),
             conflicts: [0.0; CELLS + 1],
             counts: [0.0; MAX_STEPS + 1],
+            ends: [0.0; SLOTS],
             heaviest: f32::NEG_INFINITY,
             begin: HALF,
         }
@@ -112,6 +126,7 @@ impl Cloud {
         self.particles.clear();
         self.conflicts = [0.0; CELLS + 1];
         self.counts = [0.0; MAX_STEPS + 1];
+        self.ends = [0.0; SLOTS];
         self.heaviest = f32::NEG_INFINITY;
         self.begin = HALF;
     }
@@ -131,7 +146,11 @@ impl Cloud {
         }
         if log_weight > self.heaviest {
             let shrink = math::exp(math::max(self.heaviest - log_weight, -NOTHING));
-            let sums = self.conflicts.iter_mut().chain(&mut self.counts);
+            let sums = self
+                .conflicts
+                .iter_mut()
+                .chain(&mut self.counts)
+                .chain(&mut self.ends);
             sums.for_each(|sum| *sum *= shrink);
             self.heaviest = log_weight;
         }
@@ -140,7 +159,7 @@ impl Cloud {
         }
         let weight = math::exp(log_weight - self.heaviest);
         let mut left = weight;
-        for conflict in &staircase.conflicts(told.edges, &told.view, sigmas) {
+        for conflict in &staircase.conflicts(told.edges, told.drop, &told.view, sigmas) {
             if let Some(sum) = self.conflicts.get_mut(cell(conflict.x_m)) {
                 *sum += left * conflict.probability;
             }
@@ -148,6 +167,11 @@ impl Cloud {
         }
         if let Some(sum) = self.conflicts.last_mut() {
             *sum += left;
+        }
+        if let GroundKind::Drop { at_m } = staircase.kind
+            && let Some(sum) = self.ends.get_mut((at_m / SLOT_M) as usize)
+        {
+            *sum += weight;
         }
         let seen = staircase.edges(&told.view).filter(|e| e.seen).count();
         if let Some(sum) = self.counts.get_mut(seen) {
@@ -216,6 +240,48 @@ impl Cloud {
     pub fn counts(&self) -> [f32; MAX_STEPS + 1] {
         let total: f32 = self.counts.iter().sum();
         self.counts.map(|c| c / math::max(total, f32::MIN_POSITIVE))
+    }
+
+    /// Where the ground ends, if it does so in one place more likely than not.
+    #[inline(never)]
+    pub fn end(&self) -> Option<DropEdge> {
+        let around = |k: usize| {
+            let slots = self.ends.iter().enumerate();
+            slots
+                .skip(k.saturating_sub(NEAR_SLOTS))
+                .take(2 * NEAR_SLOTS + 1)
+        };
+        let weight = |k: usize| around(k).map(|(_, w)| *w).sum::<f32>();
+        let places = 0..self.ends.len();
+        let most = places.max_by(|a, b| weight(*a).total_cmp(&weight(*b)))?;
+        let (here, all) = (weight(most), self.conflicts.iter().sum::<f32>());
+        if here < LEAST_END * all || here <= 0.0 {
+            return None;
+        }
+        let middle = |k: usize| (k as f32 + 0.5) * SLOT_M;
+        let mean = |of: &dyn Fn(f32) -> f32| {
+            around(most).map(|(k, w)| w * of(middle(k))).sum::<f32>() / here
+        };
+        let distance_m = mean(&|x| x);
+        let spread_m2 = mean(&|x| (x - distance_m) * (x - distance_m))
+            + SLOT_M * SLOT_M * number::EVEN_VARIANCE;
+        // One-sided: nearer than three of it the ground ends as rarely as the promise allows.
+        let mut before = 0.0;
+        let nearest = self.ends.iter().position(|w| {
+            before += w;
+            before > BEFORE_SHARE * all
+        });
+        let nearest_m = nearest.map_or(distance_m, |k| k as f32 * SLOT_M);
+        let distance_sigma_m = math::max(
+            math::sqrt(spread_m2),
+            (distance_m - nearest_m) / COVERAGE_FACTOR,
+        );
+        Some(DropEdge {
+            distance_m,
+            distance_sigma_m,
+            depth_m: None,
+            probability: math::min(here / all, 1.0),
+        })
     }
 
     /// Log-odds, per cell, of an error there if there is none before.

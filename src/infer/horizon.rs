@@ -9,17 +9,16 @@
 //! survival model, Cox 1972). The product of what is left over the cells is the probability.
 
 use super::cloud::{CELL_M, CELLS, FIRST_END_M, LEAST_DOUBT};
-use super::floor_line::{FloorLine, NEAREST_END_M};
 use super::past::Outlook;
 use super::propose::roles::Role;
 use super::propose::scene::Scene;
 use super::support::Support;
 use super::trace::Cell;
-use crate::answer::Step;
+use crate::answer::{DropEdge, Step};
 use crate::config::Plane;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::math;
-use crate::model::RIGHT_M;
+use crate::model::{RIGHT_M, Surfaces};
 use crate::params::Params;
 use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::params::{counted, fitted};
@@ -56,6 +55,10 @@ const TEN_DB: f32 = 10.0;
 const MOST_DB: f32 = 50.0;
 /// Scores count up to here: e^10 is certain.
 const MOST_NATS: f32 = 10.0;
+/// Half of a cell, metres.
+const HALF_CELL_M: f32 = 0.5 * CELL_M;
+/// No cell before this one shows where the ground ends, metres.
+const NEAREST_END_M: f32 = 0.45;
 /// Errors count up to so many standard deviations within what is right.
 const MOST_SIGMAS: f32 = 4.0;
 /// Mount height of the paper's instrument, metres.
@@ -121,8 +124,10 @@ pub struct Ground<'a> {
     pub geometry: &'a Geometry,
     /// Log-odds of an error per cell by the posterior.
     pub doubts: [f32; CELLS],
-    /// What the ground shows along its line, where there are no steps.
-    pub floor_line: Option<&'a FloorLine>,
+    /// Where the ground ends.
+    pub drop: Option<DropEdge>,
+    /// What the ground shows along its line.
+    pub surfaces: &'a Surfaces,
 }
 
 impl Ground<'_> {
@@ -214,9 +219,8 @@ impl Ground<'_> {
         ]);
         out.put_if(kind == CellKind::Clear, || {
             let floor = self.floor(to);
-            let line = self.floor_line.map(|line| line.cell(number));
-            let line = line.unwrap_or_default();
-            let [gap, later] = line.gap;
+            let ends = |x_m: f32| self.surfaces.drop_at(x_m).clamp(-MOST_NATS, MOST_NATS);
+            let [gap, later] = [to - HALF_CELL_M, to].map(ends);
             let mut columns = self.scene.columns.iter();
             let begins = columns.any(|c| c.begins && c.along_m > from && c.along_m <= to);
             [
@@ -236,7 +240,7 @@ impl Ground<'_> {
                 gap,
                 math::max(gap, 0.0),
                 later,
-                unseen(line.beyond_db),
+                unseen(-ends(to + CELL_M)),
                 f32::from(end_m < NEAREST_END_M),
             ]
         });
@@ -427,8 +431,11 @@ pub fn validity(
     };
     let mut log_right = 0.0;
     let mut valid_to = Validity::NONE;
-    let mut reach = Reach::new(ground.steps);
+    let mut reach = Reach::new(ground.steps, ground.drop);
     for (k, mut cell) in ground.cells().enumerate() {
+        if reach.ends_before(cell.end_m) {
+            break;
+        }
         let odds = weights.log_odds(&cell.features);
         if let Some(outlook) = &mut outlook {
             let step = ground.step_in(cell.end_m - CELL_M, cell.end_m);
@@ -465,14 +472,16 @@ pub fn validity(
 #[derive(Clone, Copy, Debug)]
 pub struct Reach<'a> {
     steps: &'a [Step],
+    /// The nearest place where the ground may end, metres.
+    end_m: f32,
     /// Where the horizon of an `ok` ends at least, metres: no millimetres decide there whether a step counts.
     least_m: f32,
     valid_m: f32,
 }
 
 impl<'a> Reach<'a> {
-    /// Of an answer with these steps, before the first cell.
-    pub fn new(steps: &'a [Step]) -> Self {
+    /// Of an answer with these steps and this drop, before the first cell.
+    pub fn new(steps: &'a [Step], drop: Option<DropEdge>) -> Self {
         let mut least_m = LEAST_HORIZON_M;
         for step in steps {
             if ambiguous(least_m, step) {
@@ -481,9 +490,15 @@ impl<'a> Reach<'a> {
         }
         Self {
             steps,
+            end_m: drop.map_or(f32::INFINITY, |drop| drop.nearest_m()),
             least_m,
             valid_m: 0.0,
         }
+    }
+
+    /// Whether a cell reaches to where the ground may end: there the drop's own standard deviation speaks.
+    pub fn ends_before(&self, end_m: f32) -> bool {
+        end_m > self.end_m
     }
 
     /// The probability from which on an answer is valid up to the end of a cell, metres, where its type is `ok` from
@@ -509,6 +524,9 @@ impl<'a> Reach<'a> {
     /// The horizon, metres: before the first step that is not measured, and clear of the others.
     pub fn horizon_m(&self, p: &Params) -> f32 {
         let mut horizon_m = self.valid_m;
+        if horizon_m + CELL_M > self.end_m {
+            horizon_m = math::max(self.end_m, 0.0);
+        }
         if p.rules.measured_to {
             horizon_m = measured_to(horizon_m, self.steps);
         }

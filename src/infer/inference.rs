@@ -37,7 +37,7 @@ impl Inferred {
         bias_sigma_rad: f32,
     ) {
         posterior.propose(search, past.as_deref());
-        posterior.judge(None, &mut self.belief);
+        posterior.judge(None, None, &mut self.belief);
         let mut told: Option<Staircase> = None;
         for _ in 0..ROUNDS {
             let likeliest = posterior.likeliest(past.as_deref());
@@ -50,7 +50,13 @@ impl Inferred {
             if let Some(staircase) = &told {
                 self.measure(search, posterior, staircase, bias_sigma_rad);
             }
-            posterior.judge(self.measured.as_ref().zip(told.as_ref()), &mut self.belief);
+            let told = self.measured.as_ref().zip(told.as_ref());
+            posterior.judge(told, None, &mut self.belief);
+        }
+        if told.is_none()
+            && let Some(drop) = posterior.cloud.end()
+        {
+            posterior.judge(None, Some(drop), &mut self.belief);
         }
         if self.flight.is_none() {
             self.flight = best.map(|flight| with_rise(search, flight).0);

@@ -7,9 +7,9 @@ use super::past::{History, Weighed};
 use super::propose::ascending::AscentShape;
 use super::propose::stairs::Flight;
 use super::variants::{Base, Variants};
-use crate::answer::{MAX_MAYBES, Maybe};
+use crate::answer::{DropEdge, MAX_MAYBES, Maybe};
 use crate::math;
-use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Staircase, ToldStep};
+use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Staircase, ToldDrop, ToldStep};
 use crate::observer::{Event, Observer};
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -63,6 +63,8 @@ impl Likeliest {
 pub struct Belief {
     /// Log-odds of an error in each cell of the way ahead, all that may stand there considered.
     pub doubts: [f32; CELLS],
+    /// Where the answer says that the ground ends.
+    pub drop: Option<DropEdge>,
     /// What may stand there though the answer does not hold it.
     pub maybes: Vec<Maybe, MAX_MAYBES>,
 }
@@ -72,7 +74,12 @@ impl Posterior {
     /// Asks the particles about an answer, after [`Posterior::propose`], and writes their word into `belief`, so that no
     /// second one stands on the stack.
     #[inline(never)]
-    pub fn judge(&mut self, told: Option<(&Measured, &Staircase)>, belief: &mut Belief) {
+    pub fn judge(
+        &mut self,
+        told: Option<(&Measured, &Staircase)>,
+        drop: Option<DropEdge>,
+        belief: &mut Belief,
+    ) {
         let mut edges: Vec<ToldStep, MAX_STEPS> = Vec::new();
         let mut answer = Staircase::nothing();
         let mut sigmas = [0.0; MAX_STEPS];
@@ -91,6 +98,7 @@ impl Posterior {
         }
         let told = Told {
             edges: &edges,
+            drop: drop.map(|d| ToldDrop::new(d.distance_m, d.distance_sigma_m)),
             view: self.model.view,
         };
         if !answer.is_empty() {
@@ -100,6 +108,7 @@ impl Posterior {
         self.cloud.resample();
         belief.doubts = self.cloud.doubts();
         belief.maybes = maybes(&self.cloud, &told);
+        belief.drop = drop;
     }
 
     /// The likeliest outline by the particles that were judged last and by earlier scans.
@@ -229,7 +238,8 @@ fn maybes(cloud: &Cloud, told: &Told<'_>) -> Vec<Maybe, MAX_MAYBES> {
         };
         for edge in seen.chain(drop) {
             let near = |x_m: f32| (x_m - edge.x_m).abs() <= SAME_M;
-            if told.edges.iter().any(|t| near(t.x_m)) {
+            let covered = told.drop.is_some_and(|t| t.covers(edge.x_m)) && edge.y_m < 0.0;
+            if covered || told.edges.iter().any(|t| near(t.x_m)) {
                 continue;
             }
             let place = sums.iter_mut().find(|m| {

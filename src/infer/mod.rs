@@ -19,7 +19,6 @@
 //! | `nosings` | how far away each nosing stands, and by how much all overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `chart` | the map with what it takes to read it |
-//! | `floor_line` | what the ground shows along its line, and where it is missing |
 //! | `support`, `horizon` | what each step rests on, what is weak about the answer, and how far it is valid |
 //! | [`trace`] | what an observer is told on the way |
 //!
@@ -29,10 +28,8 @@
 // one function they would hold all of it at the same time.
 
 mod bases;
-mod chart;
 mod cloud;
 mod dimensions;
-mod floor_line;
 pub mod gauss;
 mod horizon;
 mod inference;
@@ -53,9 +50,11 @@ use crate::answer::Answer;
 use crate::config::{Config, Plane};
 use crate::estimator::{Estimator, MappedScan};
 use crate::math;
-use crate::model::View;
+use crate::model::chart::Chart;
+use crate::model::surfaces::Recursions;
+use crate::model::{Surfaces, View};
 use crate::motion::{Drive, Retention, Ride, Sweeps};
-use crate::mount::{Floor, online};
+use crate::mount::{Calibration, Floor, online};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
@@ -64,10 +63,8 @@ use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
 use crate::verdict::{Reason, Reasons, Sight, Validity};
 use bases::Posterior;
-use chart::Chart;
 pub use cloud::{CELL_M, CELLS, Cloud, FIRST_END_M, LEAST_DOUBT, PARTICLES, Told};
 use dimensions::Measured;
-use floor_line::FloorLine;
 use horizon::Ground;
 pub use horizon::Reach;
 use inference::Inferred;
@@ -93,7 +90,6 @@ pub struct Likelihood {
     sweeps: Sweeps,
     params: &'static Params,
     posterior: Posterior,
-    floor_line: FloorLine,
     /// Whether the particles have a say.
     particles: bool,
 }
@@ -105,6 +101,7 @@ pub struct Likelihood {
 )]
 enum Phase {
     Rows(Collector),
+    Ground(Recursions),
     Up(Beginnings<ascending::AscentShape>),
     Down(Beginnings<descending::DescentShape>),
 }
@@ -129,7 +126,6 @@ impl Likelihood {
             sweeps: Sweeps::new(),
             params,
             posterior: Posterior::new(&measured::UP),
-            floor_line: FloorLine::new(),
             particles: true,
         }
     }
@@ -205,10 +201,6 @@ impl Estimator for Likelihood {
         observer.event(Event::Noise(noise));
         observer.event(Event::Done(Stage::Echoes));
         let geometry = map.geometry();
-        self.phase = match geometry.plane {
-            Plane::Depth => Phase::Up(Beginnings::new()),
-            Plane::Height => Phase::Down(Beginnings::new()),
-        };
         let floor = match geometry.plane {
             Plane::Height => None,
             Plane::Depth => Some(Floor::of(echoes, geometry.bin_m, p)),
@@ -223,24 +215,44 @@ impl Estimator for Likelihood {
         if let Some(lobes) = lobes {
             observer.event(Event::Lobes(lobes));
         }
-        let worth = match &mut self.phase {
-            Phase::Up(memory) => {
+        let worth = match geometry.plane {
+            Plane::Depth => {
+                let found = online::calibrate(echoes, geometry, p);
+                observer.event(Event::Calibration(found));
+                self.posterior.take(echoes, map);
                 let chart = Chart {
                     map,
                     noise,
-                    bias_rad: 0.0,
-                    height_m: 0.0,
+                    bias_rad: found.bias_rad,
+                    height_m: found.height_m,
                     ride: Ride::of(drive, &config.radar),
+                };
+                let surfaces = &mut self.posterior.model.surfaces;
+                look_along(&chart, &mut self.phase, surfaces);
+                self.phase = Phase::Up(Beginnings::new());
+                let Phase::Up(memory) = &mut self.phase else {
+                    return None;
                 };
                 let posterior = (&mut self.posterior, self.particles);
                 let off = drive.memory == Retention::Off;
                 let past = past.as_deref_mut().filter(|_| !off);
-                let parts = (memory, posterior, past, &mut self.floor_line);
+                let parts = (memory, posterior, past);
                 let firm = floor.is_some_and(|floor| floor.firm(p));
-                ascend(echoes, (chart, firm), p, parts, (observer, answer))
+                ascend(
+                    echoes,
+                    (geometry, found, firm),
+                    p,
+                    parts,
+                    (observer, answer),
+                )
             }
-            Phase::Down(memory) => descend(echoes, geometry, p, memory, (observer, answer)),
-            Phase::Rows(_) => return None,
+            Plane::Height => {
+                self.phase = Phase::Down(Beginnings::new());
+                let Phase::Down(memory) = &mut self.phase else {
+                    return None;
+                };
+                descend(echoes, geometry, p, memory, (observer, answer))
+            }
         };
         observer.event(Event::Done(Stage::Dimensions));
         let astray = worth.astray || !level;
@@ -279,36 +291,36 @@ struct Worth {
     weak: Reasons,
 }
 
+/// Weighs what the ground shows along its line, in the memory that the search takes next.
+#[inline(never)]
+fn look_along(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
+    *phase = Phase::Ground(Recursions::new());
+    if let Phase::Ground(ground) = phase {
+        ground.lines.look(chart);
+        ground.weigh(surfaces);
+    }
+}
+
 /// The best stairs going up, if they explain the echoes better than everything else. Where the floor does not
 /// show that the mounting is as it is said to be (`firm`), their first corner must.
 #[inline(never)]
 fn ascend(
-    echoes: &mut [Echo],
-    (chart, firm): (Chart<'_>, bool),
+    echoes: &[Echo],
+    (geometry, found, firm): (&Geometry, Calibration, bool),
     p: &Params,
-    (memory, (posterior, particles), mut past, floor_line): (
+    (memory, (posterior, particles), mut past): (
         &mut Beginnings<ascending::AscentShape>,
         (&mut Posterior, bool),
         Option<&mut History>,
-        &mut FloorLine,
     ),
     (observer, answer): (&mut dyn Observer, &mut Answer),
 ) -> Worth {
-    let geometry = chart.map.geometry();
-    let found = online::calibrate(echoes, geometry, p);
-    observer.event(Event::Calibration(found));
-    let chart = Chart {
-        bias_rad: found.bias_rad,
-        height_m: found.height_m,
-        ..chart
-    };
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.risers(echoes);
     let scene = &scene;
     let stairs = Ascending::new(scene);
     let mut search = Search::new(&stairs);
     let best = search.best(memory);
-    posterior.take(echoes, chart.map);
     observer.event(Event::Done(Stage::Search));
     let mut inferred = Inferred::default();
     if particles {
@@ -322,11 +334,6 @@ fn ascend(
         let steps = inferred.measured.as_mut();
         past.combine(steps.map_or(&mut [], |m| m.answer.steps.as_mut_slice()));
     }
-    let steps = inferred.measured.as_ref().map(|m| &m.answer.steps);
-    let clear = steps.is_none_or(|steps| steps.is_empty());
-    if clear {
-        floor_line.look(&chart, p);
-    }
     let ended = Ended {
         search: &search,
         best: inferred.flight.as_ref(),
@@ -336,7 +343,7 @@ fn ascend(
         belief: &inferred.belief,
         strained: !found.fits(p),
         firm,
-        floor_line: (clear && p.rules.floor_line).then_some(&*floor_line),
+        surfaces: &posterior.model.surfaces,
     };
     ended.tell(echoes, observer);
     ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
@@ -369,7 +376,7 @@ fn descend(
         belief: &Belief::default(),
         strained: false,
         firm: true,
-        floor_line: None,
+        surfaces: &Surfaces::NOTHING,
     };
     ended.tell(echoes, observer);
     ended.conclude(None, observer, answer)
@@ -389,8 +396,8 @@ struct Ended<'s, S: Stairs> {
     strained: bool,
     /// Whether the floor shows that the mounting is as it is said to be.
     firm: bool,
-    /// What the ground shows along its line, where there are no steps.
-    floor_line: Option<&'s FloorLine>,
+    /// What the ground shows along its line.
+    surfaces: &'s Surfaces,
 }
 
 impl<S: Stairs> Ended<'_, S> {
@@ -446,7 +453,8 @@ impl<S: Stairs> Ended<'_, S> {
             open: self.best.is_some_and(|b| S::open(b.shape)),
             geometry: self.geometry,
             doubts: self.belief.doubts,
-            floor_line: self.floor_line,
+            surfaces: self.surfaces,
+            drop: self.belief.drop,
         };
         let valid = horizon::validity(&ground, outlook, &mut |cell| {
             if observer.listens() {
@@ -454,6 +462,7 @@ impl<S: Stairs> Ended<'_, S> {
             }
         });
         answer.maybes.clone_from(&self.belief.maybes);
+        answer.drop = self.belief.drop;
         Worth {
             valid,
             astray,

@@ -7,6 +7,7 @@
 use super::cloud::{Cloud, Told};
 use crate::math;
 use crate::model::prior::{GOES_ON, LANDING, going, ln, prior};
+use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::model::{BEHIND_M, EchoSums, GroundKind, MAX_STEPS, Model, Sigmas, Staircase};
 use crate::params::current;
 use crate::params::posterior as number;
@@ -272,7 +273,12 @@ impl Variants<'_> {
                     + wall
             }
         };
-        (new, base.log_weight + part - old)
+        let line = if n == 0 && more.sums.is_some() {
+            model.surfaces.of(&new)
+        } else {
+            0.0
+        };
+        (new, base.log_weight + part + line - old)
     }
 
     /// One rise higher or lower than the others, the rest moved along or not.
@@ -304,19 +310,22 @@ impl Variants<'_> {
 
     /// The ground ends.
     #[inline(never)]
-    fn drops(&mut self, base: &Base, spots: &Spots) {
-        let model = self.model;
+    fn drops(&mut self, base: &Base) {
+        let (model, s) = (self.model, &base.staircase);
         let (before, behind) = (
             model.sums(&Staircase::drop(f32::INFINITY), 0),
             model.sums(&Staircase::drop(f32::NEG_INFINITY), 0),
         );
         let at = |sums: &EchoSums, k| sums.get(k).copied().unwrap_or(0.0);
-        for &(x, dx) in spots {
+        let (first, end) = (FIRST_DROP_M / SLOT_M, s.wall_m / SLOT_M);
+        for k in first as usize..SLOTS.min(end as usize) {
+            let x = (k as f32 + 0.5) * SLOT_M;
             let brink = Staircase::drop(x);
             let first = model.first_beyond(x);
             let part = at(&before, 0) - at(&before, first) + at(&behind, first)
-                - model.expected(&brink, 0);
-            let weight = ln(DROP_ODDS * dx / number::FLOOR_WAY_M) + part - base.part(0, 1);
+                - model.expected(&brink, 0)
+                + model.surfaces.of(&brink);
+            let weight = ln(DROP_ODDS * SLOT_M / number::FLOOR_WAY_M) + part - base.part(0, 1);
             self.put(&brink, base.log_weight + weight, &[PLACED_M; MAX_STEPS]);
         }
     }
@@ -346,7 +355,7 @@ impl Variants<'_> {
             }
         }
         if rules.drops {
-            self.drops(base, &spots);
+            self.drops(base);
         }
     }
 }
@@ -378,8 +387,10 @@ const ODD_M: [f32; 2] = [-0.03, 0.03];
 const NEAR_M: f32 = 0.10;
 /// Of the way, an echo stands for less than this, metres; the places between are farther apart.
 const ECHO_M: f32 = 0.02;
+/// Nearer than this no scan shows that the ground ends, metres.
+const FIRST_DROP_M: f32 = 0.3;
 /// The ground ends somewhere ahead so often, beside level ground.
-const DROP_ODDS: f32 = 0.1;
+const DROP_ODDS: f32 = 0.3;
 /// What may stand alone on the floor: height, metres, how often where an echo shows it and where none
 /// does, and what that is called. Boxes and thresholds that show nothing change nothing; steps that show
 /// nothing look alike, low ones and high ones.

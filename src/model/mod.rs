@@ -9,11 +9,14 @@
 //!
 //! Nothing here searches or chooses: [`crate::infer`] does, and is not known here.
 
+pub mod chart;
 mod feature;
+pub mod lines;
 mod places;
 mod points;
 pub(crate) mod prior;
 mod staircase;
+pub mod surfaces;
 
 #[cfg(test)]
 pub(crate) mod tests;
@@ -24,5 +27,6 @@ pub use points::{
     level_density, logistic, tailed,
 };
 pub use staircase::{
-    Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldStep, View,
+    Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldDrop, ToldStep, View,
 };
+pub use surfaces::Surfaces;

@@ -15,6 +15,7 @@
 use super::feature::{Class, FeaturePlace, before};
 use super::prior::ln;
 use super::staircase::{GroundKind, Staircase, View};
+use super::surfaces::Surfaces;
 use crate::math;
 use crate::params::current;
 use crate::params::generative::{EXTENDED, Extended, Generative, POINTS, Point};
@@ -102,6 +103,8 @@ pub struct Seen {
 pub struct Model<'p> {
     /// The echoes in order of their distance.
     pub echoes: Vec<Seen, MAX_SEEN>,
+    /// What the ground shows along its line.
+    pub surfaces: Surfaces,
     /// What can be seen.
     pub view: View,
     /// Mirror above the ground, metres.
@@ -170,6 +173,7 @@ impl<'p> Model<'p> {
     pub const fn empty(g: &'p Generative) -> Self {
         Self {
             echoes: Vec::new(),
+            surfaces: Surfaces::NOTHING,
             view: View::NOTHING,
             height_m: 0.0,
             q: 0.0,
@@ -689,7 +693,7 @@ impl<'p> Model<'p> {
 
     /// Log-likelihood of riser `k` with the tread before it.
     pub fn step(&self, s: &Staircase, k: usize) -> f32 {
-        self.tread(s, k) + self.riser(s, k)
+        self.tread(s, k) + self.riser(s, k) + if k == 0 { self.surfaces.of(s) } else { 0.0 }
     }
 
     /// Log-likelihood of the whole.

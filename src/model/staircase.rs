@@ -1,5 +1,6 @@
 //! A staircase as a hypothesis: where its risers stand and how high their tops are.
 
+use crate::estimate::COVERAGE_FACTOR;
 pub use crate::estimate::RIGHT_M;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::math;
@@ -144,6 +145,28 @@ impl ToldStep {
             x_within_m: within(sigmas_m.0),
             y_within_m: within(sigmas_m.1),
         }
+    }
+}
+
+/// Where an answer says that the ground ends.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ToldDrop {
+    /// Horizontal distance, metres.
+    pub x_m: f32,
+    /// So far off a drop is still the one that is told, metres.
+    pub within_m: f32,
+}
+
+impl ToldDrop {
+    /// From a distance, metres, and its standard deviation.
+    pub fn new(x_m: f32, sigma_m: f32) -> Self {
+        let within_m = math::max(SAME_M, COVERAGE_FACTOR * sigma_m);
+        Self { x_m, within_m }
+    }
+
+    /// Whether it covers one at a distance, metres.
+    pub fn covers(&self, x_m: f32) -> bool {
+        (self.x_m - x_m).abs() <= self.within_m
     }
 }
 
@@ -301,9 +324,15 @@ impl Staircase {
     }
 
     /// Where this, if it is true with levels known to `sigmas`, makes an answer wrong: steps that are
-    /// missing, made up, or off by more than their expanded uncertainty.
+    /// missing, made up, or off by more than their expanded uncertainty, and a drop that is missing or made up.
     #[inline(never)]
-    pub fn conflicts(&self, told: &[ToldStep], view: &View, sigmas: &Sigmas) -> Conflicts {
+    pub fn conflicts(
+        &self,
+        told: &[ToldStep],
+        drop: Option<ToldDrop>,
+        view: &View,
+        sigmas: &Sigmas,
+    ) -> Conflicts {
         let mut conflicts = Conflicts::new();
         let mut used = [false; MAX_STEPS];
         let mut push = |x_m, probability| {
@@ -336,8 +365,15 @@ impl Staircase {
                 push(t.x_m, 1.0);
             }
         }
-        if let GroundKind::Drop { at_m } = self.kind {
-            push(at_m, 1.0);
+        let real = match self.kind {
+            GroundKind::Drop { at_m } => Some(at_m),
+            _ => None,
+        };
+        match (real, drop) {
+            (Some(at_m), Some(told)) if told.covers(at_m) => {}
+            (Some(at_m), told) => push(told.map_or(at_m, |told| math::min(told.x_m, at_m)), 1.0),
+            (None, Some(told)) => push(told.x_m, 1.0),
+            (None, None) => {}
         }
         crate::sort::shell_sort(&mut conflicts, |a, b| a.x_m < b.x_m);
         conflicts

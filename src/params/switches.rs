@@ -75,8 +75,6 @@ switches! {
     masks in "heights";
     /// Places of nosings by the two upright lines of nosing and riser.
     nosing_lines in "places";
-    /// The floor's power along its line tells of gaps.
-    floor_line in "horizon";
     /// No horizon ends next to a step.
     clear_of_steps in "horizon";
     /// No horizon reaches a step whose expanded uncertainty is larger than 8 cm.

@@ -125,20 +125,6 @@ params! {
         /// In the scan of a chair that drives farther than this lobes are narrower.
         beam_still_m = 0.01, "m", Derived, "a range bin";
     }
-    "floor: where it is missing" {
-        /// By how much the floor's power falls over 10 cm of the way.
-        floor_fall_db = 3.0, "dB", Hand, "median on tuning seeds 20000 to 20499: 5.7 dB over 20 cm";
-        /// Standard deviation of what it then shows …
-        floor_spread_db = 4.0, "dB", Hand;
-        /// … and by how much it grows with each cell farther on.
-        floor_spread_more_db = 1.0, "dB", Hand;
-        /// Standard deviation of the power of 10 cm without floor.
-        gap_sigma_db = 0.6, "dB", Derived, "some 40 independent cells of the map: 16 %";
-        /// Density of powers that neither explains.
-        gap_outlier_share = 0.002, "1/dB", Hand;
-        /// A gap is no likelier, and no less likely, than by so much.
-        gap_nats = 8.0, "nats", Hand;
-    }
     "scene: places of echoes" {
         /// Height error of an echo whatever its range.
         height_sigma_m = 0.010, "m", Hand, "edge and face melt into one lobe";

@@ -13,7 +13,7 @@ pub mod sequences;
 mod table;
 
 use anyhow::Result;
-use stairscan::answer::Step;
+use stairscan::answer::{DropEdge, Step};
 use stairscan::config::Plane;
 use stairscan::infer::trace::Cell;
 use stairscan::infer::{Likelihood, Reach};
@@ -57,6 +57,8 @@ pub struct Lesson {
     pub reach_m: f32,
     /// Its steps.
     pub steps: Vec<Step>,
+    /// Where it says that the ground ends.
+    pub drop: Option<DropEdge>,
     /// The answer as it is reported, and what is true.
     pub judged: (Answer, Truth),
 }
@@ -148,8 +150,9 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
             cells: listener.cells,
             stairs: !answer.steps.is_empty(),
             wrong,
-            reach_m: reach_m(outcome.reasons()),
+            reach_m: reach_m(outcome.reasons(), outcome.answer.drop),
             steps: outcome.answer.steps.to_vec(),
+            drop: outcome.answer.drop,
             judged: (answer, truth),
         })
     })
@@ -167,11 +170,12 @@ fn may_be_ok(reasons: Reasons) -> bool {
 }
 
 /// How far the horizon of an `ok` must reach, metres: farther than any where something else keeps the answer from it.
-fn reach_m(reasons: Reasons) -> f32 {
+fn reach_m(reasons: Reasons, drop: Option<DropEdge>) -> f32 {
     if !may_be_ok(reasons) {
         return f32::INFINITY;
     }
-    OK_REACH_M
+    let edge = drop.map(|drop| drop.nearest_m()).filter(|edge| *edge > 0.0);
+    edge.map_or(OK_REACH_M, |edge| edge.min(OK_REACH_M))
 }
 
 /// An outcome as it is reported.
@@ -249,8 +253,10 @@ const MORE_TESTED: usize = 200;
 struct Course<'a> {
     /// How far the horizon of an `ok` must reach, metres.
     reach_m: f32,
-    /// Its steps.
+    /// Its steps …
     steps: &'a [Step],
+    /// … and its drop.
+    drop: Option<DropEdge>,
     /// Of each cell: where it ends, metres, and the probability that the answer is right up to there.
     cells: Vec<(f32, f32)>,
     /// The answer as it is reported, and what is true.
@@ -260,7 +266,7 @@ struct Course<'a> {
 impl Course<'_> {
     /// The horizon with a threshold, metres; `None` if the answer is not `ok`.
     fn horizon_m(&self, ok_from: f32) -> Option<f32> {
-        let mut reach = Reach::new(self.steps);
+        let mut reach = Reach::new(self.steps, self.drop);
         for &(end_m, right) in &self.cells {
             reach.take(end_m, right, ok_from);
         }
@@ -338,6 +344,7 @@ fn course<'a>(lesson: &'a Lesson, weights: &Weights) -> Course<'a> {
     Course {
         reach_m: lesson.reach_m,
         steps: &lesson.steps,
+        drop: lesson.drop,
         cells: rights(cells, |log_right| {
             weights.probability(log_right, lesson.stairs)
         }),
@@ -370,7 +377,7 @@ mod tests {
         let hints = Reasons::NONE
             .with(Reason::CloseRival)
             .with(Reason::ShortHorizon);
-        assert!(reach_m(Reasons::NONE) < 1.0 && reach_m(hints) < 1.0);
+        assert!(reach_m(Reasons::NONE, None) < 1.0 && reach_m(hints, None) < 1.0);
         let words = [
             Reason::InferredStep,
             Reason::WeakEchoes,
@@ -379,7 +386,7 @@ mod tests {
             Reason::SceneChanged,
         ];
         for word in words {
-            assert!(reach_m(hints.with(word)) < 1.0, "{}", word.as_str());
+            assert!(reach_m(hints.with(word), None) < 1.0, "{}", word.as_str());
         }
         for doubt in [
             Reason::Unconfirmed,
@@ -387,7 +394,11 @@ mod tests {
             Reason::Mount,
             Reason::MotionInput,
         ] {
-            assert!(reach_m(hints.with(doubt)) > 100.0, "{}", doubt.as_str());
+            assert!(
+                reach_m(hints.with(doubt), None) > 100.0,
+                "{}",
+                doubt.as_str()
+            );
         }
     }
 }

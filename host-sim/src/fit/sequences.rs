@@ -5,7 +5,7 @@ use crate::fit::portable::Portable as _;
 use std::fmt::Write as _;
 
 use anyhow::Result;
-use stairscan::answer::Step;
+use stairscan::answer::{DropEdge, Step};
 use stairscan::estimator::{Estimator, MappedScan};
 use stairscan::infer::Likelihood;
 use stairscan::infer::past::History;
@@ -39,6 +39,7 @@ pub struct Lesson {
     /// How far its horizon must reach for an `ok`, metres; infinite where nothing makes one of it.
     reach_m: f32,
     steps: Vec<Step>,
+    drop: Option<DropEdge>,
     judged: (Answer, Truth),
 }
 
@@ -177,8 +178,9 @@ pub fn taught(recording: &Recording) -> Result<Taught> {
                 name: format!("{} scan {}", recording.name, scan + 1),
                 wrong: first_wrong(&answer, truth, &listener.cells),
                 stairs: !answer.steps.is_empty(),
-                reach_m: reach_m(outcome.reasons()),
+                reach_m: reach_m(outcome.reasons(), outcome.answer.drop),
                 steps: outcome.answer.steps.to_vec(),
+                drop: outcome.answer.drop,
                 judged: (answer, truth.clone()),
                 cells,
             }),
@@ -345,6 +347,7 @@ fn course<'a>(lesson: &'a Lesson, table: &Carried) -> Course<'a> {
     Course {
         reach_m: lesson.reach_m,
         steps: &lesson.steps,
+        drop: lesson.drop,
         cells: rights(cells, |log_right| {
             probability(&table.maps, log_right, lesson.stairs)
         }),
@@ -416,6 +419,7 @@ mod tests {
             wrong: wrong.then_some(5),
             reach_m,
             steps: Vec::new(),
+            drop: None,
             judged: (answer_of("scan", &Outcome::silent()).unwrap(), truth),
         }
     }

@@ -20,6 +20,7 @@ fn cloud(particles: &[(usize, f32)]) -> Cloud {
     let mut cloud = Cloud::new();
     let told = Told {
         edges: &[],
+        drop: None,
         view: VIEW,
     };
     for (name, &(n, log_weight)) in particles.iter().enumerate() {
@@ -127,6 +128,7 @@ fn steps_that_cannot_be_seen_are_not_counted() {
     let mut cloud = Cloud::new();
     let told = Told {
         edges: &[],
+        drop: None,
         view: VIEW,
     };
     // The first hides the second.
@@ -140,6 +142,7 @@ fn an_emptied_cloud_is_as_new() {
     cloud.clear();
     let told = Told {
         edges: &[],
+        drop: None,
         view: VIEW,
     };
     cloud.add(&named(3, 0), -100.0, &SURE, &told);
@@ -155,6 +158,7 @@ fn doubts_are_the_share_of_what_goes_wrong_there_first() {
     let edges = told(&[(0.75, 0.16)]);
     let told = Told {
         edges: &edges,
+        drop: None,
         view: VIEW,
     };
     let mut cloud = Cloud::new();
@@ -190,6 +194,7 @@ fn an_error_that_is_only_likely_is_shared_between_its_cell_and_what_follows() {
     let edges = told(&[(0.75, 0.16)]);
     let told = Told {
         edges: &edges,
+        drop: None,
         view: VIEW,
     };
     let mut cloud = Cloud::new();

@@ -307,15 +307,16 @@ fn an_answer_does_not_vouch_for_a_kerb_that_shows_only_its_corner() {
         let floor = (0..10).map(|k| (0.4 + 0.1 * k as f32, 0.0, 15.0));
         let mut points: Vec<_> = floor.filter(|p| p.0 < x - 0.05).collect();
         let floor = answer(&points);
-        assert!(
-            floor.answer.maybes.is_empty(),
-            "the floor alone, up to {x} m"
-        );
+        // It does end there: something may be behind that, and nothing before.
+        let behind = |m: &Maybe| m.distance_m > x - 0.2;
+        assert!(floor.answer.steps.is_empty());
+        assert!(floor.answer.maybes.iter().all(behind), "{floor:?}");
         points.push((x, 0.0, 36.0));
         let kerb = answer(&points);
         assert!(kerb.answer.steps.is_empty(), "{kerb:?}");
         assert!(kerb.horizon_m().is_some_and(|end| end < x), "{kerb:?}");
         let told = |m: &Maybe| (m.distance_m - x).abs() < 0.03;
-        assert!(kerb.answer.maybes.iter().all(told), "{kerb:?}");
+        let mut maybes = kerb.answer.maybes.iter();
+        assert!(maybes.all(|m| told(m) || behind(m)), "{kerb:?}");
     }
 }

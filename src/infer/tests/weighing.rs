@@ -166,6 +166,7 @@ fn variants_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
         let mut cloud = Cloud::new();
         let told = Told {
             edges: &[],
+            drop: None,
             view: VIEW,
         };
         let base = Base::new(&model, start, [0.01; MAX_STEPS]);
@@ -189,6 +190,7 @@ fn a_rise_that_is_odd_is_proposed() {
     let mut cloud = Cloud::new();
     let told = Told {
         edges: &[],
+        drop: None,
         view: VIEW,
     };
     let base = Base::new(&model, regular(3, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
@@ -214,6 +216,7 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     let model = model(&echoes, &geometry);
     let told = Told {
         edges: &[],
+        drop: None,
         view: VIEW,
     };
     let mut cloud = Cloud::new();
@@ -333,7 +336,7 @@ proptest! {
         }
         let mut cloud = Cloud::new();
         let edges = told(&[(0.8, 0.16)]);
-        let told = Told { edges: &edges, view: VIEW };
+        let told = Told { edges: &edges, drop: None, view: VIEW };
         Variants { model: &model, told: &told, cloud: &mut cloud }
             .around(&Base::new(&model, found, sigmas));
         cloud.resample();

@@ -9,7 +9,7 @@ const SURE: [f32; MAX_STEPS] = [0.0; MAX_STEPS];
 
 fn conflicts(s: &Staircase, answer: &[(f32, f32)], sigma_m: f32) -> Vec<Conflict> {
     let sigmas = [sigma_m; MAX_STEPS];
-    s.conflicts(&told(answer), &VIEW, &sigmas)
+    s.conflicts(&told(answer), None, &VIEW, &sigmas)
         .into_iter()
         .collect()
 }
@@ -205,7 +205,7 @@ fn the_expanded_uncertainty_is_the_difference() {
     for (sigma_m, within_m) in [(0.005, 0.03), (0.015, 0.045), (0.05, 0.08)] {
         let wrong = |(off_x_m, off_y_m): (f32, f32), sigmas_m| {
             let told = ToldStep::new((1.0 + off_x_m, 0.16 + off_y_m), sigmas_m);
-            s.conflicts(&[told], &VIEW, &SURE)[0].probability > 0.5
+            s.conflicts(&[told], None, &VIEW, &SURE)[0].probability > 0.5
         };
         for (off_m, so) in [(within_m - 0.002, false), (within_m + 0.002, true)] {
             assert_eq!(wrong((off_m, 0.0), (sigma_m, 0.0)), so, "{sigma_m}");
@@ -238,7 +238,7 @@ fn a_level_that_is_not_known_is_wrong_with_a_probability() {
     let two = regular(2, 0.7, 0.3, 0.16);
     let mut sigmas = SURE;
     sigmas[1] = 0.03;
-    let all = two.conflicts(&told(&[(0.7, 0.16), (1.0, 0.32)]), &VIEW, &sigmas);
+    let all = two.conflicts(&told(&[(0.7, 0.16), (1.0, 0.32)]), None, &VIEW, &sigmas);
     assert!(all[0].probability < 1e-6 && all[1].probability > 0.2);
 }
 

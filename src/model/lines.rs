@@ -1,0 +1,511 @@
+//! Power along lines: what a range cell shows of a surface that lies at a level.
+//!
+//! All rows that look at one place of a surface share its speckle, so that the power of a range cell, summed over the rows
+//! with the two-way beam's weight, says whether a surface lies at a level there even where no single cell stands out. With
+//! t that mean over the noise, n the independent rows that it is worth, and S the surface's mean power over the noise, which
+//! speckle makes exponential,
+//!
+//! ```text
+//! E t = 1 + a S,   var t = (1 + 2 b S) / n + (a S)²,   p(t | S) = Gamma(t; both),   p(t | nothing) = Gamma(t; 1, 1/n)
+//! ln p(t | S) - ln p(t | nothing) = c(S) + d(S) t + e(S) ln t
+//! ```
+//!
+//! What a cell's strongest row leaks into its other rows counts as noise: side lobes everywhere, and the beam's flank near it.
+
+use super::chart::Chart;
+use crate::math;
+use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
+
+/// Depths below the ground at which lower ground is looked for, metres: from what is a drop to a wheelchair to a step.
+pub const DEPTHS_M: [f32; 4] = [0.05, 0.08, 0.12, 0.17];
+/// The ground may lie so far off, metres: joints, slopes, what is left of the mounting's error.
+const OFF_M: f32 = 0.01;
+/// From cell to cell, metres, or a bin if that is longer: nearer ones share a window's main lobe.
+const CELL_M: f32 = 0.0235;
+/// Most range cells that are looked at.
+pub const CELLS: usize = 64;
+/// Nothing of the ground nearer than this is seen, metres from the mirror.
+const NEAREST_M: f32 = 0.36;
+/// Range up to which the ground is looked at, metres.
+const FARTHEST_M: f32 = 2.0;
+/// Rows up to so many standard deviations of the two-way beam off the line see the surface …
+const REACH: f32 = 2.5;
+/// … with weights (1 - t²)² that add up to so many rows for each of the reach …
+const WEIGHTS: f32 = 16.0 / 15.0;
+/// … are worth so many independent ones of it, (Σw)² / Σw² …
+const WORTH: f32 = 1.4;
+/// … and show so much of S in the mean, Σwg / Σw for the two-way beam g …
+const SHOWN: f32 = 0.709;
+/// … and in the variance of each row, Σw²g / Σw².
+const SHOWN_IN_VARIANCE: f32 = 0.792;
+/// So much of the weights must have arrived.
+const LEAST_SHARE: f32 = 0.5;
+/// Share of a cell's strongest row that side lobes spread over all others.
+const SIDE_LOBES: f32 = 0.02;
+/// The strongest row is looked for among every fourth: a beam is many rows wide.
+const STRIDE: usize = 4;
+/// A strongest row below this is noise: ln 70, and as much again.
+const FAINT: f32 = 8.0;
+/// The strongest row is the surface itself up to so many standard deviations of the beam off its line.
+const ITSELF: f32 = 1.0;
+/// A Gaussian beam seen through one like it: exp(-d²/4) at d standard deviations.
+const FLANK: f32 = 0.25;
+/// Steeper than this no scan looks: the square of the angle's cosine.
+const STEEPEST: f32 = 0.1;
+/// Powers S that have terms: the first one, dB, their distance, and their number.
+const FIRST_DB: f32 = -20.0;
+/// See [`FIRST_DB`].
+const STEP_DB: f32 = 2.0;
+/// See [`FIRST_DB`].
+const POWERS: usize = 20;
+/// One cell says at most so many nats: neighbouring cells share a window's main lobe, and the beam's shape is not known
+/// better.
+const MOST_NATS: f32 = 12.0;
+
+/// ln p(t | S) - ln p(t | nothing) of one S.
+#[derive(Clone, Copy, Debug)]
+struct Term {
+    constant: f32,
+    per_t: f32,
+    per_ln_t: f32,
+    /// A lower t says no more against the surface, nor its logarithm.
+    least: (f32, f32),
+}
+
+impl Term {
+    const ZERO: Self = Self {
+        constant: 0.0,
+        per_t: 0.0,
+        per_ln_t: 0.0,
+        least: (1.0, 0.0),
+    };
+
+    /// Of a surface of power `s` that is seen in rows worth `n` independent ones.
+    fn new(s: f32, n: f32) -> Self {
+        let mean = 1.0 + SHOWN * s;
+        let var = (1.0 + 2.0 * SHOWN_IN_VARIANCE * s) / n + SHOWN * s * SHOWN * s;
+        let (shape, scale) = (mean * mean / var, var / mean);
+        let least_t = (n - shape) / (n - 1.0 / scale);
+        Self {
+            constant: math::ln_gamma(n)
+                - n * math::ln(n)
+                - math::ln_gamma(shape)
+                - shape * math::ln(scale),
+            per_t: n - 1.0 / scale,
+            per_ln_t: shape - n,
+            least: (least_t, math::ln(least_t)),
+        }
+    }
+}
+
+/// What a cell shows along one line.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Power {
+    /// Quarters of a decibel of t over [`Power::LEAST_DB`]; 0 where it is not seen.
+    t: u8,
+    /// Quarters of a decibel by which leaks raise the noise.
+    leaks: u8,
+}
+
+impl Power {
+    /// Quarters of a decibel.
+    const PER_DB: f32 = 4.0;
+    /// Weaker than this is dark, dB.
+    const LEAST_DB: f32 = -12.0;
+    /// ln 10 / 10.
+    const NATS_PER_DB: f32 = core::f32::consts::LN_10 / 10.0;
+
+    /// Of power t over the noise that leaks have raised by a ratio.
+    fn new(t: f32, leaks: f32) -> Self {
+        let db = |ratio: f32| math::DB_PER_OCTAVE * math::log2(math::max(ratio, f32::MIN_POSITIVE));
+        // `as` saturates.
+        Self {
+            t: math::max(math::round((db(t) - Self::LEAST_DB) * Self::PER_DB), 1.0) as u8,
+            leaks: math::round(db(leaks) * Self::PER_DB) as u8,
+        }
+    }
+
+    /// What it shows.
+    pub fn shown(self) -> Shown {
+        let t_db = Self::LEAST_DB + f32::from(self.t) * (1.0 / Self::PER_DB);
+        let ln_t = t_db * Self::NATS_PER_DB;
+        Shown {
+            t: if self.t == 0 { 0.0 } else { math::exp(ln_t) },
+            ln_t,
+            leaks_db: f32::from(self.leaks) * (1.0 / Self::PER_DB),
+        }
+    }
+}
+
+/// The same in floating point.
+#[derive(Clone, Copy, Debug)]
+pub struct Shown {
+    /// Power over the noise; 0 where it is not seen.
+    t: f32,
+    ln_t: f32,
+    leaks_db: f32,
+}
+
+/// A range cell.
+#[derive(Clone, Copy, Debug)]
+pub struct RangeCell {
+    /// Along the ground, a little below it and above it: the strongest of the three.
+    pub ground: Power,
+    /// Along lower ground.
+    pub lower: [Power; DEPTHS_M.len()],
+}
+
+/// What the cells along the way ahead show, the nearest first.
+#[derive(Clone, Debug)]
+pub struct Lines {
+    cells: heapless::Vec<RangeCell, CELLS>,
+    terms: [Term; POWERS],
+    /// Range of the first cell, metres.
+    pub first_m: f32,
+    /// From cell to cell, metres.
+    pub step_m: f32,
+    /// Mirror above the ground, metres.
+    pub height_m: f32,
+}
+
+impl Default for Lines {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Lines {
+    /// Of no map.
+    pub const fn new() -> Self {
+        Self {
+            cells: heapless::Vec::new(),
+            terms: [Term::ZERO; POWERS],
+            first_m: 0.0,
+            step_m: 1.0,
+            height_m: 0.0,
+        }
+    }
+
+    /// Looks along the ground in front of the chair, and below it.
+    #[inline(never)]
+    pub fn look(&mut self, chart: &Chart<'_>) {
+        let geometry = chart.map.geometry();
+        let gaze = Gaze::new(chart);
+        for (k, term) in self.terms.iter_mut().enumerate() {
+            let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
+            *term = Term::new(s, WORTH * REACH * gaze.sigma_rows);
+        }
+        self.cells.clear();
+        self.height_m = gaze.height_m;
+        // `as` saturates.
+        let bins = (math::round(CELL_M / geometry.bin_m) as usize).max(1);
+        self.step_m = geometry.bin_m * bins as f32;
+        let nearest_m = math::hypot(NEAREST_M, self.height_m);
+        for bin in (0..chart.map.bins()).step_by(bins) {
+            let range_m = geometry.range_m(bin as f32);
+            if range_m < nearest_m {
+                continue;
+            }
+            if self.cells.is_empty() {
+                self.first_m = range_m;
+            }
+            if range_m > FARTHEST_M || self.cells.push(gaze.cell(bin, range_m)).is_err() {
+                break;
+            }
+        }
+    }
+
+    /// The cells.
+    pub fn cells(&self) -> &[RangeCell] {
+        &self.cells
+    }
+
+    /// Range of cell `b`, metres.
+    pub fn range_m(&self, b: usize) -> f32 {
+        self.first_m + self.step_m * b as f32
+    }
+
+    /// Where a range lies on the ground, metres.
+    pub fn x_m(&self, range_m: f32) -> f32 {
+        let squared = range_m * range_m - self.height_m * self.height_m;
+        math::sqrt(math::max(squared, 0.0))
+    }
+
+    /// The cell at a range, metres; the end of all if it is farther.
+    pub fn at(&self, range_m: f32) -> usize {
+        // `as` saturates.
+        let b = math::round((range_m - self.first_m) / self.step_m) as usize;
+        b.min(self.cells.len())
+    }
+
+    /// How much likelier what a line shows is with a surface of power `s_db` there than without, as a ratio to the power
+    /// of `own`, the share of it that neighbouring cells do not say, too.
+    #[inline]
+    pub fn ratio(&self, shown: Shown, s_db: f32, own: f32) -> f32 {
+        let place = (s_db - shown.leaks_db - FIRST_DB) * (1.0 / STEP_DB) + 0.5;
+        // What is not seen says nothing, and a surface so dark shows nothing.
+        if shown.t <= 0.0 || place < 0.0 {
+            return 1.0;
+        }
+        // `as` saturates.
+        let Some(term) = self.terms.get((place as usize).min(POWERS - 1)) else {
+            return 1.0;
+        };
+        let (least_t, least_ln_t) = term.least;
+        let nats = term.constant
+            + term.per_t * math::max(shown.t, least_t)
+            + term.per_ln_t * math::max(shown.ln_t, least_ln_t);
+        math::exp(own * math::min(nats, MOST_NATS))
+    }
+}
+
+/// A map as it is looked at along lines.
+struct Gaze<'c> {
+    chart: &'c Chart<'c>,
+    height_m: f32,
+    first_rad: f32,
+    step_rad: f32,
+    sigma_rows: f32,
+}
+
+impl<'c> Gaze<'c> {
+    fn new(chart: &'c Chart<'c>) -> Self {
+        let geometry = chart.map.geometry();
+        let step_rad = math::max(geometry.step_rad, f32::MIN_POSITIVE);
+        Self {
+            chart,
+            height_m: geometry.mount_height_m - chart.height_m,
+            first_rad: chart.map.angle_rad(0) - chart.bias_rad,
+            step_rad,
+            sigma_rows: chart.sigma_rad() / step_rad,
+        }
+    }
+
+    /// What a range cell shows.
+    #[inline(never)]
+    fn cell(&self, bin: usize, range_m: f32) -> RangeCell {
+        // Where the chair drives, what stands at this range now was seen in another bin.
+        let seen = self.place(range_m, 0.0).map_or(bin, |(bin, _)| bin);
+        let (row, strongest) = self.strongest(seen);
+        let leaks = 1.0 + SIDE_LOBES * strongest;
+        let rival = if strongest > FAINT {
+            self.along(seen, row).unwrap_or(0.0)
+        } else {
+            0.0
+        };
+        let line = |y_m: f32| {
+            let Some((bin, middle)) = self.place(range_m, y_m) else {
+                return Power::default();
+            };
+            let Some(t) = self.along(bin, middle) else {
+                return Power::default();
+            };
+            let off = (middle - row) / self.sigma_rows;
+            let flank = if rival > t && off.abs() > ITSELF {
+                math::max(rival / leaks - 1.0, 0.0) * math::exp(-FLANK * off * off)
+            } else {
+                0.0
+            };
+            let leaks = leaks * (1.0 + flank);
+            Power::new(t / leaks, leaks)
+        };
+        let ground = [-OFF_M, 0.0, OFF_M].map(line);
+        let [below, level, above] = ground;
+        let brighter = |a: Power, b: Power| if b.t > a.t { b } else { a };
+        RangeCell {
+            ground: brighter(level, brighter(below, above)),
+            lower: DEPTHS_M.map(|depth_m| line(-depth_m)),
+        }
+    }
+
+    /// Bin and row in which the line at a level is seen at a range from where the chair stands now.
+    fn place(&self, range_m: f32, y_m: f32) -> Option<(usize, f32)> {
+        let geometry = self.chart.map.geometry();
+        let down_m = self.height_m - y_m;
+        let squared = range_m * range_m - down_m * down_m;
+        if squared < STEEPEST * range_m * range_m {
+            return None;
+        }
+        let x_m = math::sqrt(squared);
+        let row_of = |x_m: f32| (math::atan2(down_m, x_m) - self.first_rad) / self.step_rad;
+        // Where the chair was and how it pitched while it looked there.
+        let (x_m, row) = self.chart.ride.map_or((x_m, row_of(x_m)), |ride| {
+            let at = ride.at(row_of(x_m));
+            let x_m = x_m + ride.end().travel_m - at.travel_m;
+            (x_m, row_of(x_m) + at.pitch_rad / self.step_rad)
+        });
+        let bin = (math::hypot(x_m, down_m) - geometry.first_range_m) / geometry.bin_m;
+        // `as` saturates, and beyond the last bin nothing has arrived.
+        Some((math::round(bin) as usize, row))
+    }
+
+    /// The strongest row of a bin, and its power over the noise.
+    fn strongest(&self, bin: usize) -> (f32, f32) {
+        let cells = self.chart.column(bin, STRIDE);
+        let (row, level) = cells.fold(
+            (0, 0),
+            |best, cell| if cell.1 > best.1 { cell } else { best },
+        );
+        (row as f32, self.chart.over_noise(linear(level)))
+    }
+
+    /// Power over the noise of a bin around row `middle`, weighted like the two-way beam.
+    #[inline(never)]
+    fn along(&self, bin: usize, middle: f32) -> Option<f32> {
+        let reach = REACH * self.sigma_rows;
+        let per_reach = 1.0 / math::max(reach, f32::MIN_POSITIVE);
+        let (mut power, mut weight) = (0.0, 0.0);
+        // `as` saturates.
+        let first = math::ceil(middle - reach) as usize;
+        let end = math::ceil(middle + reach) as usize;
+        let (map, mut t) = (self.chart.map, (first as f32 - middle) * per_reach);
+        let bins = map.bins();
+        if bin >= bins {
+            return None;
+        }
+        let rows = first..end.min(map.rows());
+        let cells = map.from(first, bin).unwrap_or(&[]);
+        for &level in cells.iter().step_by(bins).take(rows.len()) {
+            let w = (1.0 - t * t) * (1.0 - t * t);
+            t += per_reach;
+            // A row that was lost is all 0, which noise is not.
+            if level > 0 {
+                power += w * linear(level);
+                weight += w;
+            }
+        }
+        (weight > LEAST_SHARE * WEIGHTS * reach).then(|| self.chart.over_noise(power / weight))
+    }
+}
+
+impl Chart<'_> {
+    /// The cells of a bin, every `stride` rows: row and level.
+    fn column(&self, bin: usize, stride: usize) -> impl Iterator<Item = (usize, u8)> {
+        let bins = self.map.bins();
+        let cells = self.map.from(0, bin).filter(|_| bin < bins);
+        let cells = cells.unwrap_or(&[]).iter();
+        let rows = (0..self.map.rows()).step_by(stride.max(1));
+        rows.zip(cells.step_by((stride * bins).max(1)).copied())
+    }
+
+    /// Power over the noise, of power as [`linear`] counts it.
+    fn over_noise(&self, power: f32) -> f32 {
+        power * math::exp2(-self.noise / f32::from(UNITS_PER_OCTAVE))
+    }
+}
+
+/// Power of a cell, that of level 0 being 1.
+fn linear(level: u8) -> f32 {
+    POWERS_OF_LEVELS
+        .get(usize::from(level))
+        .copied()
+        .unwrap_or(0.0)
+}
+
+/// See [`linear`].
+static POWERS_OF_LEVELS: [f32; 256] = {
+    const OCTAVE: usize = UNITS_PER_OCTAVE as usize;
+    let mut powers = [0.0; 256];
+    let mut level = 0;
+    while level < powers.len() {
+        let fraction = EIGHTHS[level % OCTAVE] as f32 / EIGHTHS[0] as f32;
+        powers[level] = fraction * (1_u32 << (level / OCTAVE)) as f32;
+        level += 1;
+    }
+    powers
+};
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_are_eighths_of_octaves() {
+        assert!(
+            (crate::signal::grid::DB_PER_UNIT * f32::from(UNITS_PER_OCTAVE) - math::DB_PER_OCTAVE)
+                .abs()
+                < 1e-4
+        );
+        for level in 0..=u8::MAX {
+            let exact = (f64::from(level) / 8.0).exp2();
+            let off = (f64::from(linear(level)) / exact - 1.0).abs();
+            assert!(off < 1e-7, "{level}: {off}");
+        }
+    }
+
+    /// Rows of the paper's instrument that are worth independent ones.
+    const ROWS: f32 = WORTH * REACH * 6.0;
+
+    fn nats(term: Term, t: f32) -> f32 {
+        let (least_t, least_ln_t) = term.least;
+        term.constant + term.per_t * t.max(least_t) + term.per_ln_t * t.ln().max(least_ln_t)
+    }
+
+    #[test]
+    fn what_is_stronger_speaks_for_a_surface_and_noise_against_it() {
+        for s_db in [-3.0, 3.0, 9.0] {
+            let s = math::power_ratio(s_db);
+            let term = Term::new(s, ROWS);
+            let told = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
+            assert!(told.is_sorted(), "{s_db}: {told:?}");
+            assert!(nats(term, 1.0) < 0.0, "{s_db}");
+            assert!(nats(term, 1.0 + s) > 0.0, "{s_db}");
+        }
+    }
+
+    #[test]
+    fn a_term_is_the_ratio_of_two_densities() {
+        // Over all t, p(t | nothing) times the ratio is a density again, but for the part below `least`.
+        for s_db in [-6.0, 0.0, 6.0] {
+            let term = Term::new(math::power_ratio(s_db), ROWS);
+            let n = f64::from(ROWS);
+            let ln_gamma = f64::from(math::ln_gamma(ROWS));
+            let step = 0.005;
+            let sum: f64 = (1..8000)
+                .map(|k| {
+                    let t = step * f64::from(k);
+                    let nothing = n * n.ln() - ln_gamma + (n - 1.0) * t.ln() - n * t;
+                    let ratio = f64::from(term.constant)
+                        + f64::from(term.per_t) * t
+                        + f64::from(term.per_ln_t) * t.ln();
+                    step * (nothing + ratio).exp()
+                })
+                .sum();
+            assert!((sum - 1.0).abs() < 0.02, "{s_db}: {sum}");
+        }
+    }
+
+    #[test]
+    fn weights_are_worth_what_their_constants_say() {
+        let steps = 20_000;
+        let mean = |f: &dyn Fn(f64) -> f64| -> f64 {
+            let all = (0..steps).map(|k| f((f64::from(k) + 0.5) / f64::from(steps)));
+            all.sum::<f64>() / f64::from(steps)
+        };
+        let w = |t: f64| (1.0 - t * t).powi(2);
+        let beam = |t: f64| (-0.5 * (t * f64::from(REACH)).powi(2)).exp();
+        let (sum, squares) = (mean(&w), mean(&|t| w(t) * w(t)));
+        let close = |a: f64, b: f32| (a - f64::from(b)).abs() < 1e-3;
+        assert!(close(2.0 * sum, WEIGHTS));
+        assert!(close(2.0 * sum * sum / squares, WORTH));
+        assert!(close(mean(&|t| w(t) * beam(t)) / sum, SHOWN));
+        assert!(close(
+            mean(&|t| w(t) * w(t) * beam(t)) / squares,
+            SHOWN_IN_VARIANCE
+        ));
+    }
+
+    #[test]
+    fn powers_keep_a_quarter_of_a_decibel() {
+        for t in [0.1_f32, 0.7, 1.0, 3.0, 40.0] {
+            let shown = Power::new(t, 2.0).shown();
+            let off_db = 10.0 * (shown.t / t).log10();
+            assert!(
+                off_db.abs() < 0.13 && (shown.leaks_db - 3.0).abs() < 0.13,
+                "{t}: {off_db}"
+            );
+            assert!((shown.ln_t - shown.t.ln()).abs() < 1e-5);
+        }
+        assert!(Power::default().shown().t <= 0.0);
+    }
+}

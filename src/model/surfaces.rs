@@ -1,0 +1,600 @@
+//! The ground as a surface: how likely what its line shows is if it goes on, ends, or something stands on it.
+//!
+//! S, the ground's power over the noise, falls with the range as (h - y)²/r⁵ times its reflectivity: a hidden state that
+//! walks along the ground and now and then jumps. With E the likelihood ratio of each cell by state, the forward recursion
+//! gives F(b), the ground up to cell b; backward recursions give what a surface from there on is worth. Against ground that
+//! goes on up to the end of the range, each in nats:
+//!
+//! | what | log-likelihood |
+//! |---|---|
+//! | drop at b | F(b) + behind the edge: lower ground, from the end of the edge's shadow on; or nothing, what lies low, ground again |
+//! | riser at b | F(b) + whatever the ground's line shows around it; what stands above it is for the echoes to say |
+//! | threshold at b | the same + ground again |
+
+use super::lines::{CELLS, DEPTHS_M, Lines, Power};
+use super::staircase::{GroundKind, Staircase};
+use crate::math;
+
+/// Places of the way ahead that are told apart …
+pub const SLOTS: usize = 48;
+/// … each so long, metres, the first one from the mirror on.
+pub const SLOT_M: f32 = 0.05;
+/// Fewer cells say nothing.
+const LEAST_CELLS: usize = 10;
+/// Reflectivities that are told apart.
+const STATES: usize = 12;
+/// S of the first one at 0.7 m, dB …
+const FIRST_DB: f32 = -16.0;
+/// … and from one to the next, dB.
+const STATE_DB: f32 = 4.0;
+/// See [`FIRST_DB`], metres.
+const REFERENCE_M: f32 = 0.7;
+/// Neighbouring cells share a window's main lobe: so much of what each says is its own.
+const OWN: f32 = 1.0;
+/// From cell to cell the reflectivity goes to a neighbouring state so often …
+const WALKS: f32 = 0.05;
+/// … and to any other: the ground is of another material.
+const JUMPS: f32 = 0.006;
+/// A cell has so often nothing to do with the state: joints, patches.
+const ODD: f32 = 0.03;
+/// Powers over which what lies low is spread evenly, dB: the first is 0, and their distance.
+const ANY_DB: f32 = 6.0;
+/// See [`ANY_DB`].
+const ANY_POWERS: usize = 5;
+/// Of the cells around a riser so many show nothing; the others any power.
+const DARK_AT_RISER: f32 = 0.4;
+/// The ground's line shows a riser so many cells before its place …
+const BEFORE: usize = 3;
+/// … and behind it: double bounces.
+const BEHIND: usize = 1;
+/// A riser may show up to so many half slots behind its place.
+const SHOWS_BEHIND: usize = 3;
+/// So many slots behind its beginning a ramp has left the line of the ground.
+const LEAVES: usize = 8;
+/// Behind an edge what lies low begins so often in each cell …
+const LIES_LOW: f32 = 0.006;
+/// … ends so often …
+const LOW_ENDS: f32 = 0.2;
+/// … and the ground comes again.
+const AGAIN: f32 = 0.004;
+/// A hole is no shorter than this, metres: a wheel crosses it.
+const HOLE_M: f32 = 0.2;
+/// Behind an edge lower ground shows so often, at any depth.
+const LOWER: f32 = 0.5;
+/// A cell shows ground that ends so far before it, metres of range: half the main lobe of the window.
+const SPREAD_M: f32 = 0.02;
+/// S falls as (h - y)²/r⁵.
+const RANGE_POWER: f32 = 5.0;
+/// No less of a height or a range counts, metres.
+const LEAST_HEIGHT_M: f32 = 0.03;
+/// See [`LEAST_HEIGHT_M`].
+const LEAST_RANGE_M: f32 = 0.3;
+
+/// Log-likelihoods against ground that goes on, nats.
+#[derive(Clone, Debug)]
+pub struct Surfaces {
+    drop: [f32; SLOTS],
+    rise: [f32; SLOTS],
+    bump: [f32; SLOTS],
+}
+
+impl Surfaces {
+    /// Of no map: whatever stands there is as likely as ground that goes on.
+    pub const NOTHING: Self = Self {
+        drop: [0.0; SLOTS],
+        rise: [0.0; SLOTS],
+        bump: [0.0; SLOTS],
+    };
+
+    /// Of a hypothesis: what its nearest riser, wall or end leaves of the ground.
+    #[inline(never)]
+    pub fn of(&self, s: &Staircase) -> f32 {
+        match s.kind {
+            GroundKind::Nothing => self.rise_at(s.wall_m),
+            GroundKind::Ramp { from_m, .. } => {
+                let places = (0..LEAVES).map(|k| self.rise_at(from_m + SLOT_M * k as f32));
+                places.fold(0.0, math::max)
+            }
+            GroundKind::Drop { at_m } => self.drop_at(at_m),
+            GroundKind::Threshold => self.bump_at(s.x(0)),
+            // Between the treads the ground may still be seen.
+            _ if s.open => math::max(self.rise_at(s.x(0)), self.bump_at(s.x(0))),
+            _ => self.rise_at(s.x(0)),
+        }
+    }
+
+    /// That the ground ends at a distance, metres.
+    pub fn drop_at(&self, x_m: f32) -> f32 {
+        between(&self.drop, x_m)
+    }
+
+    /// That something stands on it from a distance on, metres.
+    pub fn rise_at(&self, x_m: f32) -> f32 {
+        most(&self.rise, x_m)
+    }
+
+    /// That something lies on it at a distance, metres, and it goes on behind.
+    pub fn bump_at(&self, x_m: f32) -> f32 {
+        most(&self.bump, x_m)
+    }
+}
+
+/// The value at a place, metres, between the middles of slots.
+fn between(slots: &[f32; SLOTS], x_m: f32) -> f32 {
+    let place = math::min(math::max(x_m / SLOT_M - 0.5, 0.0), (SLOTS - 1) as f32);
+    let k = place as usize;
+    let share = place - k as f32;
+    let here = value(slots, k);
+    here + share * (slots.get(k + 1).copied().unwrap_or(here) - here)
+}
+
+/// The most of a place, metres, and what is just behind it.
+fn most(slots: &[f32; SLOTS], x_m: f32) -> f32 {
+    let places = (0..=SHOWS_BEHIND).map(|k| between(slots, x_m + 0.5 * SLOT_M * k as f32));
+    places.fold(f32::NEG_INFINITY, math::max)
+}
+
+/// A number of an array.
+fn value(of: &[f32], k: usize) -> f32 {
+    of.get(k).copied().unwrap_or(0.0)
+}
+
+/// Sets a number of an array.
+fn set(of: &mut [f32], k: usize, value: f32) {
+    if let Some(place) = of.get_mut(k) {
+        *place = value;
+    }
+}
+
+/// ln(e^a + e^b).
+#[inline(never)]
+fn either(a: f32, b: f32) -> f32 {
+    math::max(a, b) + math::ln(1.0 + math::exp(-(a - b).abs()))
+}
+
+/// By reflectivity.
+type State = [f32; STATES];
+
+/// Before anything is known.
+const EVEN: State = [1.0 / STATES as f32; STATES];
+
+/// The state one cell on.
+fn walk(state: &mut State) {
+    let jumps = JUMPS / STATES as f32 * state.iter().sum::<f32>();
+    let old = *state;
+    let [first, .., last] = old;
+    let before = core::iter::once(&first).chain(&old);
+    let after = old.iter().skip(1).chain(core::iter::once(&last));
+    for ((new, before), after) in state.iter_mut().zip(before).zip(after) {
+        let walked = *new + 0.5 * WALKS * (before + after - 2.0 * *new);
+        *new = (1.0 - JUMPS) * walked + jumps;
+    }
+}
+
+/// Takes a cell in: returns the logarithm of its likelihood, and leaves a state of sum 1.
+fn weigh(state: &mut State, e: &State) -> f32 {
+    state.iter_mut().zip(e).for_each(|(v, e)| *v *= e);
+    let sum = math::max(state.iter().sum(), f32::MIN_POSITIVE);
+    let per = 1.0 / sum;
+    state.iter_mut().for_each(|v| *v *= per);
+    math::ln(sum)
+}
+
+/// By cell.
+type ByCell = [f32; CELLS + 1];
+
+/// Working memory.
+#[derive(Debug)]
+pub struct Recursions {
+    /// What the map shows.
+    pub lines: Lines,
+    /// The ground up to each cell.
+    ground: ByCell,
+    /// What shows around a riser, summed up to each cell.
+    around: ByCell,
+    /// A surface from each cell on.
+    surface: ByCell,
+    /// What is behind an edge, from each cell on; then what is behind an edge in each cell.
+    behind: ByCell,
+    drop: ByCell,
+}
+
+impl Default for Recursions {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Recursions {
+    /// Without a map.
+    pub const fn new() -> Self {
+        Self {
+            lines: Lines::new(),
+            ground: [0.0; CELLS + 1],
+            around: [0.0; CELLS + 1],
+            surface: [0.0; CELLS + 1],
+            behind: [0.0; CELLS + 1],
+            drop: [0.0; CELLS + 1],
+        }
+    }
+
+    /// Weighs what may be with the ground.
+    #[inline(never)]
+    pub fn weigh(&mut self, out: &mut Surfaces) {
+        *out = Surfaces::NOTHING;
+        if self.lines.cells().len() < LEAST_CELLS {
+            return;
+        }
+        let level = self.forward();
+        self.backward(0.0, |lines, b| lines.cells().get(b).map(|c| c.ground));
+        self.behind();
+        self.risers(level, out);
+        self.lower();
+        self.drops(level, out);
+    }
+
+    /// The ground up to each cell, and what shows around a riser. Returns the whole ground.
+    #[inline(never)]
+    fn forward(&mut self) -> f32 {
+        let (mut state, mut sum, mut around) = (EVEN, 0.0, 0.0);
+        for b in 0..self.lines.cells().len() {
+            let power = self
+                .lines
+                .cells()
+                .get(b)
+                .map_or(Power::default(), |c| c.ground);
+            sum += weigh(&mut state, &self.likelihood(b, 0.0, power));
+            walk(&mut state);
+            around += math::ln(DARK_AT_RISER + (1.0 - DARK_AT_RISER) * self.any(&[power]));
+            set(&mut self.ground, b + 1, sum);
+            set(&mut self.around, b + 1, around);
+        }
+        sum
+    }
+
+    /// A surface at a level from each cell on.
+    #[inline(never)]
+    fn backward(&mut self, y_m: f32, power: impl Fn(&Lines, usize) -> Option<Power>) {
+        let n = self.lines.cells().len();
+        let (mut state, mut sum) = (EVEN, 0.0);
+        set(&mut self.surface, n, 0.0);
+        for b in (0..n).rev() {
+            let power = power(&self.lines, b).unwrap_or_default();
+            sum += weigh(&mut state, &self.likelihood(b, y_m, power));
+            walk(&mut state);
+            set(&mut self.surface, b, sum);
+        }
+    }
+
+    /// Behind an edge and its shadow: nothing, what lies low, or the ground again.
+    #[inline(never)]
+    fn behind(&mut self) {
+        const STAYS: f32 = math::ln(1.0 - LIES_LOW - AGAIN);
+        const BEGINS: f32 = math::ln(LIES_LOW);
+        const ENDS: f32 = math::ln(LOW_ENDS);
+        const GOES_ON: f32 = math::ln(1.0 - LOW_ENDS - AGAIN);
+        const COMES: f32 = math::ln(AGAIN);
+        let n = self.lines.cells().len();
+        let (mut dark, mut low) = (0.0, 0.0);
+        set(&mut self.behind, n, 0.0);
+        for (b, cell) in self.lines.cells().iter().enumerate().rev() {
+            let lies = math::ln(self.any(&cell.lower)) + low;
+            let again = COMES + value(&self.surface, b);
+            let next = either(either(STAYS + dark, BEGINS + lies), again);
+            low = either(either(ENDS + dark, GOES_ON + lies), again);
+            dark = next;
+            set(&mut self.behind, b, dark);
+        }
+    }
+
+    /// Whatever stands on the ground, and what lies on it.
+    #[inline(never)]
+    fn risers(&self, level: f32, out: &mut Surfaces) {
+        let n = self.lines.cells().len();
+        let (mut rise, mut bump) = (Slots::new(&mut out.rise), Slots::new(&mut out.bump));
+        for b in 0..n {
+            let x_m = self.lines.x_m(self.lines.range_m(b));
+            let from = b.saturating_sub(BEFORE);
+            let (to, again) = ((b + BEHIND).min(n), (b + BEHIND + BEFORE).min(n));
+            let around = |to: usize| value(&self.around, to) - value(&self.around, from);
+            let before = value(&self.ground, from) - level;
+            rise.add(x_m, before + around(to));
+            bump.add(x_m, before + around(again) + value(&self.surface, again));
+        }
+        rise.finish();
+        bump.finish();
+    }
+
+    /// What is behind an edge in each cell.
+    #[inline(never)]
+    fn lower(&mut self) {
+        const HIDDEN: f32 = math::ln(1.0 - LOWER);
+        const EACH: f32 = math::ln(LOWER / DEPTHS_M.len() as f32);
+        let n = self.lines.cells().len();
+        let h = self.lines.height_m;
+        for b in 0..n {
+            let x_m = self.lines.x_m(self.lines.range_m(b));
+            let again = self.lines.at(math::hypot(x_m + HOLE_M, h));
+            let hidden = HIDDEN + value(&self.behind, again);
+            set(&mut self.drop, b, hidden);
+        }
+        for (k, depth_m) in DEPTHS_M.into_iter().enumerate() {
+            self.backward(-depth_m, |lines, b| {
+                lines.cells().get(b)?.lower.get(k).copied()
+            });
+            for b in 0..n {
+                let shadow = self.lines.at(self.lines.range_m(b) * (h + depth_m) / h);
+                let lower = EACH + value(&self.surface, shadow);
+                let sum = either(value(&self.drop, b), lower);
+                set(&mut self.drop, b, sum);
+            }
+        }
+    }
+
+    /// Ground that ends.
+    #[inline(never)]
+    fn drops(&self, level: f32, out: &mut Surfaces) {
+        let mut drop = Slots::new(&mut out.drop);
+        for b in 0..self.lines.cells().len() {
+            let x_m = self.lines.x_m(self.lines.range_m(b) - SPREAD_M);
+            drop.add(x_m, value(&self.ground, b) + value(&self.drop, b) - level);
+        }
+        drop.finish();
+    }
+
+    /// Likelihood ratio by state of a surface at a level that shows `power` in cell `b`.
+    #[inline(never)]
+    fn likelihood(&self, b: usize, y_m: f32, power: Power) -> State {
+        let octaves = |h_m: f32, r_m: f32| {
+            2.0 * math::log2(math::max(h_m, LEAST_HEIGHT_M))
+                - RANGE_POWER * math::log2(math::max(r_m, LEAST_RANGE_M))
+        };
+        let h_m = self.lines.height_m;
+        let fall = octaves(h_m - y_m, self.lines.range_m(b)) - octaves(h_m, REFERENCE_M);
+        let mut db = FIRST_DB + math::DB_PER_OCTAVE * fall;
+        let shown = power.shown();
+        let mut e = [1.0; STATES];
+        for e in &mut e {
+            *e = self.lines.ratio(shown, db, OWN);
+            db += STATE_DB;
+        }
+        let odd = ODD / STATES as f32 * e.iter().sum::<f32>();
+        e.iter_mut().for_each(|e| *e = (1.0 - ODD) * *e + odd);
+        e
+    }
+
+    /// Likelihood ratio of a surface of any power along any of some lines.
+    #[inline(never)]
+    fn any(&self, powers: &[Power]) -> f32 {
+        let mut sum = 0.0;
+        for power in powers {
+            let shown = power.shown();
+            for k in 0..ANY_POWERS {
+                sum += self.lines.ratio(shown, ANY_DB * k as f32, OWN);
+            }
+        }
+        sum / (ANY_POWERS * powers.len()) as f32
+    }
+}
+
+/// Slots of the way being filled, the nearest cell first.
+struct Slots<'a> {
+    values: &'a mut [f32; SLOTS],
+    first: Option<(usize, f32)>,
+    last: Option<usize>,
+}
+
+impl<'a> Slots<'a> {
+    fn new(values: &'a mut [f32; SLOTS]) -> Self {
+        Self {
+            values,
+            first: None,
+            last: None,
+        }
+    }
+
+    /// A slot is as likely as the likeliest of its cells.
+    fn add(&mut self, x_m: f32, value: f32) {
+        // `as` saturates.
+        let slot = (x_m / SLOT_M) as usize;
+        self.first.get_or_insert((slot, value));
+        let Some(place) = self.values.get_mut(slot) else {
+            return;
+        };
+        *place = if self.last == Some(slot) {
+            math::max(*place, value)
+        } else {
+            value
+        };
+        self.last = Some(slot);
+    }
+
+    /// Nearer than all cells everything is as likely as in the first one; beyond them, as ground that goes on.
+    fn finish(self) {
+        let (first, value) = self.first.unwrap_or_default();
+        self.values.iter_mut().take(first).for_each(|v| *v = value);
+        if let Some(last) = self.last.and_then(|last| self.values.get_mut(last)) {
+            // Not all of it was looked at.
+            *last = 0.0;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::config::Config;
+    use crate::model::chart::Chart;
+    use crate::motion::{Drive, Input, Ride, RowPose, Track};
+    use crate::signal::echoes::tests::{map, scene};
+    use crate::signal::grid::PolarMap;
+
+    const NOISE: f32 = 80.0;
+
+    /// Ground of places 1 cm apart from 0.25 m to `end_m`, but for those in `hole`, that is `db` over the noise at 0.5 m
+    /// and fades by 2 dB every 10 cm; then the same at `depth_m` from `again_m` on.
+    fn ground(
+        end_m: f32,
+        hole: core::ops::Range<f32>,
+        db: f64,
+        lower: Option<(f32, f32)>,
+    ) -> std::boxed::Box<PolarMap> {
+        let places = |from_m: f32| (0..240).map(move |k| from_m + 0.01 * k as f32);
+        let shown = places(0.25)
+            .filter(|x| *x < end_m && !hole.contains(x))
+            .map(|x| (x, 0.0));
+        let lower = lower
+            .into_iter()
+            .flat_map(|(again_m, depth_m)| places(again_m).map(move |x| (x, -depth_m)));
+        let points: std::vec::Vec<_> = shown
+            .chain(lower)
+            .map(|(x, y)| (x, y, db - 20.0 * (f64::from(x) - 0.5)))
+            .collect();
+        scene(&Config::default(), &points)
+    }
+
+    fn chart(map: &PolarMap) -> Chart<'_> {
+        Chart {
+            map,
+            noise: NOISE,
+            bias_rad: 0.0,
+            height_m: 0.0,
+            ride: None,
+        }
+    }
+
+    fn weighed(chart: &Chart<'_>) -> Surfaces {
+        let mut surfaces = Surfaces::NOTHING;
+        let mut recursions = std::boxed::Box::new(Recursions::new());
+        recursions.lines.look(chart);
+        recursions.weigh(&mut surfaces);
+        surfaces
+    }
+
+    /// The likeliest place of a drop, metres, and by how much it is likelier than ground that goes on, nats.
+    fn end(surfaces: &Surfaces) -> (f32, f32) {
+        let places = (0..SLOTS).map(|k| (k as f32 + 0.5) * SLOT_M);
+        let nats = places.map(|x| (x, surfaces.drop_at(x)));
+        nats.max_by(|a, b| a.1.total_cmp(&b.1)).unwrap()
+    }
+
+    #[test]
+    fn ground_that_goes_on_does_not_end_where_it_is_seen() {
+        let surfaces = weighed(&chart(&ground(2.5, 0.0..0.0, 15.0, None)));
+        for x_m in [0.4, 0.6, 0.8, 1.0] {
+            let told = (surfaces.drop_at(x_m), surfaces.rise_at(x_m));
+            assert!(told.0 < -5.0 && told.1 < -5.0, "{x_m}: {told:?}");
+        }
+    }
+
+    #[test]
+    fn where_the_ground_ends_is_a_drop() {
+        for end_m in [0.62, 0.81, 0.97] {
+            let surfaces = weighed(&chart(&ground(end_m, 0.0..0.0, 15.0, None)));
+            let (x_m, nats) = end(&surfaces);
+            assert!(
+                (x_m - end_m).abs() < 0.06 && nats > 2.0,
+                "{end_m}: {x_m} {nats}"
+            );
+            assert!(surfaces.drop_at(end_m - 0.2) < nats - 5.0);
+        }
+    }
+
+    #[test]
+    fn lower_ground_behind_it_speaks_for_a_drop_and_ground_again_for_a_hole_or_a_dark_patch() {
+        let of = |hole, lower| weighed(&chart(&ground(2.5, hole, 15.0, lower)));
+        let (_, alone) = end(&of(0.8..3.0, None));
+        let (x_m, lower) = end(&of(0.8..3.0, Some((1.1, 0.11))));
+        assert!(
+            (x_m - 0.8).abs() < 0.06 && lower > alone,
+            "{x_m} {lower} {alone}"
+        );
+        let hole = of(0.8..1.1, None);
+        let (before, at, behind) = (hole.drop_at(0.6), hole.drop_at(0.8), hole.drop_at(1.0));
+        assert!(
+            at > -4.0 && at > before + 5.0 && at > behind - 2.0,
+            "{before} {at} {behind}"
+        );
+    }
+
+    #[test]
+    fn something_that_stands_on_the_ground_is_no_drop() {
+        let places = (0..75).map(|k| (0.25 + 0.01 * k as f32, 0.0));
+        let face = (0..20).map(|k| (1.0, 0.01 * k as f32));
+        let ground = places.map(|(x, y)| (x, y, 15.0 - 20.0 * (f64::from(x) - 0.5)));
+        let points: std::vec::Vec<_> = ground.chain(face.map(|(x, y)| (x, y, 20.0))).collect();
+        let surfaces = weighed(&chart(&scene(&Config::default(), &points)));
+        let riser = surfaces.rise_at(1.0);
+        assert!(
+            riser > 3.0 && riser > surfaces.drop_at(1.0),
+            "{riser} {:?}",
+            end(&surfaces)
+        );
+        assert!(riser > surfaces.rise_at(0.7) + 5.0);
+    }
+
+    #[test]
+    fn where_nothing_is_seen_nothing_is_told() {
+        let surfaces = weighed(&chart(&scene(&Config::default(), &[])));
+        // Half of the reflectivities would show: so much it costs that none does.
+        let (x_m, nats) = end(&surfaces);
+        assert!(x_m < 0.5 && nats < 5.0, "{x_m} {nats}");
+        assert!(surfaces.drop_at(1.0) < 2.0);
+        assert!(surfaces.of(&Staircase::nothing()).abs() < 1e-6);
+    }
+
+    #[test]
+    fn rows_that_are_lost_or_full_of_one_level_do_no_harm() {
+        let mut blank = PolarMap::new();
+        blank.begin(&Config::default()).unwrap();
+        let full = map(&Config::default(), |_, _| u8::MAX);
+        let empty = map(&Config::default(), |_, _| 0);
+        let finite = |surfaces: &Surfaces| {
+            let all = surfaces
+                .drop
+                .iter()
+                .chain(&surfaces.rise)
+                .chain(&surfaces.bump);
+            all.copied().all(f32::is_finite)
+        };
+        for map in [&blank, &*full, &*empty] {
+            assert!(finite(&weighed(&chart(map))));
+        }
+        for (bias_rad, height_m) in [(f32::NAN, 0.0), (9.0, 0.0), (0.0, f32::NAN), (-9.0, 5.0)] {
+            let chart = Chart {
+                bias_rad,
+                height_m,
+                ..chart(&full)
+            };
+            assert!(finite(&weighed(&chart)), "{bias_rad} {height_m}");
+        }
+    }
+
+    #[test]
+    fn a_chair_that_drove_on_is_nearer_to_the_end() {
+        let map = ground(1.15, 0.0..0.0, 15.0, None);
+        let mut track = Track::new();
+        track.begin(map.rows() as u16);
+        for row in 0..map.rows() as u16 {
+            let place = RowPose {
+                time_s: 0.005 * f32::from(row),
+                // All of the way is made behind the row that looks at the end of the ground.
+                travel_m: if row < 220 { 0.0 } else { 0.2 },
+                pitch_rad: 0.0,
+            };
+            track.add(row, place);
+        }
+        let config = Config::default();
+        let drive = Drive {
+            input: Input::Good,
+            track: Some(&track),
+            ..Drive::STANDING
+        };
+        let ride = Ride::of(&drive, &config.radar);
+        let (x_m, nats) = end(&weighed(&Chart {
+            ride,
+            ..chart(&map)
+        }));
+        assert!((x_m - 0.95).abs() < 0.06 && nats > 2.0, "{x_m} {nats}");
+    }
+}
