@@ -492,7 +492,7 @@ impl<'a> Reach<'a> {
             steps,
             end_m: drop.map_or(f32::INFINITY, |drop| drop.nearest_m()),
             least_m,
-            valid_m: 0.0,
+            valid_m: f32::NEG_INFINITY,
         }
     }
 
@@ -516,17 +516,17 @@ impl<'a> Reach<'a> {
     pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
         let valid = right >= self.asked(end_m, ok_from);
         if valid {
-            self.valid_m = math::max(end_m, 0.0);
+            self.valid_m = end_m;
         }
         valid
     }
 
     /// The horizon, metres: before the first step that is not measured, and clear of the others.
     pub fn horizon_m(&self, p: &Params) -> f32 {
-        let mut horizon_m = self.valid_m;
-        if horizon_m + CELL_M > self.end_m {
-            horizon_m = math::max(self.end_m, 0.0);
-        }
+        // Of the cell in which the ground may end the drop's own standard deviation speaks, if all before it is valid.
+        let to_the_end = self.valid_m + CELL_M > self.end_m - ROUNDING_M;
+        let valid_m = if to_the_end { self.end_m } else { self.valid_m };
+        let mut horizon_m = math::max(valid_m, 0.0);
         if p.rules.measured_to {
             horizon_m = measured_to(horizon_m, self.steps);
         }
@@ -561,4 +561,41 @@ fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
         }
     }
     math::max(clear_m, 0.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The horizon where each cell is valid up to `valid_m` and none beyond, and the ground ends at `at_m`.
+    fn horizon_m(valid_m: f32, at_m: f32) -> f32 {
+        let drop = DropEdge {
+            distance_m: at_m,
+            ..DropEdge::default()
+        };
+        let mut reach = Reach::new(&[], Some(drop));
+        for k in 0..CELLS {
+            let end_m = FIRST_END_M + CELL_M * k as f32;
+            if reach.ends_before(end_m) {
+                break;
+            }
+            reach.take(end_m, if end_m < valid_m { 1.0 } else { 0.0 }, 0.99);
+        }
+        reach.horizon_m(&Params::DEFAULT)
+    }
+
+    #[test]
+    fn a_horizon_ends_at_a_drop_if_all_before_it_is_valid() {
+        for at_m in [0.05, 0.42, 0.63, 0.98] {
+            assert!((horizon_m(9.0, at_m) - at_m).abs() < 1e-3, "{at_m}");
+        }
+    }
+
+    #[test]
+    fn a_drop_makes_nothing_valid_before_it() {
+        assert!((horizon_m(0.45, 0.98) - 0.4).abs() < 1e-3);
+        for at_m in [0.05, 0.09, 0.63] {
+            assert!(horizon_m(-9.0, at_m) < 1e-6, "{at_m}");
+        }
+    }
 }
