@@ -33,9 +33,14 @@ impl Scan {
         let Some(scan) = ended.head.filter(short) else {
             return true;
         };
+        let drops = if scan.drops == ended.drops {
+            String::new()
+        } else {
+            format!(" and {} of {} drops", ended.drops, scan.drops)
+        };
         println!(
-            "scan {}: incomplete, {} of {} steps and {} of {} drops came",
-            scan.scan, ended.steps, scan.steps, ended.drops, scan.drops
+            "scan {}: incomplete, {} of {} steps{drops} came",
+            scan.scan, ended.steps, scan.steps
         );
         false
     }
