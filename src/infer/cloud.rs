@@ -26,10 +26,10 @@ const MOST_DOUBT: f32 = 4.0;
 /// Lighter by so many nats than the heaviest is nothing: a thousand of them do not reach
 /// [`LEAST_DOUBT`].
 const NOTHING: f32 = 20.0;
-/// A drop is told from this probability on …
-const LEAST_END: f32 = 0.5;
-/// … that its place is within so many slots on either side.
+/// Ground that ends in slots so near to each other ends in one place.
 const NEAR_SLOTS: usize = 2;
+/// A drop is told if the ground ends in one place with this probability at least.
+const LEAST_END: f32 = 0.5;
 /// Before three standard deviations the ground ends so rarely.
 const BEFORE_SHARE: f32 = 0.005;
 /// Halvings by which the threshold of resampling is found: to a millionth of the heaviest weight.

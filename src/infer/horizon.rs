@@ -75,10 +75,9 @@ fn shows_level(role: Role) -> bool {
     matches!(role, Role::Tread | Role::Edge)
 }
 
-/// How much of a floor's power is missing, 0…1: all where the line shows no more than the noise, none from 1 dB
-/// over it on.
-fn unseen(over_db: f32) -> f32 {
-    1.0 - math::min(math::max(over_db, 0.0), 1.0)
+/// How little speaks for ground that goes on rather than ends, 0…1: 0 from 1 nat on.
+fn unseen(nats: f32) -> f32 {
+    1.0 - math::min(math::max(nats, 0.0), 1.0)
 }
 
 /// What the floor shows up to a distance.
@@ -126,7 +125,7 @@ pub struct Ground<'a> {
     pub doubts: [f32; CELLS],
     /// Where the ground ends.
     pub drop: Option<DropEdge>,
-    /// What the ground shows along its line.
+    /// Whether the ground goes on, by the power along its line.
     pub surfaces: &'a Surfaces,
 }
 

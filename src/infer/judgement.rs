@@ -69,7 +69,7 @@ pub struct Belief {
     pub maybes: Vec<Maybe, MAX_MAYBES>,
 }
 
-/// What fills the cloud and reads the particles; `bases.rs` has the struct and what begins the posterior.
+/// Fills the cloud and reads the particles; `bases.rs` has the struct, and the hypotheses that begin it.
 impl Posterior {
     /// Asks the particles about an answer, after [`Posterior::propose`], and writes their word into `belief`, so that no
     /// second one stands on the stack.

@@ -396,7 +396,7 @@ struct Ended<'s, S: Stairs> {
     strained: bool,
     /// Whether the floor shows that the mounting is as it is said to be.
     firm: bool,
-    /// What the ground shows along its line.
+    /// Whether the ground goes on, by the power along its line.
     surfaces: &'s Surfaces,
 }
 

@@ -161,9 +161,9 @@ pub struct Lines {
     cells: heapless::Vec<RangeCell, CELLS>,
     terms: [Term; POWERS],
     /// Range of the first cell, metres.
-    pub first_m: f32,
+    first_m: f32,
     /// From cell to cell, metres.
-    pub step_m: f32,
+    step_m: f32,
     /// Mirror above the ground, metres.
     pub height_m: f32,
 }
@@ -220,6 +220,17 @@ impl Lines {
         &self.cells
     }
 
+    /// Along the ground in cell `b`; not seen where there is none.
+    pub fn ground(&self, b: usize) -> Power {
+        self.cells.get(b).map_or(Power::default(), |c| c.ground)
+    }
+
+    /// The same along lower ground, at depth number `k`.
+    pub fn lower(&self, b: usize, k: usize) -> Power {
+        let power = self.cells.get(b).and_then(|c| c.lower.get(k));
+        power.copied().unwrap_or_default()
+    }
+
     /// Range of cell `b`, metres.
     pub fn range_m(&self, b: usize) -> f32 {
         self.first_m + self.step_m * b as f32
@@ -238,10 +249,9 @@ impl Lines {
         b.min(self.cells.len())
     }
 
-    /// How much likelier what a line shows is with a surface of power `s_db` there than without, as a ratio to the power
-    /// of `own`, the share of it that neighbouring cells do not say, too.
+    /// How much likelier what a line shows is with a surface of power `s_db` there than without: a ratio.
     #[inline]
-    pub fn ratio(&self, shown: Shown, s_db: f32, own: f32) -> f32 {
+    pub fn ratio(&self, shown: Shown, s_db: f32) -> f32 {
         let place = (s_db - shown.leaks_db - FIRST_DB) * (1.0 / STEP_DB) + 0.5;
         // What is not seen says nothing, and a surface so dark shows nothing.
         if shown.t <= 0.0 || place < 0.0 {
@@ -255,7 +265,7 @@ impl Lines {
         let nats = term.constant
             + term.per_t * math::max(shown.t, least_t)
             + term.per_ln_t * math::max(shown.ln_t, least_ln_t);
-        math::exp(own * math::min(nats, MOST_NATS))
+        math::exp(math::min(nats, MOST_NATS))
     }
 }
 
@@ -341,7 +351,11 @@ impl<'c> Gaze<'c> {
 
     /// The strongest row of a bin, and its power over the noise.
     fn strongest(&self, bin: usize) -> (f32, f32) {
-        let cells = self.chart.column(bin, STRIDE);
+        let map = self.chart.map;
+        let bins = map.bins();
+        let cells = map.from(0, bin).filter(|_| bin < bins).unwrap_or(&[]);
+        let rows = (0..map.rows()).step_by(STRIDE);
+        let cells = rows.zip(cells.iter().step_by((STRIDE * bins).max(1)).copied());
         let (row, level) = cells.fold(
             (0, 0),
             |best, cell| if cell.1 > best.1 { cell } else { best },
@@ -379,15 +393,6 @@ impl<'c> Gaze<'c> {
 }
 
 impl Chart<'_> {
-    /// The cells of a bin, every `stride` rows: row and level.
-    fn column(&self, bin: usize, stride: usize) -> impl Iterator<Item = (usize, u8)> {
-        let bins = self.map.bins();
-        let cells = self.map.from(0, bin).filter(|_| bin < bins);
-        let cells = cells.unwrap_or(&[]).iter();
-        let rows = (0..self.map.rows()).step_by(stride.max(1));
-        rows.zip(cells.step_by((stride * bins).max(1)).copied())
-    }
-
     /// Power over the noise, of power as [`linear`] counts it.
     fn over_noise(&self, power: f32) -> f32 {
         power * math::exp2(-self.noise / f32::from(UNITS_PER_OCTAVE))

@@ -103,7 +103,7 @@ pub struct Seen {
 pub struct Model<'p> {
     /// The echoes in order of their distance.
     pub echoes: Vec<Seen, MAX_SEEN>,
-    /// What the ground shows along its line.
+    /// Whether the ground goes on, by the power along its line.
     pub surfaces: Surfaces,
     /// What can be seen.
     pub view: View,

@@ -29,8 +29,6 @@ const FIRST_DB: f32 = -16.0;
 const STATE_DB: f32 = 4.0;
 /// See [`FIRST_DB`], metres.
 const REFERENCE_M: f32 = 0.7;
-/// Neighbouring cells share a window's main lobe: so much of what each says is its own.
-const OWN: f32 = 1.0;
 /// From cell to cell the reflectivity goes to a neighbouring state so often …
 const WALKS: f32 = 0.05;
 /// … and to any other: the ground is of another material.
@@ -194,8 +192,9 @@ pub struct Recursions {
     around: ByCell,
     /// A surface from each cell on.
     surface: ByCell,
-    /// What is behind an edge, from each cell on; then what is behind an edge in each cell.
+    /// Nothing, what lies low, or the ground again, from each cell on.
     behind: ByCell,
+    /// All that may be behind an edge in each cell.
     drop: ByCell,
 }
 
@@ -226,7 +225,7 @@ impl Recursions {
             return;
         }
         let level = self.forward();
-        self.backward(0.0, |lines, b| lines.cells().get(b).map(|c| c.ground));
+        self.backward(0.0, Lines::ground);
         self.behind();
         self.risers(level, out);
         self.lower();
@@ -238,11 +237,7 @@ impl Recursions {
     fn forward(&mut self) -> f32 {
         let (mut state, mut sum, mut around) = (EVEN, 0.0, 0.0);
         for b in 0..self.lines.cells().len() {
-            let power = self
-                .lines
-                .cells()
-                .get(b)
-                .map_or(Power::default(), |c| c.ground);
+            let power = self.lines.ground(b);
             sum += weigh(&mut state, &self.likelihood(b, 0.0, power));
             walk(&mut state);
             around += math::ln(DARK_AT_RISER + (1.0 - DARK_AT_RISER) * self.any(&[power]));
@@ -254,12 +249,12 @@ impl Recursions {
 
     /// A surface at a level from each cell on.
     #[inline(never)]
-    fn backward(&mut self, y_m: f32, power: impl Fn(&Lines, usize) -> Option<Power>) {
+    fn backward(&mut self, y_m: f32, power: impl Fn(&Lines, usize) -> Power) {
         let n = self.lines.cells().len();
         let (mut state, mut sum) = (EVEN, 0.0);
         set(&mut self.surface, n, 0.0);
         for b in (0..n).rev() {
-            let power = power(&self.lines, b).unwrap_or_default();
+            let power = power(&self.lines, b);
             sum += weigh(&mut state, &self.likelihood(b, y_m, power));
             walk(&mut state);
             set(&mut self.surface, b, sum);
@@ -319,9 +314,7 @@ impl Recursions {
             set(&mut self.drop, b, hidden);
         }
         for (k, depth_m) in DEPTHS_M.into_iter().enumerate() {
-            self.backward(-depth_m, |lines, b| {
-                lines.cells().get(b)?.lower.get(k).copied()
-            });
+            self.backward(-depth_m, |lines, b| lines.lower(b, k));
             for b in 0..n {
                 let shadow = self.lines.at(self.lines.range_m(b) * (h + depth_m) / h);
                 let lower = EACH + value(&self.surface, shadow);
@@ -355,7 +348,7 @@ impl Recursions {
         let shown = power.shown();
         let mut e = [1.0; STATES];
         for e in &mut e {
-            *e = self.lines.ratio(shown, db, OWN);
+            *e = self.lines.ratio(shown, db);
             db += STATE_DB;
         }
         let odd = ODD / STATES as f32 * e.iter().sum::<f32>();
@@ -370,7 +363,7 @@ impl Recursions {
         for power in powers {
             let shown = power.shown();
             for k in 0..ANY_POWERS {
-                sum += self.lines.ratio(shown, ANY_DB * k as f32, OWN);
+                sum += self.lines.ratio(shown, ANY_DB * k as f32);
             }
         }
         sum / (ANY_POWERS * powers.len()) as f32

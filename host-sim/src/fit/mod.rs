@@ -253,9 +253,9 @@ const MORE_TESTED: usize = 200;
 struct Course<'a> {
     /// How far the horizon of an `ok` must reach, metres.
     reach_m: f32,
-    /// Its steps …
+    /// Its steps.
     steps: &'a [Step],
-    /// … and its drop.
+    /// Where it says that the ground ends.
     drop: Option<DropEdge>,
     /// Of each cell: where it ends, metres, and the probability that the answer is right up to there.
     cells: Vec<(f32, f32)>,

@@ -169,7 +169,7 @@ fn errors(told: &Reported, real: &TrueStep) -> (f64, f64) {
     (told.distance - real.distance_m, told.height - real.height_m)
 }
 
-/// What an answer tells, as it is judged; nothing of a `fault`.
+/// The part of an answer that is judged: its steps and its drop; a `fault` has neither.
 struct Told {
     steps: Vec<Reported>,
     drop: Option<DropLine>,
