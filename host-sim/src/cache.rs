@@ -21,7 +21,7 @@ use crate::recording::Recording;
 /// Where entries are kept, in place of `target/simulated`; `off` for no cache.
 pub const VARIABLE: &str = "STAIRSCAN_CACHE";
 /// Bound of the directory's size, bytes: the scans of all draws at once.
-const MOST_BYTES: u64 = 8 << 30;
+const MOST_BYTES: u64 = 12 << 30;
 /// Size down to which entries are removed, percent of the bound.
 const KEPT_PERCENT: u64 = 80;
 /// Entries written between two looks at the directory's size.

@@ -59,7 +59,7 @@ fn alike(a: &[Point], b: &[Point]) -> bool {
 fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
     let point = |x: f32, y: f32| (f64::from(x), f64::from(y));
     match staircase.kind {
-        GroundKind::Stairs => {
+        GroundKind::Stairs | GroundKind::Descent => {
             let seen = staircase.edges(view).filter(|e| e.seen);
             seen.map(|e| point(e.x_m, e.y_m)).collect()
         }
@@ -73,15 +73,26 @@ fn edges(staircase: &Staircase, view: &View) -> Vec<Point> {
     }
 }
 
+/// A number of steps in words.
+fn steps(count: usize) -> String {
+    format!("{count} step{}", if count == 1 { "" } else { "s" })
+}
+
 /// A staircase in words, of which so many edges can be seen.
 fn name(staircase: &Staircase, seen: usize) -> String {
     let mut name = match staircase.kind {
         GroundKind::Nothing => "no stairs".to_owned(),
         GroundKind::Stairs => {
             let kind = if staircase.open { "floating" } else { "closed" };
-            let plural = if seen == 1 { "" } else { "s" };
             let rise = staircase.rise();
-            format!("{seen} step{plural} up, {kind}, rise {rise:.2} m")
+            format!("{} up, {kind}, rise {rise:.2} m", steps(seen))
+        }
+        GroundKind::Descent => {
+            let rise = -staircase.rise();
+            format!("{} down, rise {rise:.2} m", steps(seen))
+        }
+        GroundKind::Ramp { from_m, slope } if slope < 0.0 => {
+            format!("ramp down of {:.0} % from {from_m:.2} m", -100.0 * slope)
         }
         GroundKind::Ramp { from_m, slope } => {
             format!("ramp of {:.0} % from {from_m:.2} m", 100.0 * slope)
@@ -149,6 +160,7 @@ mod tests {
     use stairscan::model::MAX_STEPS;
 
     const VIEW: View = View {
+        plane: stairscan::config::Plane::Depth,
         height_m: 0.4,
         lowest: -1.0,
         highest: 0.3,

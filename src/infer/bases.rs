@@ -3,14 +3,15 @@
 use super::cloud::Cloud;
 use super::gauss::TreadLevels;
 use super::past::History;
-use super::propose::ascending::{self, Ascending};
+use super::propose::descending;
 use super::propose::search::Search;
-use super::propose::stairs::{Flight, Stairs};
+use super::propose::stairs::{Flight, FlightShape};
 use super::readings::Readings;
 use super::refine::refine;
 use super::variants::Base;
 use crate::estimate::Estimate;
 use crate::math;
+use crate::model::treads::Descending;
 use crate::model::{GroundKind, MAX_STEPS, Model, Sigmas, Staircase, View};
 use crate::params::current;
 use crate::params::generative::Generative;
@@ -73,7 +74,7 @@ const SLOPES: [f32; 4] = [0.06, 0.09, 0.13, 0.18];
 const RAMP_MOVES: [(f32, f32); 2] = [(0.2, 0.02), (0.1, 0.01)];
 
 /// A flight of the search as a staircase.
-pub(super) fn staircase(flight: &Flight<ascending::AscentShape>) -> Staircase {
+pub(super) fn staircase(flight: &Flight) -> Staircase {
     let mut s = Staircase::nothing();
     for (k, link) in flight.chain.iter().enumerate() {
         s = s.with(k, link.along_m, flight.shape.rise_m * (k + 1) as f32);
@@ -83,12 +84,9 @@ pub(super) fn staircase(flight: &Flight<ascending::AscentShape>) -> Staircase {
 }
 
 /// A staircase as a flight of the search.
-pub(super) fn flight(
-    search: &Search<'_, Ascending<'_>>,
-    s: &Staircase,
-) -> Flight<ascending::AscentShape> {
+pub(super) fn flight(search: &Search<'_, '_>, s: &Staircase) -> Flight {
     let mut flight = Flight {
-        shape: ascending::AscentShape {
+        shape: FlightShape {
             rise_m: s.rise(),
             open: s.open,
         },
@@ -125,7 +123,7 @@ impl Posterior {
 
     /// Takes in the search's leaders, closed and floating, and what earlier scans found likely, each refined.
     #[inline(never)]
-    pub fn propose(&mut self, search: &Search<'_, Ascending<'_>>, past: Option<&History>) {
+    pub fn propose(&mut self, search: &Search<'_, '_>, past: Option<&History>) {
         let scores = search.leaders.iter().map(|f| f.score);
         let top = scores.fold(f32::NEG_INFINITY, math::max);
         let rules = &search.stairs.scene().params.rules;
@@ -156,6 +154,27 @@ impl Posterior {
         }
     }
 
+    /// Takes in stairs going down, weighed: as many of the likeliest as there is room for.
+    #[inline(never)]
+    pub fn descend(&mut self, model: &mut Descending, view: View, echoes: &[Echo]) {
+        self.model.view = view;
+        self.bases.clear();
+        model.take(echoes, view);
+        let bases = &mut self.bases;
+        descending::propose(model, echoes, &mut |base| {
+            if let Err(base) = bases.push(base) {
+                // Level ground is what all others are held against.
+                let stairs = bases.iter_mut().filter(|b| !b.staircase.is_empty());
+                let least = stairs.min_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
+                if let Some(least) = least
+                    && (least.log_weight < base.log_weight || base.staircase.is_empty())
+                {
+                    *least = base;
+                }
+            }
+        });
+    }
+
     /// The likeliest ramp: the best of a grid, moved to where the echoes put it.
     #[inline(never)]
     fn ramp(&self) -> Option<Base> {
@@ -168,7 +187,7 @@ impl Posterior {
         };
         let grid = RAMPS_FROM_M.into_iter();
         let grid = grid.flat_map(|from_m| SLOPES.map(|slope| (from_m, slope)));
-        let mut best = grid.map(ramp).reduce(likelier)?;
+        let mut best = grid.map(ramp).reduce(Base::likelier)?;
         for (by_m, by) in RAMP_MOVES {
             let GroundKind::Ramp { from_m, slope } = best.staircase.kind else {
                 break;
@@ -180,7 +199,7 @@ impl Posterior {
                 (from_m, slope + by),
             ];
             for place in beside {
-                best = likelier(best, ramp(place));
+                best = Base::likelier(best, ramp(place));
             }
         }
         Some(best)
@@ -201,7 +220,7 @@ impl Posterior {
 
     /// Refines a flight, from itself or from another staircase.
     #[inline(never)]
-    fn look(&mut self, flight: &Flight<ascending::AscentShape>, from: Option<Staircase>) {
+    fn look(&mut self, flight: &Flight, from: Option<Staircase>) {
         if self.bases.len() < MOST_LOOKED {
             // There is room for more.
             let _ = self.bases.push(self.refined(&staircase(flight), from));
@@ -210,7 +229,7 @@ impl Posterior {
 
     /// Looks at the staircases that earlier scans found likely and this one's search did not think of.
     #[inline(never)]
-    fn look_back(&mut self, top: f32, search: &Search<'_, Ascending<'_>>, past: &History) {
+    fn look_back(&mut self, top: f32, search: &Search<'_, '_>, past: &History) {
         for k in 0..past.hypotheses.len() {
             let Some(s) = past.hypotheses.staircase(k) else {
                 continue;
@@ -262,11 +281,11 @@ impl Posterior {
         let base = |s, sigmas| Base::new(&self.model, s, sigmas);
         let [low, high] = STRETCHES;
         let top = match carried {
-            None => likelier(self.moved(start, low), self.moved(start, high)),
+            None => Base::likelier(self.moved(start, low), self.moved(start, high)),
             // It knows the riser's height: one other beginning is enough.
             Some(s) => {
-                let top = likelier(self.moved(start, high), self.moved(&s, 1.0));
-                likelier(top, base(s, top.sigmas))
+                let top = Base::likelier(self.moved(start, high), self.moved(&s, 1.0));
+                Base::likelier(top, base(s, top.sigmas))
             }
         };
         let mut best = top;
@@ -278,7 +297,7 @@ impl Posterior {
                 overhang_m,
                 ..top.staircase
             };
-            best = likelier(best, base(s, top.sigmas));
+            best = Base::likelier(best, base(s, top.sigmas));
         }
         let open_air = best;
         let behind_m = best.staircase.last_x() + LANDING_M;
@@ -287,15 +306,10 @@ impl Posterior {
             .skip(1)
             .filter(|_| current().rules.walls_behind)
         {
-            best = likelier(best, open_air.walled(&self.model, wall_m));
+            best = Base::likelier(best, open_air.walled(&self.model, wall_m));
         }
         best
     }
-}
-
-/// The one of greater weight; the first of two alike.
-fn likelier(a: Base, b: Base) -> Base {
-    if b.log_weight > a.log_weight { b } else { a }
 }
 
 /// No wall, and the strongest echoes farther away than `from_m`, where one may stand.

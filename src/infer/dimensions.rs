@@ -4,15 +4,16 @@
 use super::gauss::{self, Fusion, TreadLevels};
 use super::nosings;
 use super::propose::ascending::{self, Ascending};
-use super::propose::descending::{self, Descending};
 use super::propose::roles::{Role, Roles};
-use super::propose::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
+use super::propose::scene::{Mark, Scene};
+use super::propose::stairs::{ChainLink, Flight, MAX_FLIGHT, regular};
 use super::readings::Readings;
 use super::refine::refine;
 use super::support::{Support, next_db};
 use crate::answer::{Answer, Direction, Step};
 use crate::estimate::Estimate;
 use crate::math;
+use crate::model::treads::{Descending, OFF_M as TREAD_OFF_M, TreadAt, Treads};
 use crate::model::{Model, Staircase};
 use crate::params::Params;
 use heapless::Vec;
@@ -58,7 +59,7 @@ impl Measured {
 #[inline(never)]
 pub fn ascending(
     stairs: &Ascending<'_>,
-    flight: &Flight<ascending::AscentShape>,
+    flight: &Flight,
     rise: Estimate,
     (model, mut staircase): (&Model<'_>, Staircase),
     bias_sigma_rad: f32,
@@ -162,21 +163,112 @@ fn no_stair(readings: &Readings, rise: Estimate, levels: &TreadLevels, p: &Param
     Some(height.value + reach > p.lowest_step_m && height.value - reach < p.highest_step_m)
 }
 
-/// The steps of a descending flight.
+/// Straight below the mirror an echo within so much is a flash, metres.
+const BELOW_M: f32 = 0.03;
+/// What lies within so much of an end of a tread, along it, is that end, metres.
+const END_M: f32 = 0.02;
+
+/// A tread as it is seen from above: its level and its ends, metres.
+#[derive(Clone, Copy, Debug)]
+struct SeenTread {
+    tread: TreadAt,
+    from_m: f32,
+    to_m: f32,
+}
+
+impl SeenTread {
+    /// Tread number `k` of stairs going down; the ground before them is number 0.
+    fn of(s: &Staircase, k: usize, model: &Descending) -> Self {
+        let y_m = s.level(k);
+        let from_m = match k.checked_sub(1) {
+            None => f32::NEG_INFINITY,
+            Some(before) => {
+                let deeper = model.depth_m(y_m) / model.depth_m(s.level(before));
+                let edge_m = s.x(before);
+                // Behind an edge before the mirror lies a shadow.
+                if edge_m < 0.0 {
+                    edge_m
+                } else {
+                    edge_m * deeper
+                }
+            }
+        };
+        Self {
+            tread: model.tread(y_m),
+            from_m,
+            to_m: s.x(k),
+        }
+    }
+
+    /// What a mark is if it lies on the tread.
+    fn role(&self, m: &Mark) -> Option<Role> {
+        let inside = m.x_m > self.from_m - END_M && m.x_m < self.to_m + END_M;
+        if !inside || (m.y_m - self.tread.y_m).abs() > TREAD_OFF_M {
+            return None;
+        }
+        Some(if m.x_m.abs() < BELOW_M {
+            Role::Flash
+        } else if (m.x_m - self.to_m).abs() < END_M {
+            Role::Edge
+        } else if (m.x_m - self.from_m).abs() < END_M {
+            Role::Corner
+        } else {
+            Role::Tread
+        })
+    }
+}
+
+/// The treads of stairs going down, the ground's first.
+type SeenTreads = Vec<SeenTread, MAX_FLIGHT>;
+
+/// What each mark is if there are these stairs going down, or level ground.
 #[inline(never)]
-pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::DescentShape>) -> Measured {
-    let scene = stairs.scene();
-    let p = scene.params;
-    let edges = stairs.edges(flight);
+pub fn lower_roles(scene: &Scene<'_>, s: &Staircase, model: &Descending) -> Roles {
+    let mut treads = SeenTreads::new();
+    for k in 0..=s.len() {
+        // A staircase has no more treads.
+        let _ = treads.push(SeenTread::of(s, k, model));
+    }
     let mut roles = Roles::new();
     for m in &scene.marks {
+        let role = treads.iter().find_map(|tread| tread.role(m));
         // As many as there are marks.
-        let _ = roles.push(stairs.role(m, &flight.chain, flight.shape));
+        let _ = roles.push(role.unwrap_or(Role::Stray));
     }
-    let mut measured = Measured::new(Direction::Down, roles);
-    let levels = lower_levels(stairs, flight, edges.shape());
-    for (k, (link, level)) in flight.chain.iter().zip(&levels).enumerate() {
-        let edge = edges.at(k);
+    roles
+}
+
+/// The steps of stairs going down.
+#[inline(never)]
+pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> Measured {
+    let p = scene.params;
+    let count = s.len();
+    let mut treads = Treads::new();
+    for k in 1..=count {
+        // Stairs going down have no more treads.
+        let _ = treads.push(model.tread(s.level(k)));
+    }
+    model.look(&treads);
+    let mut measured = Measured::new(Direction::Down, lower_roles(scene, s, model));
+    let mut levels = TreadLevels::default();
+    let rise = Estimate::new(s.rise(), p.lower_rise_sigma_m);
+    let steps = (1..=count).map(|k| {
+        let seen = SeenTread::of(s, k, model);
+        let mut fusion = Fusion::default();
+        if let Some(level) = model.level(seen.tread, (seen.from_m, seen.to_m)) {
+            fusion.add(Estimate {
+                variance: math::max(
+                    level.variance,
+                    p.least_height_sigma_m * p.least_height_sigma_m,
+                ),
+                ..level
+            });
+        }
+        fusion
+    });
+    gauss::fit(steps, rise, p, &mut levels);
+    for (k, level) in levels.iter().take(count).enumerate() {
+        let edge = model.place(count, k);
         let step = Step {
             distance_m: edge.value,
             height_m: level.height.value,
@@ -184,11 +276,12 @@ pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::DescentSh
             height_sigma_m: level.height.sigma().max(p.least_height_sigma_m),
             ..Step::default()
         };
-        let near = scene.between(link.along_m - p.row_m, link.along_m + p.row_m);
-        let marks = if link.column.is_some() { near } else { &[] };
+        let seen = SeenTread::of(s, k + 1, model);
+        let roles = scene.marks.iter().map(|m| (m, seen.role(m)));
+        let near = roles.filter_map(|(m, role)| Some((m, role? == Role::Flash)));
         let support = Support {
-            snr_db: marks.iter().map(|m| m.snr_db).reduce(math::max),
-            next_db: next_db(marks.iter().map(|m| (m, descending::is_flash(m, p))), p),
+            snr_db: near.clone().map(|(m, _)| m.snr_db).reduce(math::max),
+            next_db: next_db(near, p),
             flashes: false,
             overhang_seen: false,
             overhang_known: false,
@@ -198,37 +291,6 @@ pub fn descending(stairs: &Descending<'_>, flight: &Flight<descending::DescentSh
         measured.push(step, support, p);
     }
     measured
-}
-
-/// Levels of the treads of a descending flight.
-fn lower_levels(
-    stairs: &Descending<'_>,
-    flight: &Flight<descending::DescentShape>,
-    shape: descending::DescentShape,
-) -> TreadLevels {
-    let p = stairs.scene().params;
-    let count = flight.chain.len();
-    let mut steps = [Fusion::default(); MAX_FLIGHT];
-    for (k, fusion) in (1..=count).zip(&mut steps) {
-        let tread = stairs.tread_of(&flight.chain, shape, k);
-        let (mut weight, mut sum) = (0.0, 0.0);
-        for m in stairs.level_marks(&tread) {
-            let w = m.weight / (m.y_sigma_m * m.y_sigma_m);
-            weight += w;
-            sum += w * m.y_m;
-        }
-        if weight > 0.0 {
-            let sigma_m = math::max(math::sqrt(1.0 / weight), p.least_height_sigma_m);
-            fusion.add(Estimate::new(sum / weight, sigma_m));
-        }
-    }
-    let last = flight.chain.last();
-    let deepest = last.map_or(0.0, |l| l.along_m - stairs.scene().mount_height_m);
-    let rise = Estimate::new(-deepest / count.max(1) as f32, p.lower_rise_sigma_m);
-    let steps = steps.into_iter().take(count);
-    let mut levels = TreadLevels::default();
-    gauss::fit(steps, rise, p, &mut levels);
-    levels
 }
 
 /// Least-squares line through the values that are there, over their index: start and slope.

@@ -4,20 +4,19 @@ use super::bases::{Posterior, ROUNDS, flight};
 use super::dimensions::{self, Measured};
 use super::judgement::{Belief, Likeliest};
 use super::past::History;
-use super::propose::ascending::{Ascending, AscentShape};
 use super::propose::search::Search;
 use super::propose::stairs::Flight;
 use crate::estimate::Estimate;
 use crate::model::Staircase;
 
 /// A flight, and the height of its risers by the likelihood of all echoes.
-type Risen = (Flight<AscentShape>, Estimate);
+type Risen = (Flight, Estimate);
 
 /// The answer and what it rests on.
 #[derive(Debug, Default)]
 pub struct Inferred {
     /// The staircase that stands there, as a flight of the search; without one the search's best.
-    pub flight: Option<Flight<AscentShape>>,
+    pub flight: Option<Flight>,
     /// Log-odds of the likeliest staircase against ground without one, nats.
     pub odds: f32,
     /// Its steps.
@@ -31,8 +30,8 @@ impl Inferred {
     #[inline(never)]
     pub fn settle(
         &mut self,
-        search: &Search<'_, Ascending<'_>>,
-        best: Option<Flight<AscentShape>>,
+        search: &Search<'_, '_>,
+        best: Option<Flight>,
         (posterior, past): (&mut Posterior, Option<&mut History>),
         bias_sigma_rad: f32,
     ) {
@@ -70,8 +69,8 @@ impl Inferred {
     #[inline(never)]
     pub fn search_alone(
         &mut self,
-        search: &Search<'_, Ascending<'_>>,
-        best: Option<Flight<AscentShape>>,
+        search: &Search<'_, '_>,
+        best: Option<Flight>,
         posterior: &Posterior,
         bias_sigma_rad: f32,
     ) {
@@ -87,7 +86,7 @@ impl Inferred {
     #[inline(never)]
     fn measure(
         &mut self,
-        search: &Search<'_, Ascending<'_>>,
+        search: &Search<'_, '_>,
         posterior: &Posterior,
         staircase: &Staircase,
         bias_sigma_rad: f32,
@@ -101,7 +100,7 @@ impl Inferred {
 }
 
 /// A flight with its score and the height of its risers by the likelihood of all echoes.
-fn with_rise(search: &Search<'_, Ascending<'_>>, mut flight: Flight<AscentShape>) -> Risen {
+fn with_rise(search: &Search<'_, '_>, mut flight: Flight) -> Risen {
     let (rise, score) = search.stairs.rise(&flight);
     flight.score = score;
     (flight, rise)

@@ -4,10 +4,11 @@ use super::bases::{LANDING_M, Posterior, staircase};
 use super::cloud::{CELLS, Cloud, Told};
 use super::dimensions::Measured;
 use super::past::{History, Weighed};
-use super::propose::ascending::AscentShape;
-use super::propose::stairs::Flight;
+use super::propose::stairs::{Chain, ChainLink, Explanation, Flight};
+use super::trace::Candidate;
 use super::variants::{Base, Variants};
 use crate::answer::{DropEdge, MAX_MAYBES, Maybe};
+use crate::config::Plane;
 use crate::math;
 use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Staircase, ToldDrop, ToldStep};
 use crate::observer::{Event, Observer};
@@ -36,15 +37,18 @@ pub struct Likeliest {
     pub staircase: Option<Staircase>,
     /// Log-odds of the likeliest staircase against ground without one, nats.
     pub odds: f32,
+    /// How much likelier it is than any other staircase or ground without one, nats.
+    pub lead: f32,
 }
 
 impl Likeliest {
     /// By the search alone.
-    pub fn of(best: Option<&Flight<AscentShape>>) -> Self {
+    pub fn of(best: Option<&Flight>) -> Self {
         let odds = best.map_or(f32::NEG_INFINITY, |b| b.score);
         Self {
             staircase: best.filter(|_| odds >= 0.0).map(staircase),
             odds,
+            lead: odds,
         }
     }
 
@@ -101,7 +105,8 @@ impl Posterior {
             drop: drop.map(|d| ToldDrop::new(d.distance_m, d.distance_sigma_m)),
             view: self.model.view,
         };
-        if !answer.is_empty() {
+        // Going down it is among the hypotheses.
+        if answer.kind == GroundKind::Stairs {
             self.add(&answer, &sigmas, answer.last_x() + LANDING_M);
         }
         self.spread(&told);
@@ -128,10 +133,14 @@ impl Posterior {
             (_, None) => f32::INFINITY,
             (Some((_, stairs)), Some((_, ground))) => stairs - ground,
         };
+        let weights = || outlines.iter().map(|o| o.log_weight + word(o));
+        let most = weights().fold(f32::NEG_INFINITY, math::max);
+        let others = weights().filter(|w| *w < most);
         let stairs = stairs.filter(|_| odds >= 0.0);
         Likeliest {
             staircase: stairs.map(|(o, _)| o.staircase),
             odds,
+            lead: most - others.fold(f32::NEG_INFINITY, math::max),
         }
     }
 
@@ -175,6 +184,49 @@ impl Posterior {
         });
     }
 
+    /// Tells the observer the likeliest stairs going down of each number of steps, against level ground.
+    #[inline(never)]
+    pub fn tell_descents(&self, likeliest: &Likeliest, observer: &mut dyn Observer) {
+        if !observer.listens() {
+            return;
+        }
+        let ground = self.bases.iter().filter(|b| b.staircase.is_empty());
+        let ground = ground
+            .map(|b| b.log_weight)
+            .fold(f32::NEG_INFINITY, math::max);
+        let winner = likeliest.staircase.map_or(0, |s| s.len());
+        observer.event(Event::Candidate(&Candidate {
+            explanation: Explanation::NoStairs,
+            faces: &[],
+            score: 0.0,
+            winner: winner == 0,
+        }));
+        for count in 1..=MAX_STEPS {
+            let alike = self.bases.iter().filter(|b| b.staircase.len() == count);
+            let Some(best) = alike.copied().reduce(Base::likelier) else {
+                continue;
+            };
+            let s = best.staircase;
+            let mut faces = Chain::new();
+            for k in 1..=count {
+                // A staircase has no more treads than a flight has faces.
+                let _ = faces.push(ChainLink {
+                    along_m: self.model.view.height_m - s.level(k),
+                    column: None,
+                });
+            }
+            observer.event(Event::Candidate(&Candidate {
+                explanation: Explanation::Down {
+                    edge_m: s.x(0),
+                    going_m: s.going().unwrap_or(0.0),
+                },
+                faces: &faces,
+                score: best.log_weight - ground,
+                winner: winner == count,
+            }));
+        }
+    }
+
     /// Fills the cloud with what may stand there: the hypotheses, and what is near the likeliest of them.
     #[inline(never)]
     fn spread(&mut self, told: &Told<'_>) {
@@ -190,7 +242,7 @@ impl Posterior {
             cloud.add(&base.staircase, base.log_weight, &base.sigmas, told);
         }
         let mut looked: Vec<&Base, LOOKED> = Vec::new();
-        while !looked.is_full() {
+        while !looked.is_full() && model.view.plane == Plane::Depth {
             // Level ground with another wall has the same around it.
             let fresh = |b: &&Base| {
                 let ground = b.staircase.kind == GroundKind::Nothing;
@@ -199,7 +251,7 @@ impl Posterior {
                         || ground && l.staircase.kind == GroundKind::Nothing
                 })
             };
-            // A ramp has no variants.
+            // A ramp has no variants, and going down all there are have been weighed.
             let around = bases
                 .iter()
                 .filter(|b| !matches!(b.staircase.kind, GroundKind::Ramp { .. }));

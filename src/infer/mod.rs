@@ -52,7 +52,8 @@ use crate::estimator::{Estimator, MappedScan};
 use crate::math;
 use crate::model::chart::Chart;
 use crate::model::surfaces::Recursions;
-use crate::model::{Surfaces, View};
+use crate::model::treads::Descending;
+use crate::model::{Staircase, Surfaces, View};
 use crate::motion::{Drive, Retention, Ride, Sweeps};
 use crate::mount::{Calibration, Floor, online};
 use crate::observer::{Event, Observer};
@@ -70,12 +71,11 @@ pub use horizon::Reach;
 use inference::Inferred;
 use judgement::Belief;
 use past::{History, Outlook};
-use propose::ascending::{self, Ascending};
-use propose::descending::{self, Descending};
+use propose::ascending::Ascending;
 use propose::roles::{Role, Roles};
 use propose::scene::{Mark, Scene};
 use propose::search::{Beginnings, Search};
-use propose::stairs::{Explanation, Flight, Stairs};
+use propose::stairs::{Explanation, FlightShape};
 pub use readings::{Face, Readings};
 pub use refine::refine;
 use trace::{Candidate, Scatterer, Stage};
@@ -102,8 +102,8 @@ pub struct Likelihood {
 enum Phase {
     Rows(Collector),
     Ground(Recursions),
-    Up(Beginnings<ascending::AscentShape>),
-    Down(Beginnings<descending::DescentShape>),
+    Up(Beginnings),
+    Down(Descending),
 }
 
 impl Default for Likelihood {
@@ -125,7 +125,7 @@ impl Likelihood {
             echoes: Echoes::new(),
             sweeps: Sweeps::new(),
             params,
-            posterior: Posterior::new(&measured::UP),
+            posterior: Posterior::new(&measured::MODEL),
             particles: true,
         }
     }
@@ -247,11 +247,13 @@ impl Estimator for Likelihood {
                 )
             }
             Plane::Height => {
-                self.phase = Phase::Down(Beginnings::new());
+                self.phase = Phase::Down(Descending::new(&self.posterior.model.g.treads));
                 let Phase::Down(memory) = &mut self.phase else {
                     return None;
                 };
-                descend(echoes, geometry, p, memory, (observer, answer))
+                let posterior = &mut self.posterior;
+                posterior.descend(memory, View::of(map), echoes);
+                descend(echoes, geometry, p, (memory, posterior), (observer, answer))
             }
         };
         observer.event(Event::Done(Stage::Dimensions));
@@ -309,7 +311,7 @@ fn ascend(
     (geometry, found, firm): (&Geometry, Calibration, bool),
     p: &Params,
     (memory, (posterior, particles), mut past): (
-        &mut Beginnings<ascending::AscentShape>,
+        &mut Beginnings,
         (&mut Posterior, bool),
         Option<&mut History>,
     ),
@@ -334,62 +336,180 @@ fn ascend(
         let steps = inferred.measured.as_mut();
         past.combine(steps.map_or(&mut [], |m| m.answer.steps.as_mut_slice()));
     }
+    let roles = match inferred
+        .measured
+        .as_ref()
+        .filter(|m| !m.supports.is_empty())
+    {
+        Some(measured) => measured.roles.clone(),
+        None => bare(&search),
+    };
+    tell_scatterers(echoes, scene, &roles, observer);
+    tell_flights(&search, &inferred, observer);
     let ended = Ended {
-        search: &search,
-        best: inferred.flight.as_ref(),
-        odds: inferred.odds,
-        measured: &mut inferred.measured,
+        scene,
+        roles,
+        rivals: Rivals::of(&search, &inferred),
+        open: inferred.flight.as_ref().is_some_and(|b| b.shape.open),
+        measured: &inferred.measured,
         geometry,
         belief: &inferred.belief,
         strained: !found.fits(p),
         firm,
         surfaces: &posterior.model.surfaces,
     };
-    ended.tell(echoes, observer);
     ended.conclude(past.map(|past| &mut past.outlook), observer, answer)
 }
 
-/// The best stairs going down.
+/// What each mark is taken for on the bare ground.
+fn bare(search: &Search<'_, '_>) -> Roles {
+    let mut roles = Roles::new();
+    for m in &search.stairs.scene().marks {
+        // As many as there are marks.
+        let _ = roles.push(search.stairs.role(m, &[], FlightShape::default()));
+    }
+    roles
+}
+
+/// The likeliest stairs going down.
 #[inline(never)]
 fn descend(
     echoes: &[Echo],
     geometry: &Geometry,
     p: &Params,
-    memory: &mut Beginnings<descending::DescentShape>,
+    (model, posterior): (&mut Descending, &mut Posterior),
     (observer, answer): (&mut dyn Observer, &mut Answer),
 ) -> Worth {
     let mut scene = Scene::new(geometry.mount_height_m, p);
     scene.treads(echoes);
-    let scene = &scene;
-    let stairs = Descending::new(scene);
-    let mut search = Search::new(&stairs);
-    let best = search.best(memory);
     observer.event(Event::Done(Stage::Search));
-    let accepted = best.as_ref().filter(|f| f.score >= 0.0);
-    let mut measured = accepted.map(|flight| dimensions::descending(&stairs, flight));
+    let mut belief = Belief::default();
+    posterior.judge(None, None, &mut belief);
+    let likeliest = posterior.likeliest(None);
+    let found = likeliest.staircase;
+    let measured = found
+        .as_ref()
+        .map(|s| dimensions::descending(model, &scene, s));
+    if let Some(told) = measured.as_ref().zip(found.as_ref()) {
+        posterior.judge(Some(told), None, &mut belief);
+    }
+    posterior.tell(observer);
+    let ground = Staircase::nothing();
+    let roles = match &measured {
+        Some(measured) => measured.roles.clone(),
+        None => dimensions::lower_roles(&scene, &ground, model),
+    };
+    tell_scatterers(echoes, &scene, &roles, observer);
+    posterior.tell_descents(&likeliest, observer);
     let ended = Ended {
-        search: &search,
-        best: best.as_ref(),
-        odds: best.as_ref().map_or(f32::NEG_INFINITY, |b| b.score),
-        measured: &mut measured,
+        scene: &scene,
+        roles,
+        rivals: Rivals {
+            lead: likeliest.lead,
+            close: likeliest.odds,
+        },
+        open: false,
+        measured: &measured,
         geometry,
-        belief: &Belief::default(),
+        belief: &belief,
         strained: false,
         firm: true,
         surfaces: &Surfaces::NOTHING,
     };
-    ended.tell(echoes, observer);
     ended.conclude(None, observer, answer)
 }
 
-/// A finished search, going up or down, with the answer that it led to.
-struct Ended<'s, S: Stairs> {
-    search: &'s Search<'s, S>,
-    best: Option<&'s Flight<S::Shape>>,
-    /// Log-odds of the likeliest stairs against ground without any, nats.
-    odds: f32,
-    /// The steps that stand there; none where no flight was accepted.
-    measured: &'s mut Option<Measured>,
+/// How far the answer is ahead of what else may stand there.
+struct Rivals {
+    /// Of stairs: how much likelier they are than the next best explanation, nats; else how much likelier the best stairs
+    /// are than ground without any, by the search.
+    lead: f32,
+    /// Of ground without stairs: log-odds of the likeliest stairs against it, nats.
+    close: f32,
+}
+
+impl Rivals {
+    /// Of an answer going up.
+    fn of(search: &Search<'_, '_>, inferred: &Inferred) -> Self {
+        let p = search.stairs.scene().params;
+        let measured = inferred.measured.as_ref();
+        let stairs = measured.is_some_and(|m| !m.supports.is_empty());
+        // A flight that was accepted and then found to be a box or a threshold is no rival.
+        let rival = inferred
+            .flight
+            .as_ref()
+            .filter(|_| stairs || measured.is_none());
+        let Some(rival) = rival else {
+            return Self {
+                lead: f32::NEG_INFINITY,
+                close: f32::NEG_INFINITY,
+            };
+        };
+        let others = if stairs {
+            search.rival(rival.chain.len())
+        } else {
+            0.0
+        };
+        Self {
+            lead: rival.score - others,
+            // Close is what the posterior hardly rejects, or what explains more than level ground to the search.
+            close: math::max(inferred.odds, rival.score - p.clear_lead_nats),
+        }
+    }
+}
+
+/// Tells the observer each scatterer's role.
+#[inline(never)]
+fn tell_scatterers(echoes: &[Echo], scene: &Scene<'_>, roles: &Roles, observer: &mut dyn Observer) {
+    if !observer.listens() {
+        return;
+    }
+    for (k, &echo) in (0..).zip(echoes) {
+        let pair = scene.marks.iter().zip(roles).find(|(m, _)| m.echo == k);
+        let role = pair.map_or(Role::Stray, |(_, role)| *role);
+        observer.event(Event::Scatterer(&Scatterer { echo, role }));
+    }
+}
+
+/// Tells the observer every flight of the search with its score.
+#[inline(never)]
+fn tell_flights(search: &Search<'_, '_>, inferred: &Inferred, observer: &mut dyn Observer) {
+    if !observer.listens() {
+        return;
+    }
+    let winner = inferred
+        .flight
+        .as_ref()
+        .filter(|_| inferred.measured.is_some());
+    observer.event(Event::Candidate(&Candidate {
+        explanation: Explanation::NoStairs,
+        faces: &[],
+        score: 0.0,
+        winner: winner.is_none(),
+    }));
+    for flight in &search.leaders {
+        observer.event(Event::Candidate(&Candidate {
+            explanation: Explanation::Up {
+                rise_m: flight.shape.rise_m,
+                open: flight.shape.open,
+            },
+            faces: &flight.chain,
+            score: flight.score,
+            winner: winner.is_some_and(|w| w.chain.len() == flight.chain.len()),
+        }));
+    }
+}
+
+/// A finished inference, up or down, with the answer that it led to.
+struct Ended<'s> {
+    scene: &'s Scene<'s>,
+    /// What each mark is taken for, by the stairs that were measured or on the bare ground.
+    roles: Roles,
+    rivals: Rivals,
+    /// Whether the treads float.
+    open: bool,
+    /// The steps that stand there; none where no stairs are likelier than level ground.
+    measured: &'s Option<Measured>,
     geometry: &'s Geometry,
     belief: &'s Belief,
     /// Whether calibration had more to take out than a mounting that is as it is said to be leaves.
@@ -400,7 +520,7 @@ struct Ended<'s, S: Stairs> {
     surfaces: &'s Surfaces,
 }
 
-impl<S: Stairs> Ended<'_, S> {
+impl Ended<'_> {
     /// Makes the answer, of a flight that was accepted and measured or of none, and returns its worth.
     #[inline(never)]
     fn conclude(
@@ -409,48 +529,35 @@ impl<S: Stairs> Ended<'_, S> {
         observer: &mut dyn Observer,
         answer: &mut Answer,
     ) -> Worth {
-        let scene = self.search.stairs.scene();
+        let scene = self.scene;
         let p = scene.params;
-        let roles = self.roles();
         let astray = self.strained || !self.firm && self.corner_astray();
-        let accepted = self.measured.is_some();
         let mut supports = heapless::Vec::new();
         let mut weak = Reasons::NONE;
-        if let Some(measured) = &*self.measured {
+        if let Some(measured) = self.measured {
             answer.clone_from(&measured.answer);
             supports.clone_from(&measured.supports);
             if measured.may_be {
                 weak.add(Reason::CloseRival);
             }
         }
-        let lead = match self.best.filter(|_| !supports.is_empty()) {
-            Some(best) => {
-                let pairs = scene.marks.iter().zip(&roles);
-                let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
-                let lead = best.score - self.search.rival(best.chain.len());
-                let steps = &answer.steps;
-                weak = weak.and(support::judge(steps, lead, &supports, against, p));
-                lead
-            }
-            None => {
-                // A flight that was accepted and then found to be a box or a threshold is no rival.
-                let rival = self.best.filter(|_| !accepted);
-                // Close is what the posterior hardly rejects, or what explains more than level ground to the search.
-                let close = |b: &Flight<_>| math::max(self.odds, b.score - p.clear_lead_nats);
-                let odds = rival.map_or(f32::NEG_INFINITY, close);
-                let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
-                weak = weak.and(support::judge_none(odds, strongest_db, p));
-                rival.map_or(f32::NEG_INFINITY, |b| b.score)
-            }
-        };
+        let lead = self.rivals.lead;
+        if supports.is_empty() {
+            let strongest_db = scene.marks.iter().map(|m| m.snr_db).fold(0.0, math::max);
+            weak = weak.and(support::judge_none(self.rivals.close, strongest_db, p));
+        } else {
+            let pairs = scene.marks.iter().zip(&self.roles);
+            let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
+            weak = weak.and(support::judge(&answer.steps, lead, &supports, against, p));
+        }
         answer.link();
         let ground = Ground {
             scene,
-            roles: &roles,
+            roles: &self.roles,
             steps: &answer.steps,
             supports: &supports,
             lead,
-            open: self.best.is_some_and(|b| S::open(b.shape)),
+            open: self.open,
             geometry: self.geometry,
             doubts: self.belief.doubts,
             surfaces: self.surfaces,
@@ -474,10 +581,10 @@ impl<S: Stairs> Ended<'_, S> {
     /// below it.
     #[inline(never)]
     fn corner_astray(&self) -> bool {
-        let Some(measured) = &*self.measured else {
+        let Some(measured) = self.measured else {
             return false;
         };
-        let scene = self.search.stairs.scene();
+        let scene = self.scene;
         let p = scene.params;
         if !p.rules.corner_astray {
             return false;
@@ -494,48 +601,5 @@ impl<S: Stairs> Ended<'_, S> {
         let feet = scene.marks.iter().zip(&measured.roles).filter(foot);
         let foot = feet.reduce(|a, b| if b.0.snr_db > a.0.snr_db { b } else { a });
         foot.is_some_and(|(m, _)| m.y_m.abs() > p.corner_astray_rad * m.range_m)
-    }
-
-    /// What each mark is taken for: by the flight that was measured, or on the bare ground.
-    fn roles(&self) -> Roles {
-        if let Some(measured) = self.measured.as_ref().filter(|m| !m.supports.is_empty()) {
-            return measured.roles.clone();
-        }
-        let mut roles = Roles::new();
-        for m in &self.search.stairs.scene().marks {
-            // As many as there are marks.
-            let _ = roles.push(self.search.stairs.role(m, &[], S::Shape::default()));
-        }
-        roles
-    }
-
-    /// Tells the observer each scatterer's role, and every explanation with its score.
-    #[inline(never)]
-    fn tell(&self, echoes: &[Echo], observer: &mut dyn Observer) {
-        if !observer.listens() {
-            return;
-        }
-        let scene = self.search.stairs.scene();
-        let roles = self.roles();
-        for (k, &echo) in (0..).zip(echoes) {
-            let pair = scene.marks.iter().zip(&roles).find(|(m, _)| m.echo == k);
-            let role = pair.map_or(Role::Stray, |(_, role)| *role);
-            observer.event(Event::Scatterer(&Scatterer { echo, role }));
-        }
-        let winner = self.best.filter(|_| self.measured.is_some());
-        observer.event(Event::Candidate(&Candidate {
-            explanation: Explanation::NoStairs,
-            faces: &[],
-            score: 0.0,
-            winner: winner.is_none(),
-        }));
-        for flight in &self.search.leaders {
-            observer.event(Event::Candidate(&Candidate {
-                explanation: S::explanation(flight.shape),
-                faces: &flight.chain,
-                score: flight.score,
-                winner: winner.is_some_and(|w| w.chain.len() == flight.chain.len()),
-            }));
-        }
     }
 }

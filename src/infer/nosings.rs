@@ -9,7 +9,7 @@
 //! possibilities and their spread.
 
 use super::gauss::TreadLevels;
-use super::propose::ascending::{AscentShape, riser_at};
+use super::propose::ascending::riser_at;
 use super::propose::roles::Riser;
 use super::propose::scene::{Mark, Scene, gain};
 use super::propose::stairs::{Flight, MAX_FLIGHT};
@@ -216,7 +216,7 @@ impl Overhang {
 /// Calls `look` with the surroundings of one riser after the other.
 fn places(
     scene: &Scene<'_>,
-    flight: &Flight<AscentShape>,
+    flight: &Flight,
     levels: &TreadLevels,
     mut look: impl FnMut(&RiserEchoes),
 ) {
@@ -229,7 +229,7 @@ fn places(
 
 /// Where the nosings of a flight stand whose levels are known.
 #[inline(never)]
-pub fn locate(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Nosings {
+pub fn locate(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Nosings {
     let p = scene.params;
     let mut overhangs = [Overhang::default(); OVERHANGS_M.len()];
     // None at all is as likely as all others together.
@@ -331,6 +331,7 @@ mod tests {
     use super::*;
     use crate::infer::gauss;
     use crate::infer::propose::stairs::ChainLink;
+    use crate::infer::propose::stairs::FlightShape;
     use crate::signal::echoes::Echo;
 
     const RISE_M: f32 = 0.15;
@@ -353,7 +354,7 @@ mod tests {
         let mut scene = Scene::new(MOUNT_M, &Params::DEFAULT);
         scene.risers(&echoes);
         let mut flight = Flight {
-            shape: AscentShape {
+            shape: FlightShape {
                 rise_m: RISE_M,
                 open: false,
             },

@@ -52,6 +52,6 @@ pub enum Stage {
     Echoes,
     /// The best flight is found.
     Search,
-    /// Steps have their dimensions and the answer its status.
+    /// Steps have their dimensions, and how far the answer is valid is known.
     Dimensions,
 }

@@ -40,6 +40,8 @@ pub struct Base {
 
 /// Standard deviation of a level that a variant puts where it is, metres.
 const PLACED_M: f32 = 0.01;
+/// Standard deviation of the level of a tread that is seen from above, metres.
+const TREAD_M: f32 = 0.003;
 
 impl Base {
     /// Weighs a hypothesis whose levels are known to `sigmas`.
@@ -56,6 +58,25 @@ impl Base {
             sigmas,
             steps,
             log_weight: total,
+        }
+    }
+
+    /// A hypothesis that has been weighed, whose levels are known as those of treads are.
+    pub fn weighed(staircase: Staircase, log_weight: f32) -> Self {
+        Self {
+            staircase,
+            sigmas: [TREAD_M; MAX_STEPS],
+            steps: [0.0; MAX_STEPS + 1],
+            log_weight,
+        }
+    }
+
+    /// The one of greater weight; the first of two alike.
+    pub fn likelier(self, other: Self) -> Self {
+        if other.log_weight > self.log_weight {
+            other
+        } else {
+            self
         }
     }
 

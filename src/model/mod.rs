@@ -5,6 +5,7 @@
 //! | `staircase` | a hypothesis: a staircase up, a ramp, a drop, level ground; and where it contradicts an answer |
 //! | `feature`, `places` | classes of point features, where a staircase shows them, and what can be seen of it |
 //! | `points` | the measurement model: likelihood of the echoes under a hypothesis |
+//! | `treads` | the measurement model of stairs going down: likelihood of the echoes on treads seen from above |
 //! | `prior` | what stairs people build, and what else stands about |
 //!
 //! Nothing here searches or chooses: [`crate::infer`] does, and is not known here.
@@ -17,6 +18,7 @@ mod points;
 pub(crate) mod prior;
 mod staircase;
 pub mod surfaces;
+pub mod treads;
 
 #[cfg(test)]
 pub(crate) mod tests;

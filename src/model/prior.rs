@@ -37,7 +37,7 @@ fn shoulder(v: f32, (low, high): (f32, f32), sigma: f32) -> f32 {
 }
 
 /// Logarithm of the density of a departure: as a rule small, now and then large.
-fn departure(z: f32, (core, wide, share): (f32, f32, f32)) -> f32 {
+pub fn departure(z: f32, (core, wide, share): (f32, f32, f32)) -> f32 {
     let gauss = |s: f32| math::exp(-0.5 * (z / s) * (z / s)) / s;
     ln((1.0 - share) * gauss(core) + share * gauss(wide)) - number::LN_ROOT_TAU
 }
@@ -84,7 +84,7 @@ pub fn prior(s: &Staircase) -> f32 {
             GroundKind::Nothing => const { ln(number::NOTHING) },
             GroundKind::Ramp { .. } => const { ln(number::RAMP / number::RAMPS) },
             GroundKind::Drop { .. } => const { ln(number::DROP) },
-            GroundKind::Stairs => const { ln(number::STAIRS) },
+            GroundKind::Stairs | GroundKind::Descent => const { ln(number::STAIRS) },
             GroundKind::Box => const { ln(number::BOX) },
             GroundKind::Threshold => const { ln(number::THRESHOLD) },
         };

@@ -1,5 +1,6 @@
 //! A staircase as a hypothesis: where its risers stand and how high their tops are.
 
+use crate::config::Plane;
 use crate::estimate::COVERAGE_FACTOR;
 pub use crate::estimate::RIGHT_M;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};
@@ -35,8 +36,10 @@ pub enum GroundKind {
         /// Where, metres.
         at_m: f32,
     },
-    /// Steps.
+    /// Steps going up: risers and the levels of their tops.
     Stairs,
+    /// Steps going down: edges and the levels of the treads below them.
+    Descent,
     /// One thing too tall to climb.
     Box,
     /// One thing too low for a step.
@@ -68,15 +71,24 @@ pub type Sigmas = [f32; MAX_STEPS];
 /// What can be seen from the mirror.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct View {
+    /// What the mirror sweeps.
+    pub plane: Plane,
     /// Mirror above the ground, metres.
     pub height_m: f32,
-    /// Tangents of the angles above the horizontal between which an edge can be seen: the scanned
-    /// sector less half a beam.
+    /// Tangents of the angles between which an edge can be seen, the scanned sector less half a beam: above the
+    /// horizontal in the depth plane, forward of the vertical in the height plane.
     pub lowest: f32,
     /// See [`View::lowest`].
     pub highest: f32,
     /// Farthest edge that is seen, metres from the mirror.
     pub farthest_m: f32,
+}
+
+impl View {
+    /// Whether a sight line, by its tangent, meets something at a range, metres, that can be seen.
+    fn shows(&self, tangent: f32, range_m: f32) -> bool {
+        tangent > self.lowest && tangent < self.highest && range_m < self.farthest_m
+    }
 }
 
 /// Bins at the far end of the range that show no peak.
@@ -85,6 +97,7 @@ const UNSEEN_BINS: f32 = 8.0;
 impl View {
     /// Nothing is seen.
     pub const NOTHING: Self = Self {
+        plane: Plane::Depth,
         height_m: 0.0,
         lowest: 0.0,
         highest: 0.0,
@@ -99,13 +112,23 @@ impl View {
         let (first, last) = (map.angle_rad(0), map.angle_rad(last));
         let tangent = |angle_rad: f32| {
             let (sin, cos) = math::sin_cos(angle_rad);
-            -sin / math::max(cos, f32::EPSILON)
+            let slope = sin / math::max(cos, f32::EPSILON);
+            match geometry.plane {
+                Plane::Depth => -slope,
+                Plane::Height => slope,
+            }
         };
         let half = 0.5 * geometry.beamwidth_rad;
+        let (near, far) = (math::min(first, last) + half, math::max(first, last) - half);
+        let (lowest, highest) = match geometry.plane {
+            Plane::Depth => (far, near),
+            Plane::Height => (near, far),
+        };
         Self {
+            plane: geometry.plane,
             height_m: geometry.mount_height_m,
-            lowest: tangent(math::max(first, last) - half),
-            highest: tangent(math::min(first, last) + half),
+            lowest: tangent(lowest),
+            highest: tangent(highest),
             farthest_m: geometry.range_m(map.bins() as f32 - UNSEEN_BINS),
         }
     }
@@ -298,29 +321,53 @@ impl Staircase {
         out
     }
 
+    /// Steps going down: where each edge is, metres, and the level of the tread below it, one below the other.
+    pub fn descent(edges: impl Iterator<Item = (f32, f32)>) -> Self {
+        let mut out = Self::nothing();
+        let places = out.x_m.iter_mut().zip(&mut out.top_m);
+        for ((x_m, y_m), edge) in places.zip(edges) {
+            (*x_m, *y_m) = edge;
+            out.kind = GroundKind::Descent;
+            out.steps += 1;
+        }
+        out
+    }
+
     /// The edges that count as steps, the nearest first.
     pub fn edges(&self, view: &View) -> impl Iterator<Item = Edge> + '_ {
         let counts = match self.kind {
-            GroundKind::Stairs => self.len(),
+            GroundKind::Stairs | GroundKind::Descent => self.len(),
             _ => 0,
         };
+        let down = self.kind == GroundKind::Descent;
         let overhang_m = if self.open { 0.0 } else { self.overhang_m };
         let (open, view) = (self.open, *view);
         let mut hidden = f32::NEG_INFINITY;
         let places = self.x_m.iter().zip(&self.top_m).take(counts);
-        places.map(move |(&x_m, &y_m)| {
+        places.enumerate().map(move |(k, (&x_m, &y_m))| {
             let x_m = x_m - overhang_m;
-            let up_m = y_m - view.height_m;
-            let slope = up_m / math::max(x_m, RIGHT_M);
-            let seen = slope > view.lowest
-                && slope < view.highest
-                && slope >= hidden
-                && math::hypot(x_m, up_m) < view.farthest_m;
-            if !open {
-                hidden = math::max(hidden, slope);
-            }
+            let seen = if down {
+                self.shows_below(k, &view)
+            } else {
+                let up_m = y_m - view.height_m;
+                let slope = up_m / math::max(x_m, RIGHT_M);
+                let in_front = slope >= hidden;
+                if !open {
+                    hidden = math::max(hidden, slope);
+                }
+                in_front && view.shows(slope, math::hypot(x_m, up_m))
+            };
             Edge { x_m, y_m, seen }
         })
+    }
+
+    /// Whether edge `k` of stairs going down is in sight, and with it some of the tread below.
+    fn shows_below(&self, k: usize, view: &View) -> bool {
+        let x_m = self.x(k);
+        let above_m = view.height_m - self.level(k);
+        let below_m = view.height_m - self.level(k + 1);
+        let begins_m = math::max(x_m, x_m * below_m / above_m);
+        view.shows(x_m / above_m, math::hypot(x_m, above_m)) && begins_m < self.x(k + 1)
     }
 
     /// Where this, if it is true with levels known to `sigmas`, makes an answer wrong: steps that are

@@ -62,6 +62,57 @@ pub struct Hidden {
     pub nothing: [f32; 4],
 }
 
+/// Levels of echoes that are told apart going down.
+pub const LEVELS: usize = 20;
+
+/// What the end of a tread shows that is seen from above.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreadEnd {
+    /// Expected number of echoes at the end itself.
+    pub number: f32,
+    /// Where they lie on the mean, metres along the tread from its end, …
+    pub off_m: f32,
+    /// … and their standard deviation.
+    pub sigma_m: f32,
+}
+
+/// What treads show that are seen from above, in the height plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TreadNumbers {
+    /// Logarithm of the number of echoes per metre straight below the mirror where the scene's strongest echo has
+    /// 30 dB; per 10 dB of that; per 10° off the vertical; and per both.
+    pub rate: [f32; 4],
+    /// Density of levels on treads over that of all other echoes in a square metre, by level: square metres.
+    pub ratio_m2: [f32; LEVELS],
+    /// Standard deviation of heights, metres.
+    pub height_sigma_m: f32,
+    /// Where a tread ends: at an edge behind the mirror, and at one before it.
+    pub ends: [TreadEnd; 2],
+    /// Where a tread begins behind such edges.
+    pub starts: [TreadEnd; 2],
+    /// Factor on the standard deviations of edges: echoes lie more evenly along a tread than chance would have them.
+    pub edge_sigma_scale: f32,
+}
+
+impl TreadNumbers {
+    /// Before anything is counted: treads that show nothing.
+    pub const NOTHING: Self = {
+        let end = TreadEnd {
+            number: 0.0,
+            off_m: 0.0,
+            sigma_m: 0.01,
+        };
+        Self {
+            rate: [0.0; 4],
+            ratio_m2: [0.0; LEVELS],
+            height_sigma_m: 0.01,
+            ends: [end; 2],
+            starts: [end; 2],
+            edge_sigma_scale: 1.0,
+        }
+    };
+}
+
 /// The whole model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Generative {
@@ -71,4 +122,6 @@ pub struct Generative {
     pub extended: [Extended; EXTENDED],
     /// Hidden risers.
     pub hidden: Hidden,
+    /// Treads that are seen from above.
+    pub treads: TreadNumbers,
 }

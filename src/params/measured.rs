@@ -1,9 +1,9 @@
 //! The measurement model, counted from simulated scans: written by `cargo sim fit`.
 
-use super::generative::{Extended, Generative, Hidden, Point};
+use super::generative::{Extended, Generative, Hidden, Point, TreadEnd, TreadNumbers};
 
-/// In the depth plane.
-pub static UP: Generative = Generative {
+/// Of both planes.
+pub static MODEL: Generative = Generative {
     points: [
         // corner
         Point {
@@ -171,5 +171,38 @@ pub static UP: Generative = Generative {
         low: [0.50586, 0.00665, 0.0062],
         top: [0.09043, -0.0395, 0.00644],
         nothing: [-2.75431, -0.79243, 0.94392, -0.45445],
+    },
+    treads: TreadNumbers {
+        rate: [1.90336, -0.0395, -0.34352, 0.11271],
+        ratio_m2: [
+            0.0, 0.0, 0.0, 0.10044, 0.51997, 1.41686, 2.87879, 4.14447, 3.48251, 2.7328, 3.0457,
+            3.45741, 2.4949, 2.74459, 2.62696, 2.53181, 2.61708, 2.62595, 2.78707, 15.76919,
+        ],
+        height_sigma_m: 0.0018,
+        ends: [
+            TreadEnd {
+                number: 0.62526,
+                off_m: 0.00555,
+                sigma_m: 0.00408,
+            },
+            TreadEnd {
+                number: 0.0379,
+                off_m: 0.01776,
+                sigma_m: 0.00311,
+            },
+        ],
+        starts: [
+            TreadEnd {
+                number: 0.19727,
+                off_m: 0.00071,
+                sigma_m: 0.00439,
+            },
+            TreadEnd {
+                number: 0.35659,
+                off_m: 0.00087,
+                sigma_m: 0.00366,
+            },
+        ],
+        edge_sigma_scale: 0.73126,
     },
 };

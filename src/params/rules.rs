@@ -129,16 +129,6 @@ numbers! {
     lobes_broad in "mount": |p| p.beam_broad = NEVER;
     /// A few lobes that are far too broad do.
     lobes_few in "mount": |p| p.beam_broad_few = NEVER;
-    /// Going down: the flash below the mirror gains more.
-    lower_flash in "down": |p| p.lower_flash_nats = p.lower_tread_nats;
-    /// Going down: an echo where a tread ends gains more.
-    lower_edge in "down": |p| p.lower_edge_nats = 0.0;
-    /// Going down: echoes inside the solid cost.
-    lower_inside in "down": |p| p.lower_inside_nats = 0.0;
-    /// Going down: unexplained echoes cost.
-    lower_stray in "down": |p| p.lower_stray_nats = 0.0;
-    /// Going down: strides are people's.
-    stride in "down": |p| p.stride_sigma_m = 1.0;
 }
 
 /// Reasons of doubt about the instrument: each is a rule of `health`.

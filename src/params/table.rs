@@ -254,68 +254,6 @@ params! {
         overhang_grid_sigma_m = 0.0017, "m", Derived, "steps of 6 mm, even: over the root of 12";
     }
     "stairs going down" {
-        /// Echoes higher than this are no treads.
-        tread_highest_m = 0.06, "m", Hand;
-        /// Weaker echoes in the height plane are left out.
-        faintest_tread_db = 3.0, "dB", Hand;
-        /// Angle error of a tread's echo whatever its strength …
-        tread_angle_rad = 0.2 * RAD_PER_DEG, "rad", Hand;
-        /// … and from noise at 0 dB.
-        tread_noise_rad = RAD_PER_DEG, "rad", Hand;
-        /// Error along the tread whatever the angle.
-        tread_x_sigma_m = 0.012, "m", Derived, "a range cell";
-        /// Height error of a tread's echo whatever the angle.
-        tread_y_sigma_m = 0.004, "m", Hand;
-        /// A tread's echo has the credibility of one this much stronger.
-        tread_credit_db = 1.5, "dB", Hand;
-        /// Echoes this close in height belong to one tread.
-        row_m = 0.025, "m", Hand;
-        /// An echo on a tread.
-        lower_tread_nats = 2.0, "nats", Hand;
-        /// An echo where a tread ends.
-        lower_edge_nats = 3.5, "nats", Hand;
-        /// The flash of the tread right below the mirror.
-        lower_flash_nats = 4.5, "nats", Hand;
-        /// An echo that the flight does not explain.
-        lower_stray_nats = 0.5, "nats", Hand;
-        /// An echo inside the solid.
-        lower_inside_nats = 2.0, "nats", Hand;
-        /// Each further tread must pay for itself.
-        lower_step_nats = 1.2, "nats", Hand;
-        /// Echoes this far from a tread in height still belong to it.
-        tread_zone_m = 0.035, "m", Hand;
-        /// Echoes reach this many standard deviations beyond a tread's ends.
-        tread_reach_sigmas = 1.5, "", Hand;
-        /// The corner behind a tread's end lies at most this far beyond it.
-        lower_corner_m = 0.03, "m", Hand;
-        /// A tread flashes within this of the mirror's foot, beside the echo's error.
-        lower_flash_m = 0.02, "m", Hand;
-        /// A tread that ends this near the mirror's foot still flashes.
-        lower_flash_reach_m = 0.03, "m", Hand;
-        /// The last echo of a tread lies this much before its edge …
-        edge_short_m = 0.018, "m", Hand;
-        /// … give or take.
-        edge_spread_m = 0.015, "m", Hand;
-        /// Error of an edge by speckle: echoes end where they like.
-        edge_speckle_m = 0.008, "m", Hand;
-        /// The likelihood's tails are heavier than the truth's: reported edges are this much tighter.
-        edge_sigma_scale = 0.6, "", Hand;
-        /// The ground before the first edge ends before this.
-        farthest_edge_m = 0.1, "m", Custom, "a chair stands at the edge when it looks down";
-        /// An echo shows a tread's level within this, beside its deviations.
-        level_margin_m = 0.015, "m", Hand;
-        /// People's step length: twice the rise and the going.
-        stride_m = 0.63, "m", Custom, "Blondel 1675";
-        /// Its standard deviation.
-        stride_sigma_m = 0.03, "m", Custom, "codes allow 0.60 to 0.66 m";
-        /// Strides so many standard deviations off are left out.
-        stride_sigmas = 2.5, "", Hand;
-        /// Least drop from tread to tread.
-        least_drop_m = 0.09, "m", Custom, "shallowest stairs in use";
-        /// Largest drop.
-        most_drop_m = 0.22, "m", Custom, "steepest stairs in use";
-        /// A tread may lie this far from where its predecessors lead.
-        tread_tolerance_m = 0.02, "m", Hand;
         /// Error of the drop by the deepest tread.
         lower_rise_sigma_m = 0.02, "m", Hand;
     }

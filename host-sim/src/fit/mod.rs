@@ -114,25 +114,27 @@ fn witness<R>(
     seen.transpose()
 }
 
-/// What the first scan of a recording shows of the measurement model; nothing if it is a `fault`, has
-/// no truth or looks straight down.
+/// What the first scan of a recording shows of the measurement model; nothing if it is a `fault` or has no truth.
 ///
 /// # Errors
 /// Names what in the recording no scan can be made of.
 pub fn sighting(recording: &Recording, build: Option<Build>) -> Result<Option<Sighting>> {
-    let sighting = witness(recording, &measured::UP, |scanned, truth, _, listener| {
-        let map = scanned.pipeline.map();
-        let geometry = *map.geometry();
-        Ok((geometry.plane == Plane::Depth).then(|| Sighting {
-            name: recording.name.clone(),
-            echoes: listener.echoes,
-            geometry,
-            view: View::of(map),
-            truth,
-            build,
-        }))
-    })?;
-    Ok(sighting.flatten())
+    witness(
+        recording,
+        &measured::MODEL,
+        |scanned, truth, _, listener| {
+            let map = scanned.pipeline.map();
+            let geometry = *map.geometry();
+            Ok(Sighting {
+                name: recording.name.clone(),
+                echoes: listener.echoes,
+                geometry,
+                view: View::of(map),
+                truth,
+                build,
+            })
+        },
+    )
 }
 
 /// What the first scan of a recording teaches under the measurement model `g`; nothing if it is a

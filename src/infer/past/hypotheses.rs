@@ -175,7 +175,12 @@ impl Hypotheses {
 /// The edges of a staircase.
 #[inline(never)]
 fn edges(s: &Staircase, view: &View) -> Vec<Edge, MAX_STEPS> {
-    s.edges(view).collect()
+    let mut edges = Vec::new();
+    for edge in s.edges(view) {
+        // As many as a staircase has.
+        let _ = edges.push(edge);
+    }
+    edges
 }
 
 /// Whether the risers stand in the same places.

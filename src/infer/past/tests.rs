@@ -5,6 +5,7 @@ use crate::model::Staircase;
 use crate::params::current;
 
 const VIEW: View = View {
+    plane: crate::config::Plane::Depth,
     height_m: 0.4,
     lowest: -1.0,
     highest: 0.35,

@@ -3,7 +3,7 @@
 
 use super::roles::{Riser, Role, Roles};
 use super::scene::{MAX_COLUMNS, Mark, Scene};
-use super::stairs::{ChainLink, Explanation, Flight, Spacing, Stairs};
+use super::stairs::{ChainLink, Flight, FlightShape};
 use crate::estimate::Estimate;
 use crate::infer::gauss::TreadLevels;
 use crate::math;
@@ -22,15 +22,6 @@ const FINE_RISES_M: [f32; 11] = [
     -0.030, -0.024, -0.018, -0.012, -0.006, 0.0, 0.006, 0.012, 0.018, 0.024, 0.030,
 ];
 
-/// What two flights of the same risers may differ in.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct AscentShape {
-    /// Height of one riser, metres.
-    pub rise_m: f32,
-    /// Whether there is nothing below the treads.
-    pub open: bool,
-}
-
 /// Riser `k` of a chain, between two levels, metres.
 fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f32, f32)) -> Riser {
     let at = |k: usize| chain.get(k).map(|l| l.along_m);
@@ -44,7 +35,7 @@ fn riser_between(chain: &[ChainLink], open: bool, k: usize, (base_m, top_m): (f3
 }
 
 /// Riser number `k` of a flight of regular rises.
-pub fn riser(chain: &[ChainLink], shape: AscentShape, k: usize) -> Riser {
+pub fn riser(chain: &[ChainLink], shape: FlightShape, k: usize) -> Riser {
     let base_m = k as f32 * shape.rise_m;
     riser_between(chain, shape.open, k, (base_m, base_m + shape.rise_m))
 }
@@ -64,7 +55,7 @@ pub fn riser_of(m: &Mark, chain: &[ChainLink], column_m: f32) -> usize {
 }
 
 /// The role of each mark, in the marks' order, under a flight whose treads have these levels.
-pub fn roles_by(scene: &Scene<'_>, flight: &Flight<AscentShape>, levels: &TreadLevels) -> Roles {
+pub fn roles_by(scene: &Scene<'_>, flight: &Flight, levels: &TreadLevels) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {
         let k = riser_of(m, &flight.chain, scene.params.column_m);
@@ -283,11 +274,11 @@ impl<'e> Ascending<'e> {
 
     /// The riser height over its likelihood, the chain given, and the highest score among them.
     #[inline(never)]
-    pub fn rise(&self, flight: &Flight<AscentShape>) -> (Estimate, f32) {
+    pub fn rise(&self, flight: &Flight) -> (Estimate, f32) {
         let shape = flight.shape;
         let at = |offset: f32| {
             let rise_m = shape.rise_m + offset;
-            self.whole(&flight.chain, AscentShape { rise_m, ..shape })
+            self.whole(&flight.chain, FlightShape { rise_m, ..shape })
         };
         let scores = FINE_RISES_M.map(at);
         let top = scores.iter().copied().fold(f32::NEG_INFINITY, math::max);
@@ -307,27 +298,17 @@ impl<'e> Ascending<'e> {
     }
 }
 
-impl Stairs for Ascending<'_> {
-    type Shape = AscentShape;
-
-    fn scene(&self) -> &Scene<'_> {
+impl Ascending<'_> {
+    /// The echoes.
+    pub fn scene(&self) -> &Scene<'_> {
         self.scene
     }
 
-    fn spacing(&self) -> Spacing {
-        let p = self.scene.params;
-        Spacing {
-            least_m: p.least_going_m,
-            most_m: p.most_going_m,
-            tolerance_m: p.riser_tolerance_m,
-            landing_m: p.longest_landing_m,
-        }
-    }
-
-    fn beginnings(&self) -> impl Iterator<Item = (usize, AscentShape)> {
+    /// The columns that a flight may begin with, each with the shapes worth a try there.
+    pub fn beginnings(&self) -> impl Iterator<Item = (usize, FlightShape)> {
         let shapes = RISES_M.into_iter();
         let shapes =
-            shapes.flat_map(|rise_m| [false, true].map(|open| AscentShape { rise_m, open }));
+            shapes.flat_map(|rise_m| [false, true].map(|open| FlightShape { rise_m, open }));
         // Shape by shape: the landing behind flights of one level is looked at once.
         shapes.flat_map(|shape| {
             let columns = self.scene.columns.iter().enumerate();
@@ -337,7 +318,8 @@ impl Stairs for Ascending<'_> {
         })
     }
 
-    fn face(&self, chain: &[ChainLink], next: ChainLink, shape: AscentShape) -> f32 {
+    /// Log-likelihood that `next` adds to the chain, nats.
+    pub fn face(&self, chain: &[ChainLink], next: ChainLink, shape: FlightShape) -> f32 {
         let riser = Riser {
             along_m: next.along_m,
             ..riser(chain, shape, chain.len())
@@ -357,7 +339,8 @@ impl Stairs for Ascending<'_> {
         self.riser(&riser, near, before) - self.landing_cost(chain, next)
     }
 
-    fn behind(&self, chain: &[ChainLink], shape: AscentShape) -> f32 {
+    /// Log-likelihood of everything behind the last face, nats.
+    pub fn behind(&self, chain: &[ChainLink], shape: FlightShape) -> f32 {
         let Some(last) = chain.last() else { return 0.0 };
         let level_m = chain.len() as f32 * shape.rise_m;
         let first = usize::from(self.span(last).end);
@@ -370,23 +353,23 @@ impl Stairs for Ascending<'_> {
         cached.unwrap_or_else(|| self.tread(&landing, marks).score)
     }
 
-    fn null(&self) -> f32 {
+    /// Log-likelihood of level ground, nats.
+    pub fn null(&self) -> f32 {
         self.null
     }
 
-    fn role(&self, mark: &Mark, chain: &[ChainLink], shape: AscentShape) -> Role {
+    /// What a mark is taken for if the flight is true.
+    pub fn role(&self, mark: &Mark, chain: &[ChainLink], shape: FlightShape) -> Role {
         let k = riser_of(mark, chain, self.scene.params.column_m);
         self.scene.role(mark, &riser(chain, shape, k))
     }
 
-    fn open(shape: AscentShape) -> bool {
-        shape.open
-    }
-
-    fn explanation(shape: AscentShape) -> Explanation {
-        Explanation::Up {
-            rise_m: shape.rise_m,
-            open: shape.open,
-        }
+    /// Log-likelihood ratio of a whole flight against level ground, nats.
+    pub fn whole(&self, chain: &[ChainLink], shape: FlightShape) -> f32 {
+        let faces = (0..chain.len()).filter_map(|k| {
+            let (before, rest) = chain.split_at_checked(k)?;
+            Some(self.face(before, *rest.first()?, shape))
+        });
+        faces.sum::<f32>() + self.behind(chain, shape) - self.null()
     }
 }

@@ -116,26 +116,16 @@ impl<'p> Scene<'p> {
         self.gather(marks, p.column_m, p.nearest_riser_m);
     }
 
-    /// Takes in echoes for treads: rows of echoes beside one another, in the height plane.
-    #[inline(never)]
+    /// Takes in echoes of treads, in the height plane; nothing is gathered of them.
     pub fn treads(&mut self, echoes: &[Echo]) {
-        let (p, mount_height_m) = (self.params, self.mount_height_m);
-        let below = (0..)
-            .zip(echoes)
-            .filter(|(_, e)| e.y_m < p.tread_highest_m && e.snr_db > p.faintest_tread_db);
-        let marks = below.map(|(k, e)| {
-            let (sin, cos) = math::sin_cos(e.angle_rad);
-            let noise_rad = p.tread_noise_rad * math::amplitude(-e.snr_db);
-            let arc = e.range_m * (p.tread_angle_rad + noise_rad);
-            Mark {
-                along_m: mount_height_m - e.y_m,
-                x_sigma_m: math::hypot(p.tread_x_sigma_m, arc * cos),
-                y_sigma_m: math::hypot(p.tread_y_sigma_m, arc * sin),
-                weight: credibility(e.snr_db + p.tread_credit_db, p),
+        for (k, e) in (0..).zip(echoes) {
+            // As many as there are echoes at most.
+            let _ = self.marks.push(Mark {
+                along_m: self.mount_height_m - e.y_m,
+                weight: credibility(e.snr_db, self.params),
                 ..Mark::new(k, e)
-            }
-        });
-        self.gather(marks, p.row_m, 0.0);
+            });
+        }
     }
 
     /// Sorts the marks and gathers columns around the strongest ones left; what lies nearer than

@@ -5,8 +5,10 @@
 //! the best [`BEGINNINGS`] go on. Worst case, in faces scored: columns × shapes at first, then
 //! [`BEGINNINGS`] × columns for the second face, then [`BEGINNINGS`] × 2 for each further one.
 
-use super::stairs::{ChainLink, Flight, MAX_FLIGHT, Stairs, regular};
+use super::ascending::Ascending;
+use super::stairs::{ChainLink, Flight, MAX_FLIGHT, regular};
 use crate::math;
+use crate::params::Params;
 use heapless::Vec;
 
 /// Beginnings that are followed at a time: with half as many no recording's answer changes.
@@ -16,13 +18,13 @@ const SKIPPED: [usize; 2] = [0, 1];
 
 /// The best beginnings so far.
 #[derive(Debug)]
-struct BestBeginnings<S> {
-    flights: Vec<Flight<S>, BEGINNINGS>,
+struct BestBeginnings {
+    flights: Vec<Flight, BEGINNINGS>,
     /// Which is the worst, where there is no room for more.
     worst: usize,
 }
 
-impl<S: Copy + Default> BestBeginnings<S> {
+impl BestBeginnings {
     const fn new() -> Self {
         Self {
             flights: Vec::new(),
@@ -31,7 +33,7 @@ impl<S: Copy + Default> BestBeginnings<S> {
     }
 
     /// Takes a flight in, in place of the worst if there is no room; not if it is no better.
-    fn offer(&mut self, flight: &Flight<S>) {
+    fn offer(&mut self, flight: &Flight) {
         if self.flights.is_full() {
             match self.flights.get_mut(self.worst) {
                 Some(worst) if worst.score < flight.score => worst.clone_from(flight),
@@ -52,12 +54,12 @@ impl<S: Copy + Default> BestBeginnings<S> {
 /// Working memory of a search: the beginnings that are followed, and those that they lead to. Too
 /// large for a small stack, so it comes from outside.
 #[derive(Debug)]
-pub struct Beginnings<S> {
-    now: BestBeginnings<S>,
-    next: BestBeginnings<S>,
+pub struct Beginnings {
+    now: BestBeginnings,
+    next: BestBeginnings,
 }
 
-impl<S: Copy + Default> Beginnings<S> {
+impl Beginnings {
     /// None yet.
     pub const fn new() -> Self {
         Self {
@@ -69,22 +71,26 @@ impl<S: Copy + Default> Beginnings<S> {
 
 /// The search's state.
 #[derive(Debug)]
-pub struct Search<'s, S: Stairs> {
+pub struct Search<'s, 'e> {
     /// What is searched.
-    pub stairs: &'s S,
+    pub stairs: &'s Ascending<'e>,
     /// The best flight of each number of faces, once [`Search::best`] has run.
-    pub leaders: Vec<Flight<S::Shape>, MAX_FLIGHT>,
+    pub leaders: Vec<Flight, MAX_FLIGHT>,
 }
 
-impl<'s, S: Stairs> Search<'s, S> {
+impl<'s, 'e> Search<'s, 'e> {
+    fn params(&self) -> &Params {
+        self.stairs.scene().params
+    }
+
     /// How many faces may go unseen between two that are seen.
     fn skipped(&self) -> impl Iterator<Item = usize> {
-        let most = usize::from(self.stairs.scene().params.rules.skipped_face);
+        let most = usize::from(self.params().rules.skipped_face);
         SKIPPED.into_iter().filter(move |skipped| *skipped <= most)
     }
 
     /// A search among `stairs`.
-    pub fn new(stairs: &'s S) -> Self {
+    pub fn new(stairs: &'s Ascending<'e>) -> Self {
         Self {
             stairs,
             leaders: Vec::new(),
@@ -99,7 +105,7 @@ impl<'s, S: Stairs> Search<'s, S> {
 
     /// The best flight.
     #[inline(never)]
-    pub fn best(&mut self, memory: &mut Beginnings<S::Shape>) -> Option<Flight<S::Shape>> {
+    pub fn best(&mut self, memory: &mut Beginnings) -> Option<Flight> {
         let Beginnings { now, next } = memory;
         let (mut now, mut next) = (now, next);
         now.flights.clear();
@@ -128,20 +134,20 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// Adds a face to a flight; whether there was room for it.
-    fn extend(&self, flight: &mut Flight<S::Shape>, link: ChainLink) -> bool {
+    fn extend(&self, flight: &mut Flight, link: ChainLink) -> bool {
         flight.faces += self.stairs.face(&flight.chain, link, flight.shape);
         flight.chain.push(link).is_ok()
     }
 
     /// Scores a flight as if it ended with its last face.
-    fn finish(&self, flight: &mut Flight<S::Shape>) {
+    fn finish(&self, flight: &mut Flight) {
         let behind = self.stairs.behind(&flight.chain, flight.shape);
         flight.score = flight.faces + behind - self.stairs.null();
     }
 
     /// Remembers a flight if it is the best of its length so far; whether it is.
-    fn lead(&mut self, flight: &Flight<S::Shape>) -> bool {
-        let same = |f: &&mut Flight<S::Shape>| f.chain.len() == flight.chain.len();
+    fn lead(&mut self, flight: &Flight) -> bool {
+        let same = |f: &&mut Flight| f.chain.len() == flight.chain.len();
         match self.leaders.iter_mut().find(same) {
             Some(leader) if leader.score >= flight.score => return false,
             Some(leader) => leader.clone_from(flight),
@@ -160,11 +166,11 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// Follows a flight to its next faces.
-    fn grow(&self, flight: &Flight<S::Shape>, next: &mut BestBeginnings<S::Shape>) {
+    fn grow(&self, flight: &Flight, next: &mut BestBeginnings) {
         let Some(last) = flight.chain.last() else {
             return;
         };
-        let (spacing, _) = regular(&flight.chain, self.stairs.spacing().most_m);
+        let (spacing, _) = regular(&flight.chain, self.params().most_going_m);
         if spacing <= 0.0 {
             return self.grow_second(flight, *last, next);
         }
@@ -179,36 +185,31 @@ impl<'s, S: Stairs> Search<'s, S> {
     }
 
     /// The first face of a second flight, behind a landing.
-    fn grow_landing(&self, flight: &Flight<S::Shape>, next: &mut BestBeginnings<S::Shape>) {
-        let bounds = self.stairs.spacing();
+    fn grow_landing(&self, flight: &Flight, next: &mut BestBeginnings) {
+        let p = self.params();
         let Some(last) = flight.chain.last() else {
             return;
         };
-        if regular(&flight.chain, bounds.most_m).1 > 0 {
+        if regular(&flight.chain, p.most_going_m).1 > 0 {
             return;
         }
         for c in 0..self.stairs.scene().columns.len() {
             let link = self.link(c);
             let away_m = link.along_m - last.along_m;
-            if away_m > bounds.most_m && away_m < bounds.landing_m {
+            if away_m > p.most_going_m && away_m < p.longest_landing_m {
                 self.grow_to(flight, link, away_m, 0, next);
             }
         }
     }
 
     /// The second face fixes the direction: any column that stairs may have there.
-    fn grow_second(
-        &self,
-        flight: &Flight<S::Shape>,
-        first: ChainLink,
-        next: &mut BestBeginnings<S::Shape>,
-    ) {
-        let bounds = self.stairs.spacing();
+    fn grow_second(&self, flight: &Flight, first: ChainLink, next: &mut BestBeginnings) {
+        let p = self.params();
         for c in 0..self.stairs.scene().columns.len() {
             let link = self.link(c);
             for skipped in self.skipped() {
                 let spacing = (link.along_m - first.along_m) / (skipped + 1) as f32;
-                if (bounds.least_m..=bounds.most_m).contains(&spacing) {
+                if (p.least_going_m..=p.most_going_m).contains(&spacing) {
                     self.grow_to(flight, link, spacing, skipped, next);
                 }
             }
@@ -218,11 +219,11 @@ impl<'s, S: Stairs> Search<'s, S> {
     /// Adds `link`, and `skipped` faces before it, to a flight and offers it.
     fn grow_to(
         &self,
-        flight: &Flight<S::Shape>,
+        flight: &Flight,
         link: ChainLink,
         spacing: f32,
         skipped: usize,
-        next: &mut BestBeginnings<S::Shape>,
+        next: &mut BestBeginnings,
     ) {
         let mut flight = flight.clone();
         if skipped > 0 {
@@ -249,7 +250,7 @@ impl<'s, S: Stairs> Search<'s, S> {
     /// The weightiest column within the tolerance of a place.
     fn near(&self, along: f32) -> Option<ChainLink> {
         let scene = self.stairs.scene();
-        let tolerance = self.stairs.spacing().tolerance_m;
+        let tolerance = self.params().riser_tolerance_m;
         let columns = scene.columns.iter().enumerate();
         let near = columns.filter(|(_, column)| (column.along_m - along).abs() < tolerance);
         let best = near.max_by(|a, b| a.1.weight.total_cmp(&b.1.weight));

@@ -1,12 +1,5 @@
-//! What a kind of stairs is to the search: faces one behind the other, and how well they explain
-//! the echoes.
-//!
-//! Going up, the faces that look at the mirror are risers one behind the other; going down they are
-//! treads one below the other. A flight's score is a sum over its faces plus what lies behind the
-//! last one, so every beginning is scored once, whatever follows.
+//! A flight of stairs going up as the search has it: faces one behind the other, their rise, its score.
 
-use super::roles::Role;
-use super::scene::{Mark, Scene};
 use crate::math;
 use heapless::Vec;
 
@@ -63,61 +56,22 @@ pub enum Explanation {
     },
 }
 
-/// How far faces may lie from each other and from where they should, metres.
-#[derive(Clone, Copy, Debug)]
-pub struct Spacing {
-    /// Least distance from face to face.
-    pub least_m: f32,
-    /// Largest distance.
-    pub most_m: f32,
-    /// A face may stand this far from where its predecessors lead.
-    pub tolerance_m: f32,
-    /// A second flight may begin this far behind the first: on a landing. Less than
-    /// [`Spacing::most_m`] for none.
-    pub landing_m: f32,
-}
-
-/// A kind of stairs: how well a flight of it explains the echoes.
-pub trait Stairs {
-    /// What two flights of the same chain may differ in.
-    type Shape: Copy + Default + core::fmt::Debug;
-
-    /// The echoes.
-    fn scene(&self) -> &Scene<'_>;
-    /// Of stairs that people use.
-    fn spacing(&self) -> Spacing;
-    /// The columns that a flight may begin with, each with the shapes worth a try there.
-    fn beginnings(&self) -> impl Iterator<Item = (usize, Self::Shape)>;
-    /// Log-likelihood that `next` adds to the chain, nats.
-    fn face(&self, chain: &[ChainLink], next: ChainLink, shape: Self::Shape) -> f32;
-    /// Log-likelihood of everything behind the last face, nats.
-    fn behind(&self, chain: &[ChainLink], shape: Self::Shape) -> f32;
-    /// Log-likelihood of the best explanation without stairs, nats.
-    fn null(&self) -> f32;
-    /// What a mark is taken for if the flight is true.
-    fn role(&self, mark: &Mark, chain: &[ChainLink], shape: Self::Shape) -> Role;
-    /// Whether the treads float.
-    fn open(shape: Self::Shape) -> bool;
-    /// The flight in words.
-    fn explanation(shape: Self::Shape) -> Explanation;
-
-    /// Log-likelihood ratio of a whole flight against everything that is no stair, nats.
-    fn whole(&self, chain: &[ChainLink], shape: Self::Shape) -> f32 {
-        let faces = (0..chain.len()).filter_map(|k| {
-            let (before, rest) = chain.split_at_checked(k)?;
-            Some(self.face(before, *rest.first()?, shape))
-        });
-        faces.sum::<f32>() + self.behind(chain, shape) - self.null()
-    }
+/// What two flights of the same risers may differ in.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct FlightShape {
+    /// Height of one riser, metres.
+    pub rise_m: f32,
+    /// Whether there is nothing below the treads.
+    pub open: bool,
 }
 
 /// A flight, or the beginning of one.
 #[derive(Clone, Debug, Default)]
-pub struct Flight<S> {
+pub struct Flight {
     /// Its faces.
     pub chain: Chain,
     /// Its shape.
-    pub shape: S,
+    pub shape: FlightShape,
     /// Log-likelihood of its faces, nats.
     pub faces: f32,
     /// Log-likelihood ratio of the whole against everything that is no stair, nats.

@@ -17,6 +17,7 @@ use std::vec::Vec;
 
 /// From 40 cm above the ground: 2.9 m far, from 70° below the horizontal to 20° above it.
 pub(crate) const VIEW: View = View {
+    plane: crate::config::Plane::Depth,
     height_m: 0.4,
     lowest: -2.75,
     highest: 0.36,
@@ -51,7 +52,7 @@ pub(crate) fn geometry() -> Geometry {
 
 /// A model of the default scan's echoes.
 pub(crate) fn model<'a>(echoes: &[Echo], geometry: &Geometry) -> Model<'a> {
-    Model::new(echoes, VIEW, geometry, &measured::UP)
+    Model::new(echoes, VIEW, geometry, &measured::MODEL)
 }
 
 /// An echo at (x, y).
@@ -92,7 +93,7 @@ impl Dice {
 
 /// Where the model expects a feature's echo, plus noise of the model's own spread times `noise`.
 fn shows(place: &FeaturePlace, snr_db: f32, dice: &mut Dice, noise: f32) -> Echo {
-    let p = &measured::UP.points[place.class as usize];
+    let p = &measured::MODEL.points[place.class as usize];
     let (x, y) = (place.x_m, place.y_m - VIEW.height_m);
     let across_sigma = p.across_sigma_m.hypot(place.range_m * 0.0021);
     let across = p.across_m + dice.normal(noise * across_sigma);

@@ -270,3 +270,26 @@ fn a_drop_contradicts_every_answer() {
         assert!(all.iter().all(|c| c.probability == 1.0));
     }
 }
+
+#[test]
+fn of_stairs_down_what_an_edge_hides_is_not_seen() {
+    let view = View {
+        plane: crate::config::Plane::Height,
+        height_m: 1.0,
+        lowest: -0.3,
+        highest: 1.0,
+        farthest_m: 2.6,
+    };
+    let seen = |edges: &[(f32, f32)]| -> std::vec::Vec<bool> {
+        let s = Staircase::descent(edges.iter().copied());
+        s.edges(&view).map(|e| e.seen).collect()
+    };
+    assert_eq!(
+        seen(&[(-0.1, -0.17), (0.2, -0.34), (0.5, -0.51)]),
+        [true; 3]
+    );
+    // Behind the scanned sector, and before it.
+    assert_eq!(seen(&[(-0.5, -0.17), (2.0, -0.34)]), [false; 2]);
+    // The tread after the first edge ends before the sight line over that edge meets it.
+    assert_eq!(seen(&[(0.5, -0.6), (0.7, -0.9)]), [false, true]);
+}

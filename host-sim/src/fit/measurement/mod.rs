@@ -1,4 +1,5 @@
-//! Counts the measurement model from scans with known truth: hard EM.
+//! Counts the measurement model from scans with known truth: going up by hard EM, going down (`treads`) where the truth
+//! itself says which tread an echo lies on.
 //!
 //! Under the true flight and the table so far, every echo is labelled as the feature or the class of
 //! extended features that it most likely is (`labels`); the labels give a new
@@ -18,9 +19,11 @@ mod prior;
 mod table;
 #[cfg(test)]
 mod tests;
+mod treads;
 
 use labels::Sample;
 use rayon::prelude::*;
+use stairscan::config::Plane;
 use stairscan::model::{Model, Staircase};
 use stairscan::params::generative::Generative;
 
@@ -56,6 +59,7 @@ pub fn measure(sightings: &[Sighting]) -> Measured {
     for _ in 0..ROUNDS {
         let labelled: Vec<_> = sightings
             .par_iter()
+            .filter(|sighting| sighting.geometry.plane == Plane::Depth)
             .filter_map(|sighting| label(sighting, &out.table))
             .collect();
         let mut counts = Counts::default();
@@ -69,6 +73,12 @@ pub fn measure(sightings: &[Sighting]) -> Measured {
         out.numbers = numbers;
         out.table = table::rounded(&table);
     }
+    let (treads, numbers) = treads::measure(sightings);
+    out.numbers.extend(numbers);
+    out.table = table::rounded(&Generative {
+        treads,
+        ..out.table
+    });
     out
 }
 
@@ -114,6 +124,7 @@ const GOING_M: f32 = 0.28;
 pub fn contrast(sightings: &[Sighting], g: &Generative) -> Contrast {
     let each: Vec<_> = sightings
         .par_iter()
+        .filter(|sighting| sighting.geometry.plane == Plane::Depth)
         .filter_map(|sighting| {
             let model = sighting.model(g);
             let truth = standing(&model, &sighting.truth, sighting.build)?;

@@ -5,7 +5,7 @@
 //! centimetre, heights within a few, levels that follow the scene's strongest echo, half of the
 //! features seen. The priors are wide: a few dozen samples outweigh them.
 
-use stairscan::params::generative::{Extended, Generative, Hidden, Point};
+use stairscan::params::generative::{Extended, Generative, Hidden, Point, TreadNumbers};
 
 /// Features whose echo is a corner's or a mirror's: as strong as the scene's strongest.
 const BRIGHT_DB: f32 = 25.0;
@@ -73,6 +73,7 @@ pub const START: Generative = Generative {
         top: [0.3, -0.015, 0.015],
         nothing: [-3.0, -1.0, 0.5, -0.5],
     },
+    treads: TreadNumbers::NOTHING,
 };
 
 /// Standard deviations of the priors around [`START`]; those of spreads are of their departure.

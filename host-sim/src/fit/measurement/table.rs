@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use stairscan::params::generative::{Extended, Generative, Point};
+use stairscan::params::generative::{Extended, Generative, Point, TreadEnd, TreadNumbers};
 
 use super::estimate::{EXTENDED_NAMES, Number, POINT_NAMES};
 
@@ -25,6 +25,15 @@ pub fn rounded(g: &Generative) -> Generative {
         .chain(&mut h.top)
         .chain(&mut h.nothing)
         .for_each(near);
+    let t = &mut g.treads;
+    t.rate.iter_mut().chain(&mut t.ratio_m2).for_each(near);
+    near(&mut t.height_sigma_m);
+    near(&mut t.edge_sigma_scale);
+    for end in t.ends.iter_mut().chain(&mut t.starts) {
+        [&mut end.number, &mut end.off_m, &mut end.sigma_m]
+            .into_iter()
+            .for_each(near);
+    }
     g
 }
 
@@ -56,13 +65,13 @@ fn extended(p: &mut Extended) -> [(&'static str, &mut f32); 6] {
     ]
 }
 
-/// The source file of the measurement model in the depth plane.
+/// The source file of the measurement model.
 pub fn write(g: &Generative) -> String {
     let mut g = rounded(g);
     let mut out = String::from(
         "//! The measurement model, counted from simulated scans: written by `cargo sim fit`.\n\n\
-         use super::generative::{Extended, Generative, Hidden, Point};\n\n\
-         /// In the depth plane.\npub static UP: Generative = Generative {\n    points: [\n",
+         use super::generative::{Extended, Generative, Hidden, Point, TreadEnd, TreadNumbers};\n\n\
+         /// Of both planes.\npub static MODEL: Generative = Generative {\n    points: [\n",
     );
     for (p, name) in g.points.iter_mut().zip(POINT_NAMES) {
         entry(&mut out, "Point", name, &point(p));
@@ -75,10 +84,50 @@ pub fn write(g: &Generative) -> String {
     let _ = write!(
         out,
         "    ],\n    hidden: Hidden {{\n        low: {:?},\n        top: {:?},\n        \
-         nothing: {:?},\n    }},\n}};\n",
+         nothing: {:?},\n    }},\n",
         h.low, h.top, h.nothing
     );
+    treads(&mut out, &g.treads);
+    out.push_str("};\n");
     out
+}
+
+fn treads(out: &mut String, t: &TreadNumbers) {
+    let _ = write!(
+        out,
+        "    treads: TreadNumbers {{\n        rate: {:?},\n        ratio_m2: [\n",
+        t.rate
+    );
+    for levels in t.ratio_m2.chunks(5) {
+        let each: Vec<_> = levels.iter().map(|x| format!("{x:?}")).collect();
+        let _ = writeln!(out, "            {},", each.join(", "));
+    }
+    let _ = writeln!(
+        out,
+        "        ],\n        height_sigma_m: {:?},",
+        t.height_sigma_m
+    );
+    for (name, [behind, ahead]) in [("ends", &t.ends), ("starts", &t.starts)] {
+        let _ = writeln!(out, "        {name}: [");
+        for TreadEnd {
+            number,
+            off_m,
+            sigma_m,
+        } in [behind, ahead]
+        {
+            let _ = writeln!(
+                out,
+                "            TreadEnd {{\n                number: {number:?},\n                off_m: {off_m:?},\n                \
+                 sigma_m: {sigma_m:?},\n            }},"
+            );
+        }
+        out.push_str("        ],\n");
+    }
+    let _ = writeln!(
+        out,
+        "        edge_sigma_scale: {:?},\n    }},",
+        t.edge_sigma_scale
+    );
 }
 
 fn entry(out: &mut String, kind: &str, name: &str, fields: &[(&str, &mut f32)]) {

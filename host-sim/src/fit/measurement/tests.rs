@@ -5,6 +5,7 @@ use crate::recording::{TrueStep, Truth};
 use crate::scene::command::random_scan;
 use crate::scene::maths::Random;
 use crate::scene::random::Kind;
+use stairscan::config::Plane;
 use stairscan::model::{Class, View};
 use stairscan::params::measured;
 use stairscan::signal::echoes::Echo;
@@ -177,13 +178,13 @@ fn a_rerun_writes_the_same_bytes_whatever_the_threads() {
 
 #[test]
 fn what_is_written_is_what_was_counted() {
-    let text = write(&measured::UP);
-    let corner = &measured::UP.points[0];
+    let text = write(&measured::MODEL);
+    let corner = &measured::MODEL.points[0];
     assert!(
         text.contains(&format!("snr_db: {:?},", corner.snr_db)),
         "{text}"
     );
-    assert_eq!(table::rounded(&measured::UP), measured::UP);
+    assert_eq!(table::rounded(&measured::MODEL), measured::MODEL);
 }
 
 fn echo(x_m: f32, y_m: f32, snr_db: f32) -> Echo {
@@ -217,6 +218,7 @@ fn echoes_are_labelled_by_the_true_flight() {
             ..PolarMap::new().geometry().to_owned()
         },
         view: View {
+            plane: Plane::Depth,
             height_m: 0.4,
             lowest: -1.12,
             highest: 0.32,
@@ -234,7 +236,7 @@ fn echoes_are_labelled_by_the_true_flight() {
         },
         build: None,
     };
-    let labelled = label(&sighting, &measured::UP).unwrap();
+    let labelled = label(&sighting, &measured::MODEL).unwrap();
     let seen = |class| {
         let is = |s: &&Sample| matches!(s, Sample::Feature { class: c, hit: Some(_), .. } if *c == class);
         labelled.samples.iter().filter(is).count()

@@ -1,0 +1,385 @@
+//! Counts what treads show that are seen from above: rates, levels, heights, and what their ends show.
+
+use crate::fit::portable::Portable as _;
+use std::f64::consts::PI;
+
+use rayon::prelude::*;
+use stairscan::config::Plane;
+use stairscan::model::treads::{BEYOND_M, Descending, LEVEL_DB, MAX_TREADS, OFF_M, height_density};
+use stairscan::params::generative::{LEVELS, TreadEnd, TreadNumbers};
+use stairscan::signal::echoes::Echo;
+
+use super::climb::{Peak, Prior, climb};
+use super::estimate::Number;
+use super::flights::Sighting;
+
+/// Rates are counted in stretches of so many degrees.
+const STRETCH_DEG: f64 = 2.0;
+/// Echoes within so much of an end tell what it shows, metres.
+const WINDOW_M: f64 = 0.06;
+/// Echoes farther than this from every tread's level are others, metres.
+const OTHER_M: f64 = 0.03;
+/// So many other echoes of each level are in a square metre besides those counted: what no scene of the draw holds.
+const UNKNOWN_PER_M2: f64 = 0.007;
+/// Range from which on echoes are told, metres.
+const NEAREST_M: f64 = 0.25;
+/// Standard deviations within which 95 % of normal deviates lie.
+const NORMAL_95: f64 = 1.96;
+/// Degrees of a radian.
+const DEG_PER_RAD: f64 = 180.0 / PI;
+
+/// A tread of a true staircase: its level, where it begins and ends, metres.
+#[derive(Clone, Copy, Debug)]
+struct TrueTread {
+    y_m: f64,
+    from_m: f64,
+    to_m: f64,
+}
+
+/// A scan with the treads that stand there.
+struct SeenScan<'s> {
+    sighting: &'s Sighting,
+    treads: Vec<TrueTread>,
+    /// Tens of dB of the strongest echo over 30 dB.
+    q: f64,
+}
+
+impl<'s> SeenScan<'s> {
+    fn of(sighting: &'s Sighting) -> Self {
+        let truth = &sighting.truth;
+        let mut edges: Vec<_> = truth.steps.iter().chain(&truth.uncounted).collect();
+        edges.sort_by(|a, b| a.distance_m.total_cmp(&b.distance_m));
+        let height_m = f64::from(sighting.view.height_m);
+        let (mut y_m, mut from_m) = (0.0, f64::NEG_INFINITY);
+        let mut treads = Vec::new();
+        for edge in edges {
+            let to_m = edge.distance_m;
+            treads.push(TrueTread { y_m, from_m, to_m });
+            let deeper = (height_m - edge.height_m) / (height_m - y_m);
+            from_m = if to_m < 0.0 { to_m } else { to_m * deeper };
+            y_m = edge.height_m;
+        }
+        treads.push(TrueTread {
+            y_m,
+            from_m,
+            to_m: f64::INFINITY,
+        });
+        let levels = sighting.echoes.iter().map(|e| f64::from(e.snr_db));
+        Self {
+            sighting,
+            treads,
+            q: (levels.fold(0.0, f64::max) - 30.0) / 10.0,
+        }
+    }
+
+    fn depth_m(&self, tread: &TrueTread) -> f64 {
+        f64::from(self.sighting.view.height_m) - tread.y_m
+    }
+
+    /// The tread that an echo lies on.
+    fn tread_of(&self, e: &Echo) -> Option<&TrueTread> {
+        let on = |t: &&TrueTread| {
+            let (x_m, y_m) = (f64::from(e.x_m), f64::from(e.y_m));
+            let inside = x_m > t.from_m - 2.0 * OTHER_M && x_m < t.to_m + 2.0 * OTHER_M;
+            (y_m - t.y_m).abs() < f64::from(OFF_M) && inside
+        };
+        self.treads.iter().find(on)
+    }
+
+    /// Whether an echo is none of any tread.
+    fn is_other(&self, e: &Echo) -> bool {
+        let far = |t: &TrueTread| (f64::from(e.y_m) - t.y_m).abs() > OTHER_M;
+        self.treads.iter().all(far)
+    }
+
+    /// The part of the plane that is seen, square metres.
+    fn area_m2(&self) -> f64 {
+        let view = &self.sighting.view;
+        let angle = f64::from(view.highest).atan() - f64::from(view.lowest).atan();
+        let far_m = f64::from(view.farthest_m);
+        0.5 * angle * (far_m * far_m - NEAREST_M * NEAREST_M)
+    }
+}
+
+/// A stretch of tread of one scan: what its rate depends on, its length, and its echoes.
+struct Stretch {
+    on: [f64; 4],
+    length_m: f64,
+    echoes: f64,
+}
+
+/// What the numbers are counted from.
+#[derive(Default)]
+struct TreadCounts {
+    stretches: Vec<Stretch>,
+    /// Echoes of treads and other ones, by level.
+    levels: [[f64; 2]; LEVELS],
+    area_m2: f64,
+    /// Heights off the level, and what the angle's noise makes of them, metres.
+    heights: Vec<(f64, f64)>,
+    /// By end: of how many treads, and how far on the tread each echo near it lies, with its angle's noise along it, metres,
+    /// and the rate there.
+    ends: [(f64, Vec<[f64; 3]>); 4],
+}
+
+fn on(q: f64, angle_deg: f64) -> [f64; 4] {
+    let angle = angle_deg.abs() / 10.0;
+    [1.0, q, angle, angle * q]
+}
+
+fn rate(weights: &[f64], on: &[f64; 4]) -> f64 {
+    let sum: f64 = weights.iter().zip(on).map(|(w, x)| w * x).sum();
+    sum.exp_portable()
+}
+
+fn gauss(x: f64, sigma: f64) -> f64 {
+    let z = x / sigma;
+    (-0.5 * z * z).exp_portable() / (sigma * (2.0 * PI).sqrt())
+}
+
+fn level(e: &Echo) -> usize {
+    ((e.snr_db / LEVEL_DB).round() as usize).min(LEVELS - 1)
+}
+
+impl TreadCounts {
+    /// Everything but what the ends show.
+    fn of(scans: &[SeenScan<'_>]) -> Self {
+        let mut counts = Self::default();
+        for scan in scans {
+            let view = &scan.sighting.view;
+            counts.area_m2 += scan.area_m2();
+            for tread in &scan.treads {
+                counts.exposed(scan, tread, (view.lowest.into(), view.highest.into()));
+            }
+            for e in &scan.sighting.echoes {
+                if let Some(tread) = scan.tread_of(e) {
+                    counts.levels[level(e)][0] += 1.0;
+                    let arc_m = f64::from(e.range_m * e.angle_sigma_rad);
+                    let noise_m = arc_m * f64::from(e.angle_rad).sin().abs();
+                    counts.heights.push((f64::from(e.y_m) - tread.y_m, noise_m));
+                } else if scan.is_other(e) {
+                    counts.levels[level(e)][1] += 1.0;
+                }
+            }
+        }
+        counts
+    }
+
+    /// The stretches of a tread that are seen.
+    fn exposed(&mut self, scan: &SeenScan<'_>, tread: &TrueTread, (lowest, highest): (f64, f64)) {
+        let depth_m = scan.depth_m(tread);
+        let from = (tread.from_m / depth_m).max(lowest).atan() * DEG_PER_RAD;
+        let to = (tread.to_m / depth_m).min(highest).atan() * DEG_PER_RAD;
+        let mut angle_deg = from;
+        while angle_deg < to {
+            let end_deg = (angle_deg + STRETCH_DEG).min(to);
+            let place = |angle_deg: f64| depth_m * (angle_deg / DEG_PER_RAD).tan();
+            let echoes = scan.sighting.echoes.iter().filter(|e| {
+                let here = f64::from(e.angle_rad) * DEG_PER_RAD;
+                let off_m = (f64::from(e.y_m) - tread.y_m).abs();
+                (angle_deg..end_deg).contains(&here) && off_m < f64::from(OFF_M)
+            });
+            self.stretches.push(Stretch {
+                on: on(scan.q, 0.5 * (angle_deg + end_deg)),
+                length_m: place(end_deg) - place(angle_deg),
+                echoes: echoes.count() as f64,
+            });
+            angle_deg = end_deg;
+        }
+    }
+
+    /// Echoes near the ends of treads.
+    fn look_at_ends(&mut self, scan: &SeenScan<'_>, rates: &[f64]) {
+        for pair in scan.treads.windows(2) {
+            let [upper, lower] = pair else { continue };
+            let ahead = usize::from(upper.to_m >= 0.0);
+            for (k, tread) in [(ahead, upper), (2 + ahead, lower)] {
+                self.ends[k].0 += 1.0;
+                for e in &scan.sighting.echoes {
+                    let x_m = f64::from(e.x_m);
+                    let on_m = if k < 2 {
+                        tread.to_m - x_m
+                    } else {
+                        x_m - tread.from_m
+                    };
+                    let off_m = (f64::from(e.y_m) - tread.y_m).abs();
+                    if on_m.abs() < WINDOW_M && off_m < f64::from(OFF_M) {
+                        let angle_deg = f64::from(e.angle_rad) * DEG_PER_RAD;
+                        let arc_m = f64::from(e.range_m * e.angle_sigma_rad);
+                        let noise_m = arc_m * f64::from(e.angle_rad).cos();
+                        let here = rate(rates, &on(scan.q, angle_deg));
+                        self.ends[k].1.push([on_m, noise_m, here]);
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Numbers as they are counted, each with its name and error.
+struct Listed {
+    numbers: Vec<Number>,
+}
+
+impl Listed {
+    fn take(&mut self, names: &[&str], of: &str, peak: &Peak, count: usize) {
+        for ((field, value), error) in names.iter().zip(&peak.at).zip(&peak.errors) {
+            self.numbers.push(Number {
+                name: format!("{of} {field}"),
+                value: *value,
+                error: *error,
+                count,
+            });
+        }
+    }
+}
+
+/// Wide priors around what lobes and building practice suggest.
+const RATES: [Prior; 4] = [
+    prior(2.0, 1.0),
+    prior(0.0, 1.0),
+    prior(-0.3, 1.0),
+    prior(0.0, 1.0),
+];
+/// See [`RATES`]: the logarithm of a height's standard deviation in millimetres.
+const HEIGHT: Prior = prior(1.0, 1.0);
+/// See [`RATES`]: the logarithm of the number of echoes at an end, their place in centimetres, the logarithm of their
+/// standard deviation in centimetres.
+const END: [Prior; 3] = [prior(-1.0, 1.0), prior(0.0, 1.0), prior(-0.5, 0.5)];
+
+const fn prior(mean: f64, sigma: f64) -> Prior {
+    Prior { mean, sigma }
+}
+
+fn from_means(priors: &[Prior], likelihood: impl Fn(&[f64]) -> f64) -> Peak {
+    let start: Vec<f64> = priors.iter().map(|p| p.mean).collect();
+    climb(&start, priors, likelihood)
+}
+
+/// What the treads of these scans show, and the numbers with their errors.
+pub fn measure(sightings: &[Sighting]) -> (TreadNumbers, Vec<Number>) {
+    let below = sightings.iter();
+    let below = below.filter(|sighting| sighting.geometry.plane == Plane::Height);
+    let scans: Vec<_> = below.map(SeenScan::of).collect();
+    let mut counts = TreadCounts::of(&scans);
+    let mut told = Listed {
+        numbers: Vec::new(),
+    };
+    let rates = from_means(&RATES, |weights| {
+        let each = counts.stretches.iter().map(|s| {
+            let expected = s.length_m * rate(weights, &s.on);
+            s.echoes * expected.max(f64::MIN_POSITIVE).ln_portable() - expected
+        });
+        each.sum()
+    });
+    let names = [
+        "rate",
+        "rate_per_ten_db",
+        "rate_per_ten_deg",
+        "rate_per_both",
+    ];
+    told.take(&names, "treads", &rates, counts.stretches.len());
+    for scan in &scans {
+        counts.look_at_ends(scan, &rates.at);
+    }
+    let height = from_means(&[HEIGHT], |log| {
+        let sigma_m = 0.001 * log[0].exp_portable();
+        let each = counts.heights.iter().map(|&(off_m, noise_m)| {
+            let density = height_density(off_m as f32, sigma_m.hypot(noise_m) as f32);
+            f64::from(density).max(f64::MIN_POSITIVE).ln_portable()
+        });
+        each.sum()
+    });
+    told.take(
+        &["ln height_sigma_mm"],
+        "treads",
+        &height,
+        counts.heights.len(),
+    );
+    let mut ends =
+        counts
+            .ends
+            .iter()
+            .zip(["end behind", "end ahead", "start behind", "start ahead"]);
+    let mut end = || {
+        let Some(((treads, echoes), name)) = ends.next() else {
+            return TreadEnd {
+                number: 0.0,
+                off_m: 0.0,
+                sigma_m: 0.01,
+            };
+        };
+        let peak = from_means(&END, |p| shines(p, *treads, echoes));
+        told.take(
+            &["ln number", "off_cm", "ln sigma_cm"],
+            name,
+            &peak,
+            echoes.len(),
+        );
+        TreadEnd {
+            number: peak.at[0].exp_portable() as f32,
+            off_m: (0.01 * peak.at[1]) as f32,
+            sigma_m: (0.01 * peak.at[2].exp_portable()) as f32,
+        }
+    };
+    let (ends, starts) = ([end(), end()], [end(), end()]);
+    let mut numbers = TreadNumbers {
+        rate: [0, 1, 2, 3].map(|k| rates.at[k] as f32),
+        ratio_m2: counts.ratios(),
+        height_sigma_m: (0.001 * height.at[0].exp_portable()) as f32,
+        ends,
+        starts,
+        edge_sigma_scale: 1.0,
+    };
+    numbers.edge_sigma_scale = edge_sigma_scale(&scans, numbers) as f32;
+    (numbers, told.numbers)
+}
+
+/// What 95 % of edges' errors are within, in their standard deviations by the numbers so far and the true levels, over what
+/// it is of a normal deviate.
+fn edge_sigma_scale(scans: &[SeenScan<'_>], numbers: TreadNumbers) -> f64 {
+    // The model keeps it.
+    let numbers: &'static TreadNumbers = Box::leak(Box::new(numbers));
+    let of = |scan: &SeenScan<'_>| {
+        let mut model = Descending::new(numbers);
+        model.take(&scan.sighting.echoes, scan.sighting.view);
+        let below = scan.treads.iter().skip(1).take(MAX_TREADS);
+        let treads: Vec<_> = below.map(|t| model.tread(t.y_m as f32)).collect();
+        model.look(&treads);
+        let edges = scan.treads.iter().take(treads.len()).enumerate();
+        let errors = edges.map(|(k, upper)| {
+            let place = model.place(treads.len(), k);
+            (f64::from(place.value) - upper.to_m) / f64::from(place.sigma())
+        });
+        errors.map(f64::abs).collect::<Vec<_>>()
+    };
+    let mut errors: Vec<f64> = scans.par_iter().flat_map_iter(of).collect();
+    errors.sort_by(f64::total_cmp);
+    let within = errors.get((errors.len() * 95).div_ceil(100).saturating_sub(1));
+    within.map_or(1.0, |z| z / NORMAL_95)
+}
+
+/// Log-likelihood of the echoes near an end: those of the tread up to it, and those that it shows itself.
+fn shines(p: &[f64], treads: f64, echoes: &[[f64; 3]]) -> f64 {
+    let (number, off_m) = (p[0].exp_portable(), 0.01 * p[1]);
+    let sigma_m = 0.01 * p[2].exp_portable();
+    let each = echoes.iter().map(|&[on_m, noise_m, rate]| {
+        let sigma_m = sigma_m.hypot(noise_m);
+        let on = 1.0 / (1.0 + (-1.702 * (on_m + f64::from(BEYOND_M)) / sigma_m).exp_portable());
+        let density = rate * on + number * gauss(on_m - off_m, sigma_m);
+        density.max(1e-12).ln_portable()
+    });
+    each.sum::<f64>() - treads * number
+}
+
+impl TreadCounts {
+    /// By level: its density on treads over that of others in a square metre.
+    fn ratios(&self) -> [f32; LEVELS] {
+        let on: f64 = self.levels.iter().map(|[on, _]| on).sum();
+        self.levels.map(|[tread, other]| {
+            let share = tread / on.max(1.0);
+            let others = other / self.area_m2.max(f64::MIN_POSITIVE) + UNKNOWN_PER_M2;
+            (share / others) as f32
+        })
+    }
+}
