@@ -233,6 +233,27 @@ def test_wrong_options_are_named(stair_a, options, words):
         stairscan.replay(stair_a, **options)
 
 
+def test_nothing_that_is_drawn_at_random_brings_it_down():
+    random = np.random.default_rng(5)
+
+    def any_number():
+        return float(random.choice([0, -1, 1, 10, 1e3, 1e10, 1e300, random.normal(), random.normal() * 1e5, np.nan]))
+
+    scanned = 0
+    for _ in range(300):
+        iq = random.integers(-32768, 32768, (random.integers(0, 40), random.integers(10, 260), 2), np.int16)
+        changed = {name: any_number() for name in random.choice(list(asdict(Config())), random.integers(0, 4))}
+        changed |= {"first_angle_deg": any_number(), "angle_step_deg": any_number()} if random.random() < 0.2 else {}
+        try:
+            result = stairscan.scan(iq, None, Config(**changed))
+        except ValueError as error:
+            assert str(error).startswith(("iq", "angles", "config.")), error
+        else:
+            scanned += 1
+            assert result.answer.status in ("ok", "degraded", "fault")
+    assert scanned > 30
+
+
 def test_stubs_name_what_there_is():
     package = Path(stairscan.__file__).parent
     assert (package / "py.typed").exists()

@@ -3,6 +3,7 @@
 import csv
 import json
 from dataclasses import asdict, replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -61,7 +62,7 @@ def test_echoes_and_posterior_are_those_of_inspect(host_sim, recording):
     assert posterior.particles["probability"].sum() == pytest.approx(1, abs=1e-5)
     hypotheses = told["posterior"]["hypotheses"]
     assert posterior.hypotheses["name"].tolist() == [h["name"] for h in hypotheses]
-    for found, said in zip(posterior.hypotheses, hypotheses):
+    for found, said in zip(posterior.hypotheses, hypotheses, strict=True):
         assert found["probability"] == pytest.approx(said["probability"], abs=6e-7)
         edges = found["edges"][: len(said["edges"])]
         assert np.allclose(edges, [list(edge.values()) for edge in said["edges"]] or edges, rtol=0, atol=6e-7)
@@ -118,6 +119,18 @@ def test_options_are_those_of_the_command(host_sim, stair_a):
     results = stairscan.replay_all(stair_a, scans=2, backwards=True, motion="auto", seed=7)
     expected = told("--scans", "2", "--backwards", "--motion", "auto", "--seed", "7")
     assert [of_json(r.answer) for r in results] == expected
+
+
+def test_a_pitch_without_travel_is_in_the_angles(host_sim, stair_a, tmp_path):
+    meta = json.loads(Path(f"{stair_a}.sigmf-meta").read_text(encoding="utf-8"))
+    meta["global"]["stairscan:pitch_deg"] = 1.25
+    path = tmp_path / "pitched"
+    Path(f"{path}.sigmf-meta").write_text(json.dumps(meta), encoding="utf-8")
+    Path(f"{path}.sigmf-data").write_bytes(Path(f"{stair_a}.sigmf-data").read_bytes())
+    read, replayed = stairscan.read(path), stairscan.replay(path)
+    assert read.angles_deg[0] == -21.25 and replayed.config.first_angle_deg == -21.25
+    assert same(stairscan.scan(read.iq, read.angles_deg, replace(read.config, seed=1)), replayed)
+    assert host_sim("replay", path).startswith(replayed.answer.text)
 
 
 def test_real_samples(host_sim, tmp_path):

@@ -165,7 +165,7 @@ def _pairs(iq: npt.ArrayLike, real: bool) -> npt.NDArray[Any]:
 def _angles(angles: npt.ArrayLike | None, chirps: int, config: Config) -> npt.NDArray[np.float64]:
     """Degrees of each chirp."""
     if angles is None:
-        degrees = config.first_angle_deg + config.angle_step_deg * np.arange(chirps)
+        degrees = config.first_angle_deg + config.angle_step_deg * np.arange(chirps, dtype=np.float64)
     else:
         try:
             degrees = np.asarray(angles, np.float64)
@@ -213,7 +213,7 @@ def _posterior(raw: dict[str, Any]) -> Posterior | None:
     told = json.loads(raw["hypotheses"])
     hypotheses = np.zeros(len(told), HYPOTHESIS)
     hypotheses["edges"] = np.nan
-    for row, (name, probability, edges) in zip(hypotheses, told):
+    for row, (name, probability, edges) in zip(hypotheses, told, strict=True):
         row["name"], row["probability"] = name, probability
         row["edges"][: len(edges)] = np.reshape(edges, (len(edges), 2))
     return Posterior(
