@@ -1,7 +1,9 @@
 //! Arrays of samples to the samples of a recording.
 
+use std::fmt::Display;
+
 use host_sim::convert::samples::scaled;
-use numpy::{Element, PyReadonlyArray3};
+use numpy::{Element, PyReadonlyArray3, PyUntypedArrayMethods as _};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use stairscan::Iq;
@@ -36,35 +38,29 @@ impl Numbers<'_> {
     }
 }
 
-fn pairs<T: Element + Copy + std::fmt::Display>(
+fn pairs<T: Element + Copy + Display>(
     array: &PyReadonlyArray3<'_, T>,
     number: impl Fn(T) -> Option<i16>,
 ) -> PyResult<(usize, usize, Vec<Iq>)> {
-    let view = array.as_array();
-    let (chirps, each, two) = view.dim();
-    if two != 2 {
-        return Err(refused("iq: expected I and Q in the last dimension"));
-    }
-    let mut samples = Vec::with_capacity(chirps * each);
-    let mut parts = view.iter().copied().enumerate();
-    let mut next = || -> PyResult<Option<i16>> {
-        let Some((k, value)) = parts.next() else {
-            return Ok(None);
-        };
-        let (pair, part) = (k / 2, if k % 2 == 0 { "I" } else { "Q" });
-        let found = number(value).ok_or_else(|| {
-            refused(&format!(
-                "iq: chirp {}, sample {}: {part} is {value}, expected a number within ±1 (full scale)",
-                pair / each.max(1),
-                pair % each.max(1),
-            ))
-        });
-        found.map(Some)
+    let &[chirps, each, two] = array.shape() else {
+        return Err(refused("iq: expected three dimensions"));
     };
-    while let (Some(i), Some(q)) = (next()?, next()?) {
-        samples.push(Iq::new(i, q));
-    }
-    Ok((chirps, each, samples))
+    // Python's half sees to both.
+    let values = array.as_slice().ok().filter(|_| two == 2);
+    let values = values.ok_or_else(|| refused("iq: expected pairs, one after the other"))?;
+    let (values, _) = values.as_chunks::<2>();
+    let one = |k: usize, value: T, name: char| {
+        number(value).ok_or_else(|| {
+            refused(&format!(
+                "iq: chirp {}, sample {}: {name} is {value}, expected a number within ±1 (full scale)",
+                k / each,
+                k % each
+            ))
+        })
+    };
+    let pairs = values.iter().enumerate();
+    let samples = pairs.map(|(k, &[i, q])| Ok(Iq::new(one(k, i, 'I')?, one(k, q, 'Q')?)));
+    Ok((chirps, each, samples.collect::<PyResult<_>>()?))
 }
 
 /// A refusal of the host tool, which names keys of a file, in the names of `scan`'s arguments.

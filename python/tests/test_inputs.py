@@ -63,7 +63,9 @@ def test_a_missing_angle_is_a_lost_chirp(read):
 
 def test_any_layout_of_the_same_samples_gives_the_same(read):
     result = stairscan.scan(read.iq, read.angles_deg, read.config)
+    unaligned = np.frombuffer(b"_" + read.iq.tobytes(), np.int16, offset=1).reshape(read.iq.shape)
     for iq in (
+        unaligned,
         np.asfortranarray(read.iq),
         read.iq.astype(">i2"),
         read.iq.astype(np.float32) / np.float32(32768),

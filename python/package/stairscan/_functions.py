@@ -150,7 +150,7 @@ def _pairs(iq: npt.ArrayLike, real: bool) -> npt.NDArray[Any]:
         raise ValueError(f"iq: found {array.dtype} of shape {array.shape}, expected {shape}")
     if array.dtype.kind == "f" and array.dtype.itemsize == 2:
         array = array.astype(np.float32)
-    array = np.ascontiguousarray(array, array.dtype.newbyteorder("="))
+    array = np.require(array, array.dtype.newbyteorder("="), ["C_CONTIGUOUS", "ALIGNED"])
     if real:
         chirps, values = array.shape
         if values % 2:
