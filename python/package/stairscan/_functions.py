@@ -1,0 +1,242 @@
+"""Scans of recordings and of arrays."""
+
+from __future__ import annotations
+
+import json
+import os
+from dataclasses import asdict
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _stairscan
+from ._types import (
+    ECHO,
+    HYPOTHESIS,
+    PARTICLE,
+    WAY,
+    Answer,
+    Config,
+    Drop,
+    Maybe,
+    Posterior,
+    Recording,
+    Result,
+    Step,
+)
+
+#: Farthest angle that the mirror's shaft turns to, degrees.
+_FARTHEST_DEG = 170.0
+#: Fewest chirps of a scan.
+_FEWEST = 3
+
+
+def read(path: str | os.PathLike[str]) -> Recording:
+    """Read a SigMF recording, named with or without suffix.
+
+    Raises OSError where a file cannot be read, ValueError where its content is refused; both name file and key.
+    """
+    raw = _stairscan.read(os.fspath(path))
+    config = raw["config"]
+    return Recording(
+        name=raw["name"],
+        iq=raw["iq"],
+        angles_deg=np.asarray(raw["angles_deg"], np.float64),
+        scans=raw["scans"],
+        config=None if config is None else Config(**config),
+        metadata=json.loads(raw["metadata"]),
+    )
+
+
+def replay(
+    path: str | os.PathLike[str],
+    scan: int = 0,
+    *,
+    estimator: str = "likelihood",
+    seed: int = 1,
+    scans: int | None = None,
+    backwards: bool = False,
+    single: bool = False,
+    motion: str | None = None,
+) -> Result:
+    """Scan a SigMF recording as ``cargo sim replay`` does, and return scan ``scan``, from 0.
+
+    The scanner works off all scans up to that one, for it carries on what it has seen. The keywords are the options
+    of the command: ``scans`` to make (a recording of one scan is then scanned back and forth), ``backwards``: the
+    mirror turns the other way, ``single``: each scan as if it were the first, ``motion``: what holds without motion
+    input, ``auto``, ``required`` or ``standing``.
+
+    Raises OSError where a file cannot be read, ValueError where its content or an argument is refused.
+    """
+    options = _options(estimator, seed, scans, backwards, single, motion)
+    if not 0 <= scan < 2**32:
+        raise ValueError(f"scan: found {scan}, expected the number of a scan, from 0")
+    return _result(_stairscan.replay(os.fspath(path), scan, options)[0])
+
+
+def replay_all(
+    path: str | os.PathLike[str],
+    *,
+    estimator: str = "likelihood",
+    seed: int = 1,
+    scans: int | None = None,
+    backwards: bool = False,
+    single: bool = False,
+    motion: str | None = None,
+) -> list[Result]:
+    """Scan a SigMF recording as :func:`replay` does, and return all its scans."""
+    options = _options(estimator, seed, scans, backwards, single, motion)
+    return [_result(raw) for raw in _stairscan.replay(os.fspath(path), None, options)]
+
+
+def scan(
+    iq: npt.ArrayLike,
+    angles: npt.ArrayLike | None = None,
+    config: Config | None = None,
+) -> Result:
+    """Scan an array of samples: one scan of a chair that stands.
+
+    ``iq``: complex (chirps, samples) with full scale 1, or I and Q (chirps, samples, 2), int16 as the converter gave
+    them or floating point with full scale 1; with ``config.real`` real samples (chirps, samples). 16 to 256 complex
+    samples a chirp. An echo beats at a positive frequency. int16 is read where it lies, in one pass.
+
+    ``angles``: of each chirp, degrees, strictly rising or falling in equal steps; a missing one is a lost chirp.
+    Without them the rows stand at ``config.first_angle_deg``, ``config.angle_step_deg`` apart.
+
+    Raises ValueError that names argument, index or field, what was found and what was expected.
+    """
+    config = Config() if config is None else config
+    if not isinstance(config, Config):
+        raise TypeError(f"config: found {type(config).__name__}, expected Config")
+    numbers = _pairs(iq, config.real)
+    chirps = len(numbers)
+    if chirps < _FEWEST:
+        raise ValueError(f"iq: found {chirps} chirps, expected at least {_FEWEST} for a scan")
+    degrees = _angles(angles, chirps, config)
+    return _result(_stairscan.scan(numbers, degrees.tolist(), asdict(config)))
+
+
+def _options(
+    estimator: str,
+    seed: int,
+    scans: int | None,
+    backwards: bool,
+    single: bool,
+    motion: str | None,
+) -> dict[str, Any]:
+    return {
+        "estimator": estimator,
+        "seed": seed,
+        "scans": scans,
+        "backwards": backwards,
+        "single": single,
+        "motion": motion,
+    }
+
+
+def _pairs(iq: npt.ArrayLike, real: bool) -> npt.NDArray[Any]:
+    """The samples as (chirps, samples, 2) of int16, float32 or float64, without a copy where they are that."""
+    array = np.asarray(iq)
+    if real:
+        shape = "real samples (chirps, samples), int16 or floating point"
+        good = array.ndim == 2 and array.dtype.kind in "if"
+    else:
+        shape = "complex (chirps, samples), or I and Q (chirps, samples, 2), int16 or floating point"
+        pairs = array.ndim == 3 and array.shape[2] == 2 and array.dtype.kind in "if"
+        good = pairs or (array.ndim == 2 and array.dtype.kind == "c")
+    good = good and (array.dtype.kind != "i" or array.dtype.itemsize == 2)
+    if not good or array.dtype.itemsize // (2 if array.dtype.kind == "c" else 1) not in (2, 4, 8):
+        raise ValueError(f"iq: found {array.dtype} of shape {array.shape}, expected {shape}")
+    if array.dtype.kind == "f" and array.dtype.itemsize == 2:
+        array = array.astype(np.float32)
+    array = np.require(array, array.dtype.newbyteorder("="), ["C_CONTIGUOUS", "ALIGNED"])
+    if real:
+        chirps, values = array.shape
+        if values % 2:
+            raise ValueError(f"iq: found {values} real samples a chirp, expected an even number")
+        return array.reshape(chirps, values // 2, 2)
+    if array.dtype.kind == "c":
+        part = np.float32 if array.dtype.itemsize == 8 else np.float64
+        return array.view(part).reshape(*array.shape, 2)
+    return array
+
+
+def _angles(angles: npt.ArrayLike | None, chirps: int, config: Config) -> npt.NDArray[np.float64]:
+    """Degrees of each chirp."""
+    if angles is None:
+        degrees = config.first_angle_deg + config.angle_step_deg * np.arange(chirps, dtype=np.float64)
+    else:
+        try:
+            degrees = np.asarray(angles, np.float64)
+        except (TypeError, ValueError) as error:
+            raise ValueError(f"angles: expected one number a chirp: {error}") from None
+    if degrees.shape != (chirps,):
+        raise ValueError(f"angles: found shape {degrees.shape}, expected ({chirps},): one a chirp")
+    outside = np.flatnonzero(~(np.abs(degrees) <= _FARTHEST_DEG))
+    if outside.size:
+        k = outside[0]
+        raise ValueError(f"angles[{k}]: found {degrees[k]}, expected degrees within ±{_FARTHEST_DEG:.0f}")
+    steps = np.diff(degrees)
+    turned = np.flatnonzero(steps * steps[0] <= 0)
+    if turned.size:
+        k = turned[0] + 1
+        raise ValueError(f"angles[{k}]: found {degrees[k]} after {degrees[k - 1]}, expected strictly rising or falling")
+    return degrees
+
+
+def _answer(raw: dict[str, Any]) -> Answer:
+    told = json.loads(raw["answer"])
+    drop = told["drop"]
+    return Answer(
+        recording=told["recording"],
+        scan=told["scan"],
+        status=told["status"],
+        direction=told["direction"],
+        reasons=tuple(told["reasons"]),
+        horizon_m=told["horizon_m"],
+        free_m=told["free_m"],
+        confidence=told["confidence"],
+        steps=tuple(Step(**step) for step in told["steps"]),
+        drop=None if drop is None else Drop(**drop),
+        maybes=tuple(Maybe(**maybe) for maybe in told["maybe"]),
+        lost_rows=told["lost_rows"],
+        sentences=tuple(raw["sentences"]),
+        summary=raw["summary"],
+        text=raw["text"],
+    )
+
+
+def _posterior(raw: dict[str, Any]) -> Posterior | None:
+    if "counts" not in raw:
+        return None
+    told = json.loads(raw["hypotheses"])
+    hypotheses = np.zeros(len(told), HYPOTHESIS)
+    hypotheses["edges"] = np.nan
+    for row, (name, probability, edges) in zip(hypotheses, told, strict=True):
+        row["name"], row["probability"] = name, probability
+        row["edges"][: len(edges)] = np.reshape(edges, (len(edges), 2))
+    return Posterior(
+        counts=raw["counts"],
+        particles=raw["particles"].view(PARTICLE),
+        hypotheses=hypotheses,
+    )
+
+
+def _result(raw: dict[str, Any]) -> Result:
+    bias_deg, height_error_m = raw["calibration"] or (None, None)
+    return Result(
+        answer=_answer(raw),
+        config=Config(**raw["config"]),
+        map=raw["map"],
+        detected=raw["detected"],
+        present=raw["present"],
+        angles_deg=raw["angles_deg"],
+        ranges_m=raw["ranges_m"],
+        echoes=raw["echoes"].view(ECHO),
+        posterior=_posterior(raw),
+        way=raw["way"].view(WAY)[:, 0],
+        noise_dbfs=raw["noise_dbfs"],
+        angle_bias_deg=bias_deg,
+        mount_height_error_m=height_error_m,
+    )
