@@ -37,6 +37,10 @@ enum Command {
     Emulate(commands::emulate::Args),
     /// Watch a scanner at a serial port: side view, status in words, age, a command line
     Live(commands::live::Args),
+    /// Check a scanner at a serial port part by part: what is wrong, and what helps
+    Doctor(commands::doctor::Args),
+    /// Read a scanner's settings as a file with units, set them from one, or compare
+    Settings(commands::settings::Args),
     /// Listen on the radar link and write what goes over it as a recording, with the scanner's answers
     Record(commands::record::Args),
     /// Show why a scan came out as it did: scatterers with their roles, the winner and its rivals
@@ -105,6 +109,8 @@ fn main() -> ExitCode {
         Command::Modes(args) => commands::modes::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Live(args) => commands::live::run(&args),
+        Command::Doctor(args) => commands::doctor::run(&args),
+        Command::Settings(args) => commands::settings::run(&args),
         Command::Record(args) => commands::record::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Report(args) => commands::report::run(&args),
