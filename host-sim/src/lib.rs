@@ -11,6 +11,7 @@ pub mod emulate;
 pub mod faults;
 pub mod film;
 pub mod fit;
+pub mod hardware;
 pub mod html;
 pub mod images;
 pub mod inspect;

@@ -84,6 +84,8 @@ enum Command {
     Convergence(commands::convergence::Args),
     /// Scan the paper's stairs A, B and C and compare with its table I
     Table1(commands::table1::Args),
+    /// What a scanner is built of: bill of materials, power budget, wiring, lens and mirror
+    Hardware(commands::hardware::Args),
     /// Print the table of reasons: what each does to an answer, and when it is told
     Reasons,
     /// Print what lets a shell complete the program's commands and options
@@ -124,6 +126,7 @@ fn main() -> ExitCode {
         Command::Sirad(args) => commands::sirad::run(&args),
         Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
+        Command::Hardware(args) => commands::hardware::run(&args),
         Command::Reasons => commands::reasons::run(),
         Command::Fit(args) => commands::fit::run(&args),
         Command::Sequences(args) => commands::sequences::run(&args),

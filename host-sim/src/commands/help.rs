@@ -47,7 +47,10 @@ pub const GROUPS: &[(&str, &[&str])] = &[
         "The image",
         &["budget", "timing", "bench", "snr", "twins", "seal"],
     ),
-    ("This program", &["reasons", "completions", "man"]),
+    (
+        "This program",
+        &["hardware", "reasons", "completions", "man"],
+    ),
 ];
 
 /// What is typed after `cargo sim`, by command.
@@ -152,6 +155,10 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("ablate", &["ablate", "ablate clear_of_steps --scenes 20"]),
     ("compare", &["compare before.jsonl after.jsonl"]),
     ("params", &["params", "params --sensitivity"]),
+    (
+        "hardware",
+        &["hardware power", "hardware wiring -o wiring.svg"],
+    ),
     ("reasons", &["reasons"]),
     ("fit", &["fit --force", "fit -o hazards.rs"]),
     (

@@ -12,6 +12,7 @@ pub mod doctor;
 pub mod emulate;
 pub mod faults;
 pub mod fit;
+pub mod hardware;
 pub mod harness;
 pub mod help;
 pub mod inspect;
