@@ -246,3 +246,15 @@ fn what_is_to_be_seen_to_is_a_warning() {
         assert_eq!(level(evidence, check), Level::Warning, "{key}");
     }
 }
+
+/// The list that the document shows: defaults, never calibrated.
+#[test]
+fn the_document_shows_the_list() {
+    let mut evidence = evidence(Some(scan(1, Status::Ok, &[])));
+    for key in ["mirror-echo", "mirror-level", "calibrated"] {
+        evidence.settings.insert(key.to_owned(), "0".to_owned());
+    }
+    let list = text(&examine(&evidence)).replace(stairscan::REVISION, "4b9a883");
+    let document = include_str!("../../../docs/live.md");
+    assert!(document.contains(&list), "docs/live.md needs:\n{list}");
+}
