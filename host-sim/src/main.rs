@@ -37,6 +37,10 @@ enum Command {
     Emulate(commands::emulate::Args),
     /// Watch a scanner at a serial port: side view, status in words, age, a command line
     Live(commands::live::Args),
+    /// Check a scanner at a serial port part by part: what is wrong, and what helps
+    Doctor(commands::doctor::Args),
+    /// Read a scanner's settings as a file with units, set them from one, or compare
+    Settings(commands::settings::Args),
     /// Listen on the radar link and write what goes over it as a recording, with the scanner's answers
     Record(commands::record::Args),
     /// Show why a scan came out as it did: scatterers with their roles, the winner and its rivals
@@ -80,6 +84,8 @@ enum Command {
     Convergence(commands::convergence::Args),
     /// Scan the paper's stairs A, B and C and compare with its table I
     Table1(commands::table1::Args),
+    /// What a scanner is built of: bill of materials, power budget, wiring, lens and mirror
+    Hardware(commands::hardware::Args),
     /// Print the table of reasons: what each does to an answer, and when it is told
     Reasons,
     /// Print what lets a shell complete the program's commands and options
@@ -105,6 +111,8 @@ fn main() -> ExitCode {
         Command::Modes(args) => commands::modes::run(&args),
         Command::Emulate(args) => commands::emulate::run(&args),
         Command::Live(args) => commands::live::run(&args),
+        Command::Doctor(args) => commands::doctor::run(&args),
+        Command::Settings(args) => commands::settings::run(&args),
         Command::Record(args) => commands::record::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Report(args) => commands::report::run(&args),
@@ -118,6 +126,7 @@ fn main() -> ExitCode {
         Command::Sirad(args) => commands::sirad::run(&args),
         Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
+        Command::Hardware(args) => commands::hardware::run(&args),
         Command::Reasons => commands::reasons::run(),
         Command::Fit(args) => commands::fit::run(&args),
         Command::Sequences(args) => commands::sequences::run(&args),

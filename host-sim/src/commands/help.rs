@@ -21,7 +21,7 @@ const PROGRAM: &str = "host-sim";
 /// The commands by what they are for, in the order in which they are listed.
 pub const GROUPS: &[(&str, &[&str])] = &[
     ("Scan", &["replay", "simulate", "emulate", "calibrate"]),
-    ("Watch a scanner", &["live", "record"]),
+    ("Watch a scanner", &["live", "doctor", "settings", "record"]),
     (
         "Look",
         &["report", "inspect", "profile", "convert", "sirad"],
@@ -47,7 +47,10 @@ pub const GROUPS: &[(&str, &[&str])] = &[
         "The image",
         &["budget", "timing", "bench", "snr", "twins", "seal"],
     ),
-    ("This program", &["reasons", "completions", "man"]),
+    (
+        "This program",
+        &["hardware", "reasons", "completions", "man"],
+    ),
 ];
 
 /// What is typed after `cargo sim`, by command.
@@ -86,6 +89,18 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "live /dev/ttyUSB0",
             "live /dev/ttyUSB0 --record sessions",
             "live --demo recordings/stair_a",
+        ],
+    ),
+    (
+        "doctor",
+        &["doctor /dev/ttyUSB0", "doctor /dev/ttyUSB0 --no-move"],
+    ),
+    (
+        "settings",
+        &[
+            "settings /dev/ttyUSB0 --get chair.toml",
+            "settings /dev/ttyUSB0 --set chair.toml --save",
+            "settings /dev/ttyUSB0 --diff chair.toml",
         ],
     ),
     (
@@ -140,6 +155,10 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("ablate", &["ablate", "ablate clear_of_steps --scenes 20"]),
     ("compare", &["compare before.jsonl after.jsonl"]),
     ("params", &["params", "params --sensitivity"]),
+    (
+        "hardware",
+        &["hardware power", "hardware wiring -o wiring.svg"],
+    ),
     ("reasons", &["reasons"]),
     ("fit", &["fit --force", "fit -o hazards.rs"]),
     (

@@ -11,6 +11,7 @@
 //! | [`ports`] | the serial ports of this machine |
 //! | [`port`] | the thread that reads and writes a port, and opens it again |
 //! | [`pty`] | a pseudo-terminal in place of a port |
+//! | [`talk`] | questions to a scanner and its answers: `settings`, `doctor` |
 //! | [`device`] | a scanner on the host: what `--demo` shows |
 //! | [`keep`] | what `--record` keeps |
 //! | [`terminal`] | keys, time and screen brought together |
@@ -26,6 +27,7 @@ pub mod prompt;
 pub mod pty;
 pub mod screen;
 pub mod side;
+pub mod talk;
 pub mod terminal;
 pub mod trouble;
 

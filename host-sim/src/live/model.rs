@@ -448,6 +448,11 @@ impl State {
         })
     }
 
+    /// Sentences that have come damaged since the port was opened.
+    pub fn damaged(&self) -> u64 {
+        self.tally.damaged
+    }
+
     /// Whether commands can be sent.
     pub fn is_open(&self) -> bool {
         matches!(self.link, Link::Open(_))

@@ -4,14 +4,11 @@
 use std::fs;
 use std::os::unix::fs::symlink;
 use std::path::Path;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
+use host_sim::emulate::Session;
 use host_sim::emulate::session::Waits;
-use host_sim::emulate::{Session, image};
-use host_sim::live::device::{self, Cable};
 use host_sim::live::model::{Entry, Link, State};
 use host_sim::live::port::Source;
 use host_sim::live::pty::Pty;
@@ -21,59 +18,12 @@ use host_sim::recording::Recording;
 use host_sim::replay;
 use stairscan::config::Config;
 
+use crate::common::scanner::{Scanner, stair_a};
 use crate::common::{Scratch, elf, sim};
 
 /// Longer than anything here takes on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(180);
 const BAUD: u32 = 115_200;
-
-fn stair_a() -> Recording {
-    Recording::read(&image::workspace().join("recordings/stair_a")).unwrap()
-}
-
-/// A scanner on a pseudo-terminal, until it is unplugged.
-struct Scanner {
-    path: String,
-    plug: Arc<AtomicBool>,
-    thread: JoinHandle<()>,
-}
-
-struct PtyCable {
-    pty: Pty,
-    pulled: Arc<AtomicBool>,
-}
-
-impl Cable for PtyCable {
-    fn read(&mut self) -> Vec<u8> {
-        self.pty.read()
-    }
-
-    fn write(&mut self, bytes: &[u8]) {
-        self.pty.write(bytes);
-    }
-
-    fn ended(&self) -> bool {
-        self.pulled.load(Ordering::Relaxed)
-    }
-}
-
-impl Scanner {
-    fn plug_in() -> Self {
-        let pty = Pty::new().unwrap();
-        let (path, plug) = (pty.path.clone(), Arc::new(AtomicBool::new(false)));
-        let pulled = plug.clone();
-        let thread = std::thread::spawn(move || {
-            let mut cable = PtyCable { pty, pulled };
-            device::run(&stair_a(), &Config::default(), &mut cable).unwrap();
-        });
-        Self { path, plug, thread }
-    }
-
-    fn unplug(self) {
-        self.plug.store(true, Ordering::Relaxed);
-        self.thread.join().unwrap();
-    }
-}
 
 /// A live view of a port.
 struct View {
@@ -138,7 +88,7 @@ fn replayed(recording: &Recording) -> Vec<String> {
 fn a_scanner_speaks_is_unplugged_and_comes_back() {
     let dir = Scratch::new("live-unplugged");
     let path = dir.path().join("port");
-    let scanner = Scanner::plug_in();
+    let scanner = Scanner::plug_in(stair_a());
     symlink(&scanner.path, &path).unwrap();
     let mut view = View::of(path.to_str().unwrap());
 
@@ -159,7 +109,7 @@ fn a_scanner_speaks_is_unplugged_and_comes_back() {
     assert!(view.state.answer.is_some());
     assert!(!Path::new(&path).exists());
 
-    let scanner = Scanner::plug_in();
+    let scanner = Scanner::plug_in(stair_a());
     fs::remove_file(&path).unwrap();
     symlink(&scanner.path, &path).unwrap();
     view.until("open again", |state, _| state.is_open());

@@ -9,6 +9,7 @@ mod calibrate;
 mod committed_recordings;
 mod common;
 mod convergence;
+mod doctor;
 mod faults;
 mod firmware;
 mod fitted;
@@ -22,8 +23,8 @@ mod processor;
 mod real;
 mod report;
 mod revision;
-
 mod sequences;
+mod settings;
 mod sirad;
 mod soak;
 mod special_files;

@@ -1,5 +1,7 @@
 //! What several tests do with the program.
 
+pub mod scanner;
+
 use std::fs;
 use std::io::Write;
 use std::path::{Path, PathBuf};

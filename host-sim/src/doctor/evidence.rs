@@ -1,0 +1,148 @@
+//! What was asked of a scanner and what it said.
+
+use std::collections::BTreeMap;
+use std::time::{Duration, Instant};
+
+use stairscan::report::{ScanLine, Sentence};
+use stairscan::verdict::{Reason, Reasons};
+
+use crate::live::talk::{Broken, Reply, Talk};
+
+/// Homing, self-test, and the module's first answer within `connect-timeout`.
+const SELF_TEST: Duration = Duration::from_secs(60);
+
+/// What was said.
+#[derive(Clone, Debug, Default)]
+pub struct Evidence {
+    /// Name of the port.
+    pub port: String,
+    /// Its speed.
+    pub baud: u32,
+    /// Why the port could not be used any more, or commands were not answered.
+    pub broken: Option<Broken>,
+    /// Lines that came damaged.
+    pub damaged: u64,
+    /// Version and revision.
+    pub version: Option<String>,
+    /// State of the scanner.
+    pub state: Option<String>,
+    /// What drives the core.
+    pub clock: Option<String>,
+    /// What `status` told.
+    pub status_reasons: Reasons,
+    /// Whether the self-test has passed since the port was opened.
+    pub passed: bool,
+    /// The last scan's head.
+    pub scan: Option<ScanLine>,
+    /// Settings, as commands write them.
+    pub settings: BTreeMap<String, String>,
+    /// Of the last `LIVE`: faults of the motion input, refused lines, damaged bytes of the port, errors of the link.
+    pub counters: [u16; 4],
+}
+
+impl Evidence {
+    /// The value of a setting, as commands write it.
+    pub fn setting(&self, key: &str) -> Option<&str> {
+        self.settings.get(key).map(String::as_str)
+    }
+
+    /// Asks the scanner. `moves` permits self-test and scans of one that stands; `patience` is for a scan.
+    pub fn gather(talk: &mut Talk, port: &str, moves: bool, patience: Duration) -> Self {
+        let mut evidence = Self {
+            port: port.to_owned(),
+            baud: talk.baud(),
+            ..Self::default()
+        };
+        evidence.broken = evidence.ask(talk, moves, patience).err();
+        let state = talk.state();
+        evidence.counters = state.pulse.as_ref().map_or([0; 4], |pulse| pulse.counters);
+        evidence.damaged = state.damaged();
+        evidence
+    }
+
+    fn ask(&mut self, talk: &mut Talk, moves: bool, patience: Duration) -> Result<(), Broken> {
+        let answered = self.questions(talk);
+        if let Err(broken) = answered {
+            // Without the wire to the scanner what it says by itself is still heard; a port that has gone says no more.
+            let _ = self.scans(talk, patience);
+            return Err(broken);
+        }
+        match self.state.as_deref() {
+            Some("idle") if moves => self.stir(talk, patience)?,
+            Some("idle") => {}
+            // It has told why.
+            Some("fault") if !self.status_reasons.is_empty() => {}
+            _ => self.scans(talk, patience)?,
+        }
+        // After the scan: what the module reports is among them.
+        self.settings = talk.settings()?;
+        Ok(())
+    }
+
+    fn questions(&mut self, talk: &mut Talk) -> Result<(), Broken> {
+        self.version = Some(talk.version()?);
+        let line = talk.status()?;
+        if let Ok(Sentence::State {
+            state,
+            clock,
+            reasons,
+            ..
+        }) = Sentence::parse(&line)
+        {
+            (self.state, self.clock) = (Some(state.to_owned()), Some(clock.to_owned()));
+            self.status_reasons = reasons;
+        }
+        Ok(())
+    }
+
+    /// Self-test and scans of a scanner that stands.
+    fn stir(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), Broken> {
+        match talk.slow_command(&["selftest"], SELF_TEST)? {
+            Some(Reply::Good(_)) => self.passed = true,
+            Some(Reply::Refused(field, _)) => {
+                let reason = Reason::ALL.iter().find(|reason| reason.as_str() == field);
+                reason
+                    .into_iter()
+                    .for_each(|&reason| self.status_reasons.add(reason));
+                return Ok(());
+            }
+            None => return Ok(()),
+        }
+        self.status_reasons = Reasons::NONE;
+        // Before a second sweep nothing confirms that the chair stands.
+        for _ in 0..2 {
+            talk.slow_command(&["scan"], Duration::from_secs(2))?;
+            self.scan_head(talk, patience)?;
+            if !self.unconfirmed() {
+                break;
+            }
+        }
+        Ok(())
+    }
+
+    /// The scans of a scanner that scans by itself.
+    fn scans(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), Broken> {
+        self.scan_head(talk, patience)?;
+        if self.unconfirmed() {
+            self.scan_head(talk, patience)?;
+        }
+        Ok(())
+    }
+
+    fn unconfirmed(&self) -> bool {
+        let unconfirmed = |scan: ScanLine| scan.reasons.has(Reason::Unconfirmed);
+        self.scan.is_some_and(unconfirmed)
+    }
+
+    /// Waits for the head of a scan.
+    fn scan_head(&mut self, talk: &mut Talk, patience: Duration) -> Result<(), Broken> {
+        let until = Instant::now() + patience;
+        while let Some(line) = talk.next(until.saturating_duration_since(Instant::now()))? {
+            if let Ok(Sentence::Scan(head)) = Sentence::parse(&line) {
+                self.scan = Some(head);
+                return Ok(());
+            }
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,260 @@
+//! What is made of what a scanner says.
+
+use stairscan::answer::Direction;
+use stairscan::report::ScanLine;
+use stairscan::scanner::Settings;
+
+use super::*;
+
+fn scan(number: u32, status: Status, reasons: &[Reason]) -> ScanLine {
+    ScanLine {
+        scan: number,
+        status,
+        direction: Direction::None,
+        steps: 0,
+        lost_rows: 0,
+        reasons: reasons
+            .iter()
+            .fold(Reasons::NONE, |set, &reason| set.with(reason)),
+        horizon: None,
+        confidence: None,
+        maybes: 0,
+        settings: 0,
+        drops: 0,
+    }
+}
+
+/// A calibrated scanner that has scanned.
+fn evidence(scan: Option<ScanLine>) -> Evidence {
+    let mut settings = Settings::default();
+    for (key, value) in [
+        ("mirror-echo", "22013"),
+        ("mirror-level", "-20000"),
+        ("calibrated", "20261122"),
+    ] {
+        settings.set(key, value).unwrap();
+    }
+    let told = Settings::KEYS.iter().map(|key| {
+        (
+            (*key).to_owned(),
+            settings.get(key).unwrap().as_str().to_owned(),
+        )
+    });
+    Evidence {
+        port: "/dev/ttyUSB0".to_owned(),
+        baud: 115_200,
+        version: Some(format!(
+            "{} {}",
+            env!("CARGO_PKG_VERSION"),
+            stairscan::REVISION
+        )),
+        state: Some("scanning".to_owned()),
+        clock: Some("hse-168".to_owned()),
+        scan,
+        settings: told.collect(),
+        ..Evidence::default()
+    }
+}
+
+fn level_of(findings: &[Finding], check: Check) -> Level {
+    findings
+        .iter()
+        .find(|finding| finding.check == check)
+        .unwrap()
+        .level
+}
+
+#[test]
+fn a_healthy_scanner_is_well() {
+    let findings = examine(&evidence(Some(scan(2, Status::Ok, &[Reason::WeakEchoes]))));
+    assert_eq!(worst(&findings), Level::Absent, "{}", text(&findings));
+    assert_eq!(level_of(&findings, Check::Encoder), Level::Absent);
+}
+
+/// No reason that takes something from an answer leaves the list without a warning and a fix.
+#[test]
+fn every_reason_shows_where_it_belongs_with_its_fix() {
+    for &reason in Reason::ALL {
+        let fault = reason.effects().contains(&ReasonEffect::Fault);
+        let only_word = reason
+            .effects()
+            .iter()
+            .all(|&effect| effect == ReasonEffect::Word);
+        let (number, status) = match (fault, only_word) {
+            (true, _) => (3, Status::Fault),
+            (_, true) => (3, Status::Ok),
+            _ => (3, Status::Degraded),
+        };
+        let findings = examine(&evidence(Some(scan(number, status, &[reason]))));
+        let found = findings
+            .iter()
+            .find(|finding| finding.check == fixes::check(reason))
+            .unwrap();
+        let expected = match (fault, only_word) {
+            (true, _) => Level::Fault,
+            (_, true) => Level::Ok,
+            _ => Level::Warning,
+        };
+        assert_eq!(found.level, expected, "{}", text(&findings));
+        assert!(
+            found.observed.contains(reason.meaning()),
+            "{}",
+            text(&findings)
+        );
+        assert_eq!(found.fixes.is_empty(), only_word, "{}", text(&findings));
+    }
+}
+
+/// What comes behind the place where the scanner stopped is not called well.
+#[test]
+fn what_was_not_reached_is_not_seen() {
+    let stopped = |number, reason| examine(&evidence(Some(scan(number, Status::Fault, &[reason]))));
+    let findings = stopped(0, Reason::HomeNotFound);
+    assert_eq!(level_of(&findings, Check::Chip), Level::Ok);
+    for check in [
+        Check::Motor,
+        Check::Module,
+        Check::Signal,
+        Check::MirrorEcho,
+        Check::Mount,
+        Check::Seal,
+    ] {
+        assert_eq!(
+            level_of(&findings, check),
+            Level::Unseen,
+            "{}",
+            text(&findings)
+        );
+    }
+    let findings = stopped(0, Reason::LinkSilent);
+    for check in [Check::Motor, Check::Home] {
+        assert_eq!(level_of(&findings, check), Level::Ok, "{}", text(&findings));
+    }
+    assert_eq!(level_of(&findings, Check::Module), Level::Fault);
+    assert_eq!(level_of(&findings, Check::MirrorEcho), Level::Unseen);
+    let findings = stopped(4, Reason::Silent);
+    assert_eq!(level_of(&findings, Check::Module), Level::Ok);
+    for check in [Check::MirrorEcho, Check::Mount] {
+        assert_eq!(
+            level_of(&findings, check),
+            Level::Unseen,
+            "{}",
+            text(&findings)
+        );
+    }
+    let findings = stopped(4, Reason::MirrorMissing);
+    assert_eq!(level_of(&findings, Check::Signal), Level::Ok);
+    assert_eq!(level_of(&findings, Check::Mount), Level::Unseen);
+    for reason in [Reason::Supply, Reason::SelfTest, Reason::ImageDamaged] {
+        let findings = stopped(0, reason);
+        assert_eq!(
+            level_of(&findings, Check::Motor),
+            Level::Unseen,
+            "{}",
+            text(&findings)
+        );
+    }
+}
+
+#[test]
+fn nothing_is_made_of_nothing() {
+    let findings = examine(&Evidence {
+        settings: Default::default(),
+        version: None,
+        clock: None,
+        ..evidence(None)
+    });
+    for check in [
+        Check::Firmware,
+        Check::Chip,
+        Check::Motor,
+        Check::Module,
+        Check::Mount,
+        Check::Answer,
+    ] {
+        assert_eq!(
+            level_of(&findings, check),
+            Level::Unseen,
+            "{}",
+            text(&findings)
+        );
+    }
+    // A self-test that has passed says more.
+    let findings = examine(&Evidence {
+        passed: true,
+        ..evidence(None)
+    });
+    assert_eq!(level_of(&findings, Check::Home), Level::Ok);
+    assert_eq!(level_of(&findings, Check::Module), Level::Ok);
+    assert_eq!(level_of(&findings, Check::Signal), Level::Unseen);
+    // And so does a fault that `status` told.
+    let status_reasons = Reasons::NONE.with(Reason::MotorStall);
+    let findings = examine(&Evidence {
+        status_reasons,
+        ..evidence(None)
+    });
+    assert_eq!(level_of(&findings, Check::Motor), Level::Fault);
+    assert_eq!(level_of(&findings, Check::Home), Level::Unseen);
+}
+
+#[test]
+fn what_is_to_be_seen_to_is_a_warning() {
+    let ok = || evidence(Some(scan(2, Status::Ok, &[])));
+    let level = |evidence: Evidence, check| level_of(&examine(&evidence), check);
+    assert_eq!(
+        level(Evidence { damaged: 1, ..ok() }, Check::Port),
+        Level::Warning
+    );
+    assert_eq!(
+        level(
+            Evidence {
+                counters: [0, 0, 0, 2],
+                ..ok()
+            },
+            Check::Module
+        ),
+        Level::Warning
+    );
+    assert_eq!(
+        level(
+            Evidence {
+                version: Some("9.9.9 abc".to_owned()),
+                ..ok()
+            },
+            Check::Firmware
+        ),
+        Level::Warning
+    );
+    assert_eq!(
+        level(
+            Evidence {
+                clock: Some("hsi-16".to_owned()),
+                ..ok()
+            },
+            Check::Chip
+        ),
+        Level::Warning
+    );
+    let uncalibrated = [
+        ("mirror-echo", "0", Check::MirrorEcho),
+        ("calibrated", "0", Check::Mount),
+        ("encoder", "as5600", Check::Encoder),
+    ];
+    for (key, value, check) in uncalibrated {
+        let mut evidence = ok();
+        evidence.settings.insert(key.to_owned(), value.to_owned());
+        assert_eq!(level(evidence, check), Level::Warning, "{key}");
+    }
+}
+
+/// The list that the document shows: defaults, never calibrated.
+#[test]
+fn the_document_shows_the_list() {
+    let mut evidence = evidence(Some(scan(1, Status::Ok, &[])));
+    for key in ["mirror-echo", "mirror-level", "calibrated"] {
+        evidence.settings.insert(key.to_owned(), "0".to_owned());
+    }
+    let list = text(&examine(&evidence)).replace(stairscan::REVISION, "4b9a883");
+    let document = include_str!("../../../docs/live.md");
+    assert!(document.contains(&list), "docs/live.md needs:\n{list}");
+}

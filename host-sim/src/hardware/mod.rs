@@ -1,0 +1,18 @@
+//! What a scanner is built of: parts, power, wiring and the optics' drawing, as docs/build.md shows them.
+//!
+//! | module | what it is |
+//! |---|---|
+//! | [`table`] | the one table of parts, loads and wires (`table.toml`) |
+//! | [`tables`] | parts with their cost and the power budget, as Markdown |
+//! | [`wiring`] | the wiring diagram |
+//! | [`optics`] | lens and mirror with their dimensions, from beam and wavelength |
+//! | [`sheet`] | lines, words and dimensions of a drawing |
+
+pub mod optics;
+pub mod sheet;
+pub mod table;
+pub mod tables;
+pub mod wiring;
+
+#[cfg(test)]
+mod tests;

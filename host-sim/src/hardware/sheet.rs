@@ -1,0 +1,182 @@
+//! Lines, words and dimensions of a drawing: an SVG file.
+
+use std::fmt::Write as _;
+
+/// Where words stand to their point.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Anchor {
+    /// Begin there.
+    Start,
+    /// Centred.
+    Middle,
+    /// End there.
+    End,
+}
+
+/// A point, pixels from the upper left corner.
+pub type Place = (f64, f64);
+
+/// A drawing.
+#[derive(Clone, Debug)]
+pub struct Sheet {
+    width: f64,
+    height: f64,
+    body: String,
+    /// Box and words of each text, to find those that overlap.
+    texts: Vec<([f64; 4], String)>,
+}
+
+/// Ink of outlines and words, of what is beside the point, and of bodies.
+pub const INK: &str = "#1d2430";
+/// Of dimensions and notes.
+pub const FAINT: &str = "#5b6470";
+/// Of bodies.
+pub const BODY: &str = "#eef1f5";
+/// Of the beam.
+pub const BEAM: &str = "#c2410c";
+
+fn number(v: f64) -> String {
+    let rounded = (v * 10.0).round() / 10.0;
+    format!("{}", if rounded == 0.0 { 0.0 } else { rounded })
+}
+
+fn escaped(text: &str) -> String {
+    text.replace('&', "&amp;")
+        .replace('<', "&lt;")
+        .replace('>', "&gt;")
+}
+
+impl Sheet {
+    /// An empty one.
+    pub fn new(width: f64, height: f64) -> Self {
+        Self {
+            width,
+            height,
+            body: String::new(),
+            texts: Vec::new(),
+        }
+    }
+
+    /// Words at a point of their baseline.
+    pub fn text(&mut self, (x, y): Place, anchor: Anchor, size: f64, colour: &str, words: &str) {
+        let word = match anchor {
+            Anchor::Start => "start",
+            Anchor::Middle => "middle",
+            Anchor::End => "end",
+        };
+        let _ = writeln!(
+            self.body,
+            "<text x=\"{}\" y=\"{}\" text-anchor=\"{word}\" font-size=\"{size}\" fill=\"{colour}\">{}</text>",
+            number(x),
+            number(y),
+            escaped(words)
+        );
+        // Wider than the letters of usual fonts.
+        let wide = 0.58 * size * words.chars().count() as f64;
+        let left = match anchor {
+            Anchor::Start => x,
+            Anchor::Middle => x - wide / 2.0,
+            Anchor::End => x - wide,
+        };
+        self.texts.push((
+            [left, y - 0.8 * size, left + wide, y + 0.2 * size],
+            words.to_owned(),
+        ));
+    }
+
+    /// A box.
+    pub fn rect(&mut self, (x, y): Place, (wide, high): (f64, f64), fill: &str) {
+        let _ = writeln!(
+            self.body,
+            "<rect x=\"{}\" y=\"{}\" width=\"{}\" height=\"{}\" fill=\"{fill}\" stroke=\"{INK}\"/>",
+            number(x),
+            number(y),
+            number(wide),
+            number(high)
+        );
+    }
+
+    /// A line through points; `style` are attributes.
+    pub fn path(&mut self, points: &[Place], style: &str) {
+        let points: Vec<String> = points
+            .iter()
+            .map(|(x, y)| format!("{},{}", number(*x), number(*y)))
+            .collect();
+        let _ = writeln!(
+            self.body,
+            "<polyline points=\"{}\" {style}/>",
+            points.join(" ")
+        );
+    }
+
+    /// A plain line.
+    pub fn line(&mut self, from: Place, to: Place, colour: &str) {
+        self.path(&[from, to], &format!("fill=\"none\" stroke=\"{colour}\""));
+    }
+
+    /// A dashed line.
+    pub fn dashed(&mut self, from: Place, to: Place, colour: &str) {
+        self.path(
+            &[from, to],
+            &format!("fill=\"none\" stroke=\"{colour}\" stroke-dasharray=\"7 4\""),
+        );
+    }
+
+    /// An ellipse.
+    pub fn ellipse(&mut self, (x, y): Place, (rx, ry): (f64, f64), fill: &str) {
+        let _ = writeln!(
+            self.body,
+            "<ellipse cx=\"{}\" cy=\"{}\" rx=\"{}\" ry=\"{}\" fill=\"{fill}\" stroke=\"{INK}\"/>",
+            number(x),
+            number(y),
+            number(rx),
+            number(ry)
+        );
+    }
+
+    /// A dimension between two places of one height or one distance from the left, words above its middle or left of it.
+    pub fn dimension(&mut self, from: Place, to: Place, words: &str) {
+        self.path(
+            &[from, to],
+            &format!(
+                "fill=\"none\" stroke=\"{FAINT}\" marker-start=\"url(#a)\" marker-end=\"url(#a)\""
+            ),
+        );
+        let (x, y) = ((from.0 + to.0) / 2.0, (from.1 + to.1) / 2.0);
+        if from.1 == to.1 {
+            self.text((x, y - 5.0), Anchor::Middle, 12.0, FAINT, words);
+        } else {
+            self.text((x - 6.0, y + 4.0), Anchor::End, 12.0, FAINT, words);
+        }
+    }
+
+    /// Pairs of words that overlap, and words that leave the sheet.
+    pub fn overlaps(&self) -> Vec<String> {
+        let mut found = Vec::new();
+        for (k, (a, words)) in self.texts.iter().enumerate() {
+            if a[0] < 0.0 || a[1] < 0.0 || a[2] > self.width || a[3] > self.height {
+                found.push(format!("{words} leaves the sheet"));
+            }
+            for (b, others) in &self.texts[k + 1..] {
+                if a[0] < b[2] && b[0] < a[2] && a[1] < b[3] && b[1] < a[3] {
+                    found.push(format!("{words} lies over {others}"));
+                }
+            }
+        }
+        found
+    }
+
+    /// The file's text.
+    pub fn svg(&self) -> String {
+        format!(
+            "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {w} {h}\" width=\"{w}\" height=\"{h}\" \
+             font-family=\"Noto Sans, DejaVu Sans, sans-serif\">\n\
+             <defs><marker id=\"a\" markerWidth=\"9\" markerHeight=\"7\" refX=\"8\" refY=\"3.5\" orient=\"auto-start-reverse\">\
+             <path d=\"M0,0.5 L8,3.5 L0,6.5 z\" fill=\"{FAINT}\"/></marker></defs>\n\
+             <rect width=\"{w}\" height=\"{h}\" fill=\"#ffffff\"/>\n{}</svg>\n",
+            self.body,
+            w = number(self.width),
+            h = number(self.height)
+        )
+    }
+}

@@ -1,0 +1,276 @@
+//! Questions to a scanner at a serial port and its answers, one after the other: what `settings` and `doctor` are made of.
+
+use std::collections::BTreeMap;
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
+
+use stairscan::report::Sentence;
+use stairscan::scanner::Settings;
+use stairscan::scanner::command::framed;
+
+use super::model::{Event, State};
+use super::port::Source;
+use super::trouble::Trouble;
+
+/// An answer begins within this time: a `SCAN` with all its sentences takes 0.14 s at 115,200 baud.
+const REPLY: Duration = Duration::from_secs(2);
+/// A port that opens and is silent for this time is explained ([`State::strange`] waits 2.5 s).
+const FIRST: Duration = Duration::from_secs(4);
+/// Questions that are asked again where no answer came.
+const TRIES: u32 = 3;
+
+/// A port that is open and at which a scanner speaks.
+#[derive(Debug)]
+pub struct Talk {
+    port: String,
+    baud: u32,
+    source: Source,
+    state: State,
+    started: Instant,
+}
+
+/// What is wrong with a port, and what helps, a line each.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Broken {
+    /// What is wrong.
+    pub what: String,
+    /// What helps.
+    pub help: Vec<String>,
+}
+
+impl std::fmt::Display for Broken {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}", self.what)?;
+        self.help
+            .iter()
+            .try_for_each(|line| write!(f, "\n  {line}"))
+    }
+}
+
+impl std::error::Error for Broken {}
+
+/// The answer to a question.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Reply {
+    /// Done, or the value that was asked for.
+    Good(String),
+    /// Refused: the field and what was expected of it.
+    Refused(String, String),
+}
+
+impl Talk {
+    /// Opens `port` and waits for the scanner's first sentence.
+    ///
+    /// # Errors
+    /// Why the port cannot be opened, or what comes in place of sentences.
+    pub fn open(port: &str, baud: u32) -> Result<Self, Broken> {
+        let started = Instant::now();
+        let mut talk = Self {
+            port: port.to_owned(),
+            baud,
+            source: Source::port(started, port, baud),
+            state: State::new(port, baud),
+            started,
+        };
+        match talk.next(FIRST)? {
+            Some(_) => Ok(talk),
+            None => Err(talk.silent()),
+        }
+    }
+
+    /// The speed at which the port was opened.
+    pub fn baud(&self) -> u32 {
+        self.baud
+    }
+
+    /// What is known of the scanner from its sentences.
+    pub fn state(&self) -> &State {
+        &self.state
+    }
+
+    fn now(&self) -> u64 {
+        self.started.elapsed().as_millis() as u64
+    }
+
+    /// The next intact sentence; `None` after `patience` without one.
+    ///
+    /// # Errors
+    /// The port cannot be opened, or has gone.
+    pub fn next(&mut self, patience: Duration) -> Result<Option<String>, Broken> {
+        let until = Instant::now() + patience;
+        loop {
+            let left = until.saturating_duration_since(Instant::now());
+            let (at, event) = match self.source.events.recv_timeout(left) {
+                Ok(came) => came,
+                Err(RecvTimeoutError::Timeout) => return Ok(None),
+                Err(RecvTimeoutError::Disconnected) => {
+                    return Err(self.failed(&Trouble::Other("reading ended".to_owned())));
+                }
+            };
+            self.state.take(at, &event);
+            match event {
+                Event::Failed(trouble) => return Err(self.failed(&trouble)),
+                Event::Line(line) if Sentence::parse(&line).is_ok() => return Ok(Some(line)),
+                Event::Line(_) | Event::Opened => {}
+            }
+        }
+    }
+
+    fn failed(&self, trouble: &Trouble) -> Broken {
+        let (what, mut help) = trouble.explain(&self.port);
+        if matches!(trouble, Trouble::Unplugged(_)) {
+            help = vec!["Plug it in again, and repeat the command.".to_owned()];
+        }
+        Broken { what, help }
+    }
+
+    /// Why nothing has come.
+    pub fn silent(&self) -> Broken {
+        let (what, help) = match self.state.strange(self.now()) {
+            Some(strange) => strange.explain(self.baud),
+            None => (
+                format!("{}: the scanner speaks, but does not answer", self.port),
+                vec!["Is the wire to REPORT_RX (J2 pin 3) there?".to_owned()],
+            ),
+        };
+        Broken { what, help }
+    }
+
+    /// Sends a line.
+    pub fn send(&mut self, line: &str) {
+        let now = self.now();
+        self.state.sent(now, line);
+        // A thread that has ended is told by `next`.
+        let _ = self.source.lines.send(line.to_owned());
+    }
+
+    /// Sends `line` until `take` has found the answer to it among the sentences that follow.
+    ///
+    /// # Errors
+    /// The port has gone, or no answer came `TRIES` times.
+    fn ask<T>(
+        &mut self,
+        line: &str,
+        mut take: impl FnMut(&Sentence<'_>) -> Option<T>,
+    ) -> Result<T, Broken> {
+        for _ in 0..TRIES {
+            self.send(line);
+            let until = Instant::now() + REPLY;
+            while let Some(line) = self.next(until.saturating_duration_since(Instant::now()))? {
+                if let Some(found) = Sentence::parse(&line)
+                    .ok()
+                    .and_then(|sentence| take(&sentence))
+                {
+                    return Ok(found);
+                }
+            }
+        }
+        Err(self.silent())
+    }
+
+    /// A command whose words are `words`, with its CRC, and the answer to it.
+    ///
+    /// # Errors
+    /// The port has gone, or no answer came.
+    pub fn command(&mut self, words: &[&str]) -> Result<Reply, Broken> {
+        let line = framed(words).trim_end().to_owned();
+        self.ask(&line, |sentence| reply(words, sentence))
+    }
+
+    /// The same for a command that takes up to `patience`; `None` where its answer did not come. Sent once.
+    ///
+    /// # Errors
+    /// The port has gone.
+    pub fn slow_command(
+        &mut self,
+        words: &[&str],
+        patience: Duration,
+    ) -> Result<Option<Reply>, Broken> {
+        self.send(framed(words).trim_end());
+        let until = Instant::now() + patience;
+        while let Some(line) = self.next(until.saturating_duration_since(Instant::now()))? {
+            if let Some(found) = Sentence::parse(&line)
+                .ok()
+                .and_then(|sentence| reply(words, &sentence))
+            {
+                return Ok(Some(found));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Version and revision of the firmware.
+    ///
+    /// # Errors
+    /// The port has gone, or no answer came.
+    pub fn version(&mut self) -> Result<String, Broken> {
+        self.ask("version", |sentence| match sentence {
+            Sentence::Config {
+                key: "version",
+                value,
+            } => Some((*value).to_owned()),
+            _ => None,
+        })
+    }
+
+    /// The answer to `status`, as its line.
+    ///
+    /// # Errors
+    /// The port has gone, or no answer came.
+    pub fn status(&mut self) -> Result<String, Broken> {
+        self.ask("status", |sentence| match sentence {
+            Sentence::State { .. } => Some(sentence.write().trim_end().to_owned()),
+            _ => None,
+        })
+    }
+
+    /// Every setting that the scanner tells, as commands write them. What was damaged on its way is asked for again.
+    ///
+    /// # Errors
+    /// The port has gone, or no answer came.
+    pub fn settings(&mut self) -> Result<BTreeMap<String, String>, Broken> {
+        let mut told = BTreeMap::new();
+        self.ask("get", |sentence| {
+            if let Sentence::Config { key, value } = sentence {
+                told.insert((*key).to_owned(), (*value).to_owned());
+            }
+            matches!(sentence, Sentence::Done { command: "get" }).then_some(())
+        })?;
+        let missing = Settings::KEYS
+            .iter()
+            .filter(|key| !told.contains_key(**key));
+        for key in missing.copied().collect::<Vec<_>>() {
+            let found = self.ask(&format!("get {key}"), |sentence| match sentence {
+                Sentence::Config { key: k, value } if *k == key => Some(Some((*value).to_owned())),
+                Sentence::Fail { command: "get", .. } => Some(None),
+                _ => None,
+            })?;
+            // A firmware that does not know it.
+            found.map(|value| told.insert(key.to_owned(), value));
+        }
+        Ok(told)
+    }
+}
+
+/// Whether `sentence` answers the command `words`, and how.
+fn reply(words: &[&str], sentence: &Sentence<'_>) -> Option<Reply> {
+    match (words, sentence) {
+        (["set", key, _], Sentence::Config { key: k, value }) if k == key => {
+            Some(Reply::Good((*value).to_owned()))
+        }
+        ([word, ..], Sentence::Done { command }) if command == word => {
+            Some(Reply::Good(String::new()))
+        }
+        (
+            [word, ..],
+            Sentence::Fail {
+                command,
+                field,
+                expected,
+            },
+        ) if command == word || *command == "-" => {
+            Some(Reply::Refused((*field).to_owned(), (*expected).to_owned()))
+        }
+        _ => None,
+    }
+}

@@ -1,0 +1,71 @@
+//! The order in which a scanner takes the settings of a file.
+//!
+//! A scanner checks the whole of its settings at each `set`, so that `angle-count` may be refused before and accepted
+//! after `angle-step`. The order is found on a copy of the scanner's settings, before anything is sent.
+
+use std::collections::BTreeMap;
+
+use stairscan::config::ConfigError;
+use stairscan::scanner::Settings;
+
+/// A setting and its value, as commands write them.
+pub type Change = (&'static str, String);
+/// A setting that cannot be made, and what was expected.
+pub type Refused = (&'static str, ConfigError);
+
+/// The settings that a scanner has told (`get`), as commands write them.
+///
+/// # Errors
+/// Names what of them this program would not accept: the scanner's firmware is another one.
+pub fn settings_of(told: &BTreeMap<String, String>) -> Result<Settings, ConfigError> {
+    let mut settings = Settings::default();
+    // What the radar module reports, which no command sets.
+    let number = |key: &str| told.get(key).and_then(|value| value.parse::<u32>().ok());
+    let radar = &mut settings.config.radar;
+    radar.carrier_khz = number("radar-carrier").unwrap_or(radar.carrier_khz);
+    radar.bandwidth_khz = number("radar-bandwidth").unwrap_or(radar.bandwidth_khz);
+    let samples = number("radar-samples").and_then(|samples| samples.try_into().ok());
+    radar.samples = samples.unwrap_or(radar.samples);
+    let changes = Settings::KEYS
+        .iter()
+        .filter(|key| !key.starts_with("radar-"));
+    let changes: Vec<Change> = changes
+        .filter_map(|key| Some((*key, told.get(*key)?.clone())))
+        .collect();
+    match in_order(&settings, &changes) {
+        Ok((_, settings)) => Ok(settings),
+        Err(refused) => Err(refused[0].1),
+    }
+}
+
+/// `changes` in an order in which each is accepted, from `settings` on, and the settings that they lead to.
+///
+/// # Errors
+/// The changes that cannot be made, with what was expected.
+pub fn in_order(
+    settings: &Settings,
+    changes: &[Change],
+) -> Result<(Vec<Change>, Settings), Vec<Refused>> {
+    let (mut settings, mut order) = (*settings, Vec::new());
+    let mut left: Vec<Change> = changes.to_vec();
+    loop {
+        let before = left.len();
+        left.retain(|(key, value)| {
+            let taken = settings.set(key, value).is_ok();
+            if taken {
+                order.push((*key, value.clone()));
+            }
+            !taken
+        });
+        if left.is_empty() {
+            return Ok((order, settings));
+        }
+        if left.len() == before {
+            let refused = left.iter().filter_map(|(key, value)| {
+                let error = settings.set(key, value).err()?;
+                Some((*key, error))
+            });
+            return Err(refused.collect());
+        }
+    }
+}

@@ -1,0 +1,98 @@
+//! The table of all settings, read from docs/hardware.md. A test of the library compares that table with the rows in
+//! `src/`, so that the image does not carry units and meanings.
+
+use std::sync::LazyLock;
+
+use stairscan::scanner::Settings;
+
+use super::units::Unit;
+
+/// The document that holds the table.
+const DOCUMENT: &str = include_str!("../../../docs/hardware.md");
+/// Its header.
+const HEADER: &str = "| key | unit | values | default | hash | meaning |";
+/// What stands in the column of values for what no command sets.
+const READ_ONLY: &str = "read only";
+
+/// One setting.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Row {
+    /// Its name.
+    pub key: &'static str,
+    /// How its number is written for people.
+    pub unit: &'static Unit,
+    /// Smallest and largest number; none where the type is the only limit, or the value is a word.
+    pub limits: Option<(i64, i64)>,
+    /// The words that it may be; empty for numbers.
+    pub words: Vec<&'static str>,
+    /// Default, as commands write it.
+    pub default: &'static str,
+    /// Whether no command sets it: the radar module reports it.
+    pub read_only: bool,
+    /// What it is.
+    pub meaning: &'static str,
+}
+
+impl Row {
+    /// The values that it may have, as people write them; empty where only the type limits it.
+    pub fn range(&self) -> String {
+        if self.read_only {
+            return "reported by the radar module, not set".to_owned();
+        }
+        if !self.words.is_empty() {
+            return self.words.join(", ");
+        }
+        let shown = |number: i64| self.unit.shown(number.into());
+        let limits = self.limits.map(|(least, most)| (shown(least), shown(most)));
+        limits.map_or_else(String::new, |(least, most)| format!("{least} to {most}"))
+    }
+
+    /// `value`, as commands write it, as people write it: `0.4 m` for `40000`. A value that is no number is left as it is.
+    pub fn spoken(&self, value: &str) -> String {
+        match (self.unit.word_of(self.key, value), value.parse::<i64>()) {
+            (Some(word), _) => word,
+            (None, Ok(number)) if self.words.is_empty() => self.unit.shown(number.into()),
+            _ => value.to_owned(),
+        }
+    }
+}
+
+/// Every setting, in the order of its key.
+pub fn rows() -> &'static [Row] {
+    static ROWS: LazyLock<Vec<Row>> = LazyLock::new(read);
+    &ROWS
+}
+
+/// The row of `key`.
+pub fn row(key: &str) -> Option<&'static Row> {
+    rows().iter().find(|row| row.key == key)
+}
+
+fn read() -> Vec<Row> {
+    let lines = DOCUMENT.lines().skip_while(|line| *line != HEADER).skip(2);
+    let table = lines.take_while(|line| line.starts_with('|'));
+    table.filter_map(parse).collect()
+}
+
+fn parse(line: &'static str) -> Option<Row> {
+    let mut cells = line.trim_matches('|').split('|').map(str::trim);
+    let key = Settings::key(cells.next()?.trim_matches('`'))?;
+    let (unit, values, default) = (cells.next()?, cells.next()?, cells.next()?);
+    let meaning = cells.nth(1)?;
+    let limits = values.split_once(" to ");
+    let limits = limits.and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    let read_only = values == READ_ONLY;
+    let words = match limits.is_some() || read_only || values.is_empty() {
+        true => Vec::new(),
+        false => values.split(", ").collect(),
+    };
+    Some(Row {
+        key,
+        unit: Unit::of(key, unit)?,
+        limits,
+        words,
+        default,
+        read_only,
+        meaning,
+    })
+}

@@ -1,0 +1,317 @@
+//! `doctor` over pseudo-terminals.
+
+use std::process::Output;
+use std::time::Duration;
+
+use host_sim::live::pty::Pty;
+use host_sim::recording::Recording;
+use stairscan::report::{LiveLine, ScanLine, Sentence};
+use stairscan::scanner::Settings;
+use stairscan::verdict::{Reason, Reasons, Status};
+
+use crate::common::scanner::{Scanner, stair_a};
+use crate::common::sim;
+
+fn told(output: &Output) -> String {
+    String::from_utf8(output.stdout.clone()).unwrap()
+}
+
+fn doctor(path: &str, more: &[&str]) -> Output {
+    sim(&[&["doctor", path], more].concat())
+}
+
+/// Whether the list has this check with this result and these words.
+fn has(text: &str, check: &str, result: &str, words: &str) {
+    let line = text
+        .lines()
+        .find(|line| line.starts_with(check))
+        .unwrap_or_default();
+    let rest = line[check.len().min(line.len())..].trim_start();
+    assert!(
+        rest.starts_with(result) && rest.contains(words),
+        "{check}: {result}, {words}:\n{text}"
+    );
+}
+
+fn line(sentence: &Sentence<'_>) -> String {
+    sentence.write().trim_end().to_owned()
+}
+
+fn live(state: &str) -> String {
+    line(&Sentence::Live(LiveLine {
+        state,
+        scan: 0,
+        uptime_ms: 9_000,
+        age_ms: None,
+        motion: "absent",
+        motion_faults: 0,
+        refused: 0,
+        port_errors: 0,
+        link_errors: 0,
+    }))
+}
+
+fn set_of(reasons: &[Reason]) -> Reasons {
+    reasons
+        .iter()
+        .fold(Reasons::NONE, |set, &reason| set.with(reason))
+}
+
+/// A scanner in `state` that tells these reasons, and answers every scan and self-test by them.
+fn telling(
+    state: &'static str,
+    number: u32,
+    status: Status,
+    reasons: &'static [Reason],
+) -> Scanner {
+    let head = move || {
+        line(&Sentence::Scan(ScanLine {
+            scan: number,
+            status,
+            direction: stairscan::answer::Direction::None,
+            steps: 0,
+            lost_rows: 0,
+            reasons: set_of(reasons),
+            horizon: None,
+            confidence: None,
+            maybes: 0,
+            settings: 0,
+            drops: 0,
+        }))
+    };
+    let says = move || {
+        format!(
+            "{}\r\n{}",
+            live(state),
+            if state == "idle" { live(state) } else { head() }
+        )
+    };
+    Scanner::scripted(says, move |typed| {
+        let settings = Settings::default();
+        let command = stairscan::scanner::command::parse(typed).map(|command| command.word());
+        match (typed, command) {
+            ("version", _) => vec![line(&Sentence::Config {
+                key: "version",
+                value: "0.1.0 scripted",
+            })],
+            ("status", _) => vec![line(&Sentence::State {
+                state,
+                clock: "hse-168",
+                scans: number,
+                estimator: "likelihood",
+                reasons: if state == "idle" {
+                    Reasons::NONE
+                } else {
+                    set_of(reasons)
+                },
+                motion: "absent",
+                motion_faults: 0,
+                settings: 0,
+            })],
+            ("get", _) => {
+                let told = Settings::KEYS.iter().map(|key| {
+                    let value = settings.get(key).unwrap();
+                    line(&Sentence::Config { key, value: &value })
+                });
+                told.chain([line(&Sentence::Done { command: "get" })])
+                    .collect()
+            }
+            (_, Ok("selftest")) if number == 0 => {
+                let field = reasons[0].as_str();
+                vec![line(&Sentence::Fail {
+                    command: "selftest",
+                    field,
+                    expected: "a test that passes",
+                })]
+            }
+            (_, Ok("selftest")) => vec![line(&Sentence::Done {
+                command: "selftest",
+            })],
+            (_, Ok("scan")) => vec![line(&Sentence::Done { command: "scan" }), head()],
+            _ => Vec::new(),
+        }
+    })
+}
+
+#[test]
+fn a_healthy_scanner_has_nothing_but_its_calibration_to_see_to() {
+    let scanner = Scanner::plug_in(stair_a());
+    let output = doctor(&scanner.path, &[]);
+    let text = told(&output);
+    has(
+        &text,
+        "port",
+        "ok",
+        "sentences come and commands are answered",
+    );
+    has(&text, "firmware", "ok", "version 0.1.0, revision host");
+    has(&text, "seal", "ok", "");
+    has(&text, "chip", "ok", "clock host");
+    has(&text, "motor", "ok", "step-dir");
+    has(&text, "home switch", "ok", "home-angle -165 deg");
+    has(&text, "encoder", "none fitted", "");
+    has(
+        &text,
+        "radar module",
+        "ok",
+        "carrier 94 GHz, bandwidth 10 GHz, 200 samples",
+    );
+    has(&text, "signal", "ok", "");
+    has(&text, "mirror echo", "warning", "calibrated range never");
+    has(&text, "mount, floor", "warning", "mount-height 0.4 m");
+    has(&text, "answer", "ok", "scan");
+    assert_eq!(output.status.code(), Some(3), "{text}");
+    // Each line of JSON is a check.
+    let json = doctor(&scanner.path, &["--format", "json"]);
+    let lines: Vec<serde_json::Value> = told(&json)
+        .lines()
+        .map(|line| serde_json::from_str(line).unwrap())
+        .collect();
+    assert_eq!(lines.len(), 12);
+    assert_eq!(lines[0]["result"], "ok");
+    scanner.unplug();
+}
+
+/// The scanner's own doubt about what its module sends.
+#[test]
+fn a_module_without_signal_is_a_fault() {
+    let mut recording: Recording = stair_a();
+    recording
+        .samples
+        .iter_mut()
+        .for_each(|sample| *sample = stairscan::Iq::default());
+    let scanner = Scanner::plug_in(recording);
+    let output = doctor(&scanner.path, &[]);
+    let text = told(&output);
+    has(&text, "signal", "FAULT", "silent: No signal at all.");
+    has(&text, "radar module", "ok", "");
+    has(&text, "mirror echo", "not seen", "silent");
+    has(&text, "mount, floor", "not seen", "");
+    assert!(text.contains("-> The samples hold no signal"), "{text}");
+    assert_eq!(output.status.code(), Some(1), "{text}");
+    scanner.unplug();
+}
+
+#[test]
+fn every_stage_at_which_a_scanner_stops_is_told() {
+    let cases: &[(&str, u32, &'static [Reason], &str, &str)] = &[
+        (
+            "fault",
+            0,
+            &[Reason::HomeNotFound],
+            "home switch",
+            "radar module",
+        ),
+        (
+            "fault",
+            0,
+            &[Reason::LinkSilent],
+            "radar module",
+            "mirror echo",
+        ),
+        ("idle", 0, &[Reason::MotorDriver], "motor", "home switch"),
+        ("fault", 0, &[Reason::InternalClock], "chip", "motor"),
+        (
+            "scanning",
+            7,
+            &[Reason::MirrorMissing],
+            "mirror echo",
+            "mount, floor",
+        ),
+    ];
+    for &(state, number, reasons, broken, behind) in cases {
+        let state: &'static str = match state {
+            "fault" => "fault",
+            "idle" => "idle",
+            _ => "scanning",
+        };
+        let scanner = telling(state, number, Status::Fault, reasons);
+        let output = doctor(&scanner.path, &[]);
+        let text = told(&output);
+        has(&text, broken, "FAULT", reasons[0].meaning());
+        has(&text, behind, "not seen", reasons[0].as_str());
+        assert_eq!(output.status.code(), Some(1), "{text}");
+        scanner.unplug();
+    }
+    let scanner = telling(
+        "scanning",
+        7,
+        Status::Degraded,
+        &[Reason::Mount, Reason::GainDrift, Reason::ImageUnsealed],
+    );
+    let text = told(&doctor(&scanner.path, &[]));
+    for (check, word) in [
+        ("mount, floor", "mount:"),
+        ("mirror echo", "gain-drift:"),
+        ("seal", "image-unsealed:"),
+    ] {
+        has(&text, check, "warning", word);
+    }
+    scanner.unplug();
+}
+
+#[test]
+fn a_scanner_that_stands_is_moved_only_if_it_may_be() {
+    let scanner = telling("idle", 3, Status::Ok, &[]);
+    let text = told(&doctor(&scanner.path, &["--no-move"]));
+    has(&text, "motor", "not seen", "");
+    has(&text, "answer", "not seen", "no scan came");
+    let text = told(&doctor(&scanner.path, &[]));
+    has(&text, "motor", "ok", "");
+    has(&text, "answer", "ok", "scan 3");
+    scanner.unplug();
+}
+
+#[test]
+fn a_silent_port_and_one_that_is_not_there_are_told() {
+    let silent = Pty::new().unwrap();
+    let output = doctor(&silent.path, &[]);
+    let text = told(&output);
+    has(&text, "port", "FAULT", "says nothing");
+    has(&text, "motor", "not seen", "the port does not speak");
+    assert!(text.contains("-> Is the scanner powered?"), "{text}");
+    assert_eq!(output.status.code(), Some(1));
+    has(
+        &told(&doctor("/dev/no-such-port", &[])),
+        "port",
+        "FAULT",
+        "no /dev/no-such-port",
+    );
+}
+
+/// It says by itself that it lives, and hears nothing: what was seen is told.
+#[test]
+fn a_scanner_that_does_not_hear_is_told() {
+    let scanner = Scanner::scripted(|| live("idle"), |_| Vec::new());
+    let output = doctor(&scanner.path, &["--wait", "1"]);
+    let text = told(&output);
+    has(&text, "port", "FAULT", "does not answer");
+    assert!(text.contains("REPORT_RX"), "{text}");
+    has(&text, "firmware", "not seen", "");
+    assert_eq!(output.status.code(), Some(1));
+    scanner.unplug();
+}
+
+#[test]
+fn a_port_that_hangs_up_is_told_with_what_was_seen() {
+    let scanner = Scanner::scripted(
+        || live("scanning"),
+        |typed| match typed {
+            "version" => vec![line(&Sentence::Config {
+                key: "version",
+                value: "0.1.0 scripted",
+            })],
+            _ => Vec::new(),
+        },
+    );
+    let path = scanner.path.clone();
+    let asking = std::thread::spawn(move || doctor(&path, &[]));
+    std::thread::sleep(Duration::from_millis(1_500));
+    scanner.unplug();
+    let output = asking.join().unwrap();
+    let text = told(&output);
+    has(&text, "port", "FAULT", "has gone");
+    has(&text, "firmware", "ok", "version 0.1.0");
+    has(&text, "radar module", "not seen", "");
+    assert_eq!(output.status.code(), Some(1));
+}
