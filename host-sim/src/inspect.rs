@@ -617,7 +617,7 @@ mod tests {
         let edges = likeliest["edges"].as_array().unwrap();
         assert_eq!(edges.len(), answer.steps.len());
         for (edge, step) in edges.iter().zip(&answer.steps) {
-            let off = edge["distance_m"].as_f64().unwrap() - step.distance_m;
+            let off = edge["distance_m"].as_f64().unwrap() - f64::from(step.distance.metres());
             assert!(off.abs() < 0.03, "{edge} {step:?}");
         }
         let name = likeliest["name"].as_str().unwrap();
