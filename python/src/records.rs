@@ -48,6 +48,7 @@ pub fn particle(bytes: &mut Vec<u8>, staircase: &Staircase, probability: f32) {
         GroundKind::Ramp { from_m, slope } => ("ramp", from_m, slope),
         GroundKind::Drop { at_m } => ("drop", at_m, f32::NAN),
         GroundKind::Stairs => ("stairs", f32::NAN, f32::NAN),
+        GroundKind::Descent => ("descent", f32::NAN, f32::NAN),
         GroundKind::Box => ("box", f32::NAN, f32::NAN),
         GroundKind::Threshold => ("threshold", f32::NAN, f32::NAN),
     };

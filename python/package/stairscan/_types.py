@@ -31,7 +31,7 @@ ECHO = np.dtype(
     ]
 )
 
-#: A particle of the posterior. ``kind``: ``stairs``, ``nothing``, ``ramp``, ``drop``, ``box`` or ``threshold``;
+#: A particle of the posterior. ``kind``: ``stairs``, ``descent``, ``nothing``, ``ramp``, ``drop``, ``box`` or ``threshold``;
 #: ``at_m``: where a ramp begins or the ground ends; ``wall_m``: infinite without a wall; ``x_m`` and ``top_m``: place
 #: of each riser and level at its top, NaN behind the last.
 PARTICLE = np.dtype(
@@ -224,7 +224,7 @@ class Result:
     echoes: npt.NDArray[np.void] = field(repr=False)
     """Echoes, strongest first, dtype :data:`ECHO`; none with the paper's estimator."""
     posterior: Posterior | None = field(repr=False)
-    """None in the height plane, with the paper's estimator, and where the scan has no echoes."""
+    """None with the paper's estimator, and where the scan has no echoes."""
     way: npt.NDArray[np.void] = field(repr=False)
     """The way ahead cell by cell, nearest first, dtype :data:`WAY`."""
     noise_dbfs: float | None
