@@ -219,16 +219,26 @@ impl SeenTread {
 }
 
 /// The treads of stairs going down, the ground's first.
-type SeenTreads = Vec<SeenTread, MAX_FLIGHT>;
+type SeenTreads = Vec<SeenTread, { MAX_FLIGHT + 1 }>;
 
-/// What each mark is if there are these stairs going down, or level ground.
-#[inline(never)]
-pub fn lower_roles(scene: &Scene<'_>, s: &Staircase, model: &Descending) -> Roles {
+/// The treads of these stairs going down, or level ground.
+fn seen_treads(s: &Staircase, model: &Descending) -> SeenTreads {
     let mut treads = SeenTreads::new();
     for k in 0..=s.len() {
         // A staircase has no more treads.
         let _ = treads.push(SeenTread::of(s, k, model));
     }
+    treads
+}
+
+/// What each mark is on level ground, seen from above.
+#[inline(never)]
+pub fn ground_roles(scene: &Scene<'_>, model: &Descending) -> Roles {
+    lower_roles(scene, &seen_treads(&Staircase::nothing(), model))
+}
+
+/// What each mark is if there are these treads.
+fn lower_roles(scene: &Scene<'_>, treads: &SeenTreads) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {
         let role = treads.iter().find_map(|tread| tread.role(m));
@@ -243,19 +253,19 @@ pub fn lower_roles(scene: &Scene<'_>, s: &Staircase, model: &Descending) -> Role
 pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> Measured {
     let p = scene.params;
     let count = s.len();
+    let seen = seen_treads(s, model);
     let mut treads = Treads::new();
-    for k in 1..=count {
+    for below in seen.iter().skip(1) {
         // Stairs going down have no more treads.
-        let _ = treads.push(model.tread(s.level(k)));
+        let _ = treads.push(below.tread);
     }
     model.look(&treads);
-    let mut measured = Measured::new(Direction::Down, lower_roles(scene, s, model));
+    let mut measured = Measured::new(Direction::Down, lower_roles(scene, &seen));
     let mut levels = TreadLevels::default();
     let rise = Estimate::new(s.rise(), p.lower_rise_sigma_m);
-    let steps = (1..=count).map(|k| {
-        let seen = SeenTread::of(s, k, model);
+    let steps = seen.iter().skip(1).map(|below| {
         let mut fusion = Fusion::default();
-        if let Some(level) = model.level(seen.tread, (seen.from_m, seen.to_m)) {
+        if let Some(level) = model.level(below.tread, (below.from_m, below.to_m)) {
             fusion.add(Estimate {
                 variance: math::max(
                     level.variance,
@@ -267,7 +277,7 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
         fusion
     });
     gauss::fit(steps, rise, p, &mut levels);
-    for (k, level) in levels.iter().take(count).enumerate() {
+    for (k, (level, below)) in levels.iter().zip(seen.iter().skip(1)).enumerate() {
         let edge = model.place(count, k);
         let step = Step {
             distance_m: edge.value,
@@ -276,8 +286,7 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
             height_sigma_m: level.height.sigma().max(p.least_height_sigma_m),
             ..Step::default()
         };
-        let seen = SeenTread::of(s, k + 1, model);
-        let roles = scene.marks.iter().map(|m| (m, seen.role(m)));
+        let roles = scene.marks.iter().map(|m| (m, below.role(m)));
         let near = roles.filter_map(|(m, role)| Some((m, role? == Role::Flash)));
         let support = Support {
             snr_db: near.clone().map(|(m, _)| m.snr_db).reduce(math::max),

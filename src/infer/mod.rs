@@ -53,7 +53,7 @@ use crate::math;
 use crate::model::chart::Chart;
 use crate::model::surfaces::Recursions;
 use crate::model::treads::Descending;
-use crate::model::{Staircase, Surfaces, View};
+use crate::model::{Surfaces, View};
 use crate::motion::{Drive, Retention, Ride, Sweeps};
 use crate::mount::{Calibration, Floor, online};
 use crate::observer::{Event, Observer};
@@ -394,10 +394,9 @@ fn descend(
         posterior.judge(Some(told), None, &mut belief);
     }
     posterior.tell(observer);
-    let ground = Staircase::nothing();
     let roles = match &measured {
         Some(measured) => measured.roles.clone(),
-        None => dimensions::lower_roles(&scene, &ground, model),
+        None => dimensions::ground_roles(&scene, model),
     };
     tell_scatterers(echoes, &scene, &roles, observer);
     posterior.tell_descents(&likeliest, observer);

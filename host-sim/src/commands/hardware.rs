@@ -14,7 +14,7 @@ use crate::output::Overwrite;
 /// Arguments of `hardware`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// What to print or draw
+    /// Table or drawing to make
     #[arg(value_enum)]
     what: What,
     /// Write it to this file instead
@@ -24,7 +24,7 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// What can be made.
+/// A table or drawing of the hardware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 enum What {
     /// Bill of materials with its cost, as Markdown

@@ -42,7 +42,7 @@ pub struct Args {
     overwrite: Overwrite,
 }
 
-/// What is done with the file.
+/// Direction between file and scanner, or a comparison of both.
 #[derive(clap::Args, Clone, Debug)]
 #[group(required = true, multiple = false)]
 struct What {
@@ -177,7 +177,7 @@ fn set(talk: &mut Talk, path: &Path, profile: &Profile, save: bool) -> Result<Ex
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the scanner holds otherwise than wanted, a line each.
+/// Settings of the scanner that differ from the wanted ones, a line each.
 fn astray(wanted: &Settings, after: &BTreeMap<String, String>) -> Vec<String> {
     let rows = table::rows().iter().filter(|row| !row.read_only);
     let lines = rows.filter_map(|row| {

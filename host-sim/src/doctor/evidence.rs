@@ -1,4 +1,4 @@
-//! What was asked of a scanner and what it said.
+//! Questions to a scanner and its answers, as evidence.
 
 use std::collections::BTreeMap;
 use std::time::{Duration, Instant};
@@ -11,7 +11,7 @@ use crate::live::talk::{Broken, Reply, Talk};
 /// Homing, self-test, and the module's first answer within `connect-timeout`.
 const SELF_TEST: Duration = Duration::from_secs(60);
 
-/// What was said.
+/// Answers of a scanner to the questions of `doctor`.
 #[derive(Clone, Debug, Default)]
 pub struct Evidence {
     /// Name of the port.
