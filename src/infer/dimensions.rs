@@ -14,7 +14,7 @@ use crate::answer::{Answer, Direction, Step};
 use crate::estimate::Estimate;
 use crate::math;
 use crate::model::treads::{Descending, OFF_M as TREAD_OFF_M, TreadAt, Treads};
-use crate::model::{Model, Staircase};
+use crate::model::{GroundKind, Model, Staircase, tread_begins_m};
 use crate::params::Params;
 use heapless::Vec;
 
@@ -119,7 +119,6 @@ pub fn ascending(
         let support = Support {
             snr_db,
             next_db: next_db(marks.map(|(m, role)| (m, *role == Role::Flash)), p),
-            flashes: face.flash_db.is_some() && face.flash_db >= snr_db,
             overhang_seen: face.overhang_seen(),
             overhang_known,
             off: level.off,
@@ -154,8 +153,7 @@ fn no_stair(readings: &Readings, rise: Estimate, levels: &TreadLevels, p: &Param
         return None;
     };
     let height = first.height;
-    let climbable = (p.lowest_step_m..=p.highest_step_m).contains(&height.value);
-    if climbable && rise.value >= p.lowest_step_m {
+    if GroundKind::single(height.value) == GroundKind::Stairs && rise.value >= p.lowest_step_m {
         return None;
     }
     // What shows no top may be a threshold as well as a kerb.
@@ -184,13 +182,7 @@ impl SeenTread {
             None => f32::NEG_INFINITY,
             Some(before) => {
                 let deeper = model.depth_m(y_m) / model.depth_m(s.level(before));
-                let edge_m = s.x(before);
-                // Behind an edge before the mirror lies a shadow.
-                if edge_m < 0.0 {
-                    edge_m
-                } else {
-                    edge_m * deeper
-                }
+                tread_begins_m(s.x(before), deeper)
             }
         };
         Self {
@@ -262,7 +254,7 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
     model.look(&treads);
     let mut measured = Measured::new(Direction::Down, lower_roles(scene, &seen));
     let mut levels = TreadLevels::default();
-    let rise = Estimate::new(s.rise(), p.lower_rise_sigma_m);
+    let rise = Estimate::new(s.rise(), p.flight_rise_sigma_m);
     let steps = seen.iter().skip(1).map(|below| {
         let mut fusion = Fusion::default();
         if let Some(level) = model.level(below.tread, (below.from_m, below.to_m)) {
@@ -291,7 +283,6 @@ pub fn descending(model: &mut Descending, scene: &Scene<'_>, s: &Staircase) -> M
         let support = Support {
             snr_db: near.clone().map(|(m, _)| m.snr_db).reduce(math::max),
             next_db: next_db(near, p),
-            flashes: false,
             overhang_seen: false,
             overhang_known: false,
             off: level.off,

@@ -157,10 +157,7 @@ fn sight(scene: &Scene<'_>, riser: &Riser, m: &Mark, top_variance: f32) -> Sight
     let p = scene.params;
     let top_z = (m.y_m - riser.top_m) / math::sqrt(m.y_sigma_m * m.y_sigma_m + top_variance);
     let mut front = gain(p.point_nats, top_z);
-    let lip_m = math::min(
-        p.lip_m,
-        p.lip_share * (riser.top_m - riser.base_m) + p.lip_margin_m,
-    );
+    let lip_m = math::min(p.lip_m, p.lip_share * (riser.top_m - riser.base_m));
     if (riser.top_m - lip_m - m.y_sigma_m..riser.top_m + m.y_sigma_m).contains(&m.y_m) {
         front = math::max(front, p.face_nats);
     }

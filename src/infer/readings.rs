@@ -17,8 +17,6 @@ pub struct Face {
     pub edge_m: Option<f32>,
     /// Level of the tread, metres.
     pub level: Fusion,
-    /// Strongest echo of a flash, dB.
-    pub flash_db: Option<f32>,
 }
 
 impl Face {
@@ -62,7 +60,8 @@ impl Model<'_> {
                         before.level.add(level);
                     }
                 }
-                Class::Flash => face.flash_db = Some(reading.echo.snr_db),
+                // It shows the riser's place; its height is the mirror's.
+                Class::Flash => {}
                 Class::Hidden => {
                     if let Some(rise) = self.hidden_rise(s, k, reading.echo) {
                         out.rise.add(rise);

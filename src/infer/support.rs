@@ -20,8 +20,6 @@ pub struct Support {
     pub snr_db: Option<f32>,
     /// How strong the next face would be at least, dB.
     pub next_db: f32,
-    /// Whether it shows its face, and the flash of that hides its edge.
-    pub flashes: bool,
     /// Whether it shows how far its nosing stands before its riser.
     pub overhang_seen: bool,
     /// Whether any step of the flight does.
@@ -66,19 +64,9 @@ pub fn judge<'m>(
     if lead < p.clear_lead_nats {
         reasons.add(Reason::CloseRival);
     }
-    let regular = supports.iter().all(|s| s.off.value.abs() < p.regular_m);
     for (k, (step, support)) in (1..).zip(steps.iter().zip(supports)) {
         let last = k == supports.len();
-        // A last riser that looks straight at the mirror hides its edge by its flash: if all steps
-        // before it were measured and none seems to be odd, the flight's regularity may stand in
-        // for that one edge.
-        let flash = last && k > 1 && support.flashes && regular;
-        let known_m = if flash {
-            p.sure_last_height_m
-        } else {
-            p.sure_height_m
-        };
-        if support.snr_db.is_none() || step.height_sigma_m > known_m {
+        if support.snr_db.is_none() || step.height_sigma_m > p.sure_height_m {
             reasons.add(Reason::InferredStep);
         }
         // Where the next step would be lost in the noise, nobody knows whether there is one.
@@ -103,7 +91,7 @@ pub fn judge_none(odds: f32, strongest_db: f32, p: &Params) -> Reasons {
     if odds > -p.clear_lead_nats {
         reasons.add(Reason::CloseRival);
     }
-    if strongest_db < p.view_db {
+    if strongest_db < p.weak_step_db {
         reasons.add(Reason::WeakEchoes);
     }
     reasons

@@ -361,8 +361,8 @@ impl Variants<'_> {
         let spots = self.spots(nearest, end, number::FLOOR_GRID_M, number::SPOT_M);
         let before = self.before(base, 0.0);
         let rules = &current().rules;
-        for (h, [seen, unseen], kind) in FLOOR.into_iter().filter(|_| rules.single) {
-            let more = self.more(base, h, kind, before.as_ref());
+        for (h, [seen, unseen]) in FLOOR.into_iter().filter(|_| rules.single) {
+            let more = self.more(base, h, GroundKind::single(h), before.as_ref());
             for &(x, dx) in &spots {
                 let share = if dx < ECHO_M { seen } else { unseen };
                 if share > 0.0 {
@@ -412,16 +412,15 @@ const ECHO_M: f32 = 0.02;
 const FIRST_DROP_M: f32 = 0.3;
 /// The ground ends somewhere ahead so often, beside level ground.
 const DROP_ODDS: f32 = 0.3;
-/// What may stand alone on the floor: height, metres, how often where an echo shows it and where none
-/// does, and what that is called. Boxes and thresholds that show nothing change nothing; steps that show
+/// What may stand alone on the floor: height, metres, and how often where an echo shows it and where none does. Boxes and thresholds that show nothing change nothing; steps that show
 /// nothing look alike, low ones and high ones.
-const FLOOR: [(f32, [f32; 2], GroundKind); 8] = [
-    (0.02, [0.5, 0.0], GroundKind::Threshold),
-    (0.045, [0.05, 0.0], GroundKind::Threshold),
-    (0.075, [0.08, 0.13], GroundKind::Stairs),
-    (0.11, [0.10, 0.0], GroundKind::Stairs),
-    (0.16, [0.14, 0.25], GroundKind::Stairs),
-    (0.22, [0.06, 0.0], GroundKind::Stairs),
-    (0.32, [0.15, 0.0], GroundKind::Box),
-    (0.50, [0.15, 0.0], GroundKind::Box),
+const FLOOR: [(f32, [f32; 2]); 8] = [
+    (0.02, [0.5, 0.0]),
+    (0.045, [0.05, 0.0]),
+    (0.075, [0.08, 0.13]),
+    (0.11, [0.10, 0.0]),
+    (0.16, [0.14, 0.25]),
+    (0.22, [0.06, 0.0]),
+    (0.32, [0.15, 0.0]),
+    (0.50, [0.15, 0.0]),
 ];

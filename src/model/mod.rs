@@ -24,6 +24,7 @@ pub mod treads;
 pub(crate) mod tests;
 
 pub use feature::{Class, FeaturePlace, before};
+pub use places::{sight_m, tread_begins_m};
 pub use points::{
     BEHIND_M, EchoSums, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen,
     level_density, logistic, tailed,

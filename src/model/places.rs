@@ -12,6 +12,26 @@ const THICK_M: f32 = 0.045;
 /// A face must show this much about the mirror's height to flash, metres.
 const FRESNEL_M: f32 = 0.04;
 
+/// Lowest height that is in sight at `x_m`, over an edge at `edge_m` behind which the level is `base_m`, from a mirror at
+/// `height_m`; infinitely far off where no edge stands before.
+pub fn sight_m(height_m: f32, x_m: f32, base_m: f32, edge_m: f32) -> f32 {
+    if base_m > height_m && edge_m.is_finite() && edge_m > 0.0 {
+        height_m + (base_m - height_m) * x_m / math::max(edge_m, number::LEAST_RANGE_M)
+    } else {
+        base_m
+    }
+}
+
+/// Where the tread below an edge at `edge_m` comes into sight, metres: it lies `deeper` times as far below the mirror as
+/// the edge. Over an edge before the mirror the sight line goes on; behind the mirror the edge itself bounds it.
+pub fn tread_begins_m(edge_m: f32, deeper: f32) -> f32 {
+    if edge_m > 0.0 {
+        edge_m * deeper
+    } else {
+        edge_m
+    }
+}
+
 impl Model<'_> {
     /// Whether a place lies in the scanned sector and range.
     pub fn in_scan(&self, x: f32, y: f32) -> bool {
@@ -21,15 +41,6 @@ impl Model<'_> {
             && math::hypot(x, y - self.height_m) < self.view.farthest_m
     }
 
-    /// Lowest height that can be seen at `x` where the level is `base` behind an edge at `edge`.
-    pub fn sight(&self, x: f32, base: f32, edge: f32) -> f32 {
-        if base > self.height_m && edge.is_finite() && edge > 0.0 {
-            self.height_m + (base - self.height_m) * x / math::max(edge, number::LEAST_RANGE_M)
-        } else {
-            base
-        }
-    }
-
     /// Lower and upper end of what can be seen of riser `k`'s face.
     pub fn face_span(&self, s: &Staircase, k: usize) -> (f32, f32) {
         let (top, base) = (s.level(k + 1), s.level(k));
@@ -37,7 +48,7 @@ impl Model<'_> {
             return (top - THICK_M, top);
         }
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
-        (self.sight(s.x(k), base, edge), top)
+        (sight_m(self.height_m, s.x(k), base, edge), top)
     }
 
     /// Where riser `k` shows point features; `k` may be the wall behind the last one.

@@ -13,6 +13,7 @@
 //! one echo. What one feature has claimed of an echo, the next one cannot have.
 
 use super::feature::{Class, FeaturePlace, before};
+use super::places::sight_m;
 use super::prior::ln;
 use super::staircase::{GroundKind, Staircase, View};
 use super::surfaces::Surfaces;
@@ -140,7 +141,7 @@ pub fn logistic(x: f32) -> f32 {
     1.0 / (1.0 + math::exp(-x))
 }
 
-/// Upper tail of the normal distribution.
+/// Upper tail of the normal distribution by the logistic function: within 0.01 of it.
 pub fn above(z: f32) -> f32 {
     if z.abs() > SURE {
         return if z > 0.0 { 0.0 } else { 1.0 };
@@ -299,7 +300,7 @@ impl<'p> Model<'p> {
         }
         let base = self.base(s, k, e.x_m);
         let edge = if k > 0 { s.x(k - 1) } else { f32::INFINITY };
-        let low = self.sight(e.x_m, base, edge);
+        let low = sight_m(self.height_m, e.x_m, base, edge);
         let mut inside =
             above((e.y_m - low + number::INSIDE_M) / (number::INSIDE_SIGMA_M + e.across_m));
         if s.open && k > 0 {

@@ -1,6 +1,6 @@
 //! What stairs people build, and what else stands about: the prior of a hypothesis.
 
-use super::staircase::{GroundKind, LONGEST_GOING_M, Staircase};
+use super::staircase::{GroundKind, Staircase};
 use crate::math;
 use crate::params::posterior as number;
 
@@ -120,7 +120,7 @@ pub fn prior(s: &Staircase) -> f32 {
         for k in 1..n {
             let going_m = s.x(k) - s.x(k - 1);
             p += const { ln(GOES_ON * VOLUME_M) }
-                + if going_m > LONGEST_GOING_M {
+                + if going_m > number::GOINGS_M.1 {
                     const { ln(LANDING) }
                 } else {
                     departure(going_m - going, number::GOING_DEPARTS)

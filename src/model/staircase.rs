@@ -1,10 +1,13 @@
 //! A staircase as a hypothesis: where its risers stand and how high their tops are.
 
+use super::places::tread_begins_m;
+use super::points::above;
 use crate::config::Plane;
 use crate::estimate::COVERAGE_FACTOR;
 pub use crate::estimate::RIGHT_M;
 use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::math;
+use crate::params::current;
 use crate::params::posterior as number;
 use crate::signal::grid::PolarMap;
 use heapless::Vec;
@@ -13,10 +16,6 @@ use heapless::Vec;
 pub const MAX_STEPS: usize = 10;
 /// Two steps are the same within this distance, metres: design contract of scoring.
 pub const SAME_M: f32 = 0.10;
-
-/// Risers farther apart than this have a landing between them, metres: steps of parks and forecourts
-/// are the deepest.
-pub const LONGEST_GOING_M: f32 = 0.62;
 
 /// What stands there.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,6 +43,20 @@ pub enum GroundKind {
     Box,
     /// One thing too low for a step.
     Threshold,
+}
+
+impl GroundKind {
+    /// One thing so high, metres, that rises from the ground.
+    pub fn single(height_m: f32) -> Self {
+        let p = current();
+        if height_m < p.lowest_step_m {
+            Self::Threshold
+        } else if height_m <= p.highest_step_m {
+            Self::Stairs
+        } else {
+            Self::Box
+        }
+    }
 }
 
 /// A staircase, or what else may be there.
@@ -275,7 +288,7 @@ impl Staircase {
         let (mut sum, mut spans) = (0.0, 0.0);
         for k in 1..self.len() {
             let going_m = self.x(k) - self.x(k - 1);
-            if going_m < LONGEST_GOING_M {
+            if going_m < number::GOINGS_M.1 {
                 sum += going_m;
                 spans += 1.0;
             }
@@ -366,7 +379,7 @@ impl Staircase {
         let x_m = self.x(k);
         let above_m = view.height_m - self.level(k);
         let below_m = view.height_m - self.level(k + 1);
-        let begins_m = math::max(x_m, x_m * below_m / above_m);
+        let begins_m = tread_begins_m(x_m, below_m / above_m);
         view.shows(x_m / above_m, math::hypot(x_m, above_m)) && begins_m < self.x(k + 1)
     }
 
@@ -431,10 +444,5 @@ impl Staircase {
 /// `within_m` from 0.
 fn outside(off_m: f32, sigma_m: f32, within_m: f32) -> f32 {
     let sigma_m = math::max(sigma_m, number::LEAST_SIGMA_M);
-    tail((within_m - off_m) / sigma_m) + tail((within_m + off_m) / sigma_m)
-}
-
-/// Upper tail of the normal distribution by the logistic function: within 0.01 of it.
-pub fn tail(z: f32) -> f32 {
-    1.0 / (1.0 + math::exp(number::NORMAL_SLOPE * z))
+    above((within_m - off_m) / sigma_m) + above((within_m + off_m) / sigma_m)
 }

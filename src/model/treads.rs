@@ -13,8 +13,10 @@
 //! each is where one tread ends and the sight line to the next begins. So the likelihood of all edges' places is a product
 //! of functions of one place, and with equal goings but for small departures it is summed up over first edge and going.
 
+use super::places::tread_begins_m;
+use super::points::above;
 use super::prior::{GOES_ON, departure, ln};
-use super::staircase::{MAX_STEPS, View, tail};
+use super::staircase::{MAX_STEPS, View};
 use crate::estimate::{COVERAGE_FACTOR, Estimate};
 use crate::math;
 use crate::params::generative::{LEVELS, TreadEnd, TreadNumbers};
@@ -361,12 +363,12 @@ impl Descending {
             Some(_) => &self.numbers.starts,
         };
         let end_of = |x_m: f32| match begins {
-            Some(deeper) if x_m > 0.0 => x_m * deeper,
-            _ => x_m,
+            Some(deeper) => tread_begins_m(x_m, deeper),
+            None => x_m,
         };
         let edge_of = |x_m: f32| match begins {
-            Some(deeper) if x_m > 0.0 => x_m / deeper,
-            _ => x_m,
+            Some(deeper) => tread_begins_m(x_m, 1.0 / deeper),
+            None => x_m,
         };
         for e in &self.echoes {
             let ratio_m = e.ratio_m(y_m);
@@ -673,7 +675,7 @@ impl Shine {
     /// Share of the tread that shows so far from its end, metres, and number of echoes a metre that the end shows itself.
     fn at(&self, on_m: f32) -> (f32, f32) {
         let z = (on_m - self.off_m) * self.per_sigma;
-        let on = tail(-(on_m + BEYOND_M) * self.per_sigma);
+        let on = above(-(on_m + BEYOND_M) * self.per_sigma);
         (on, self.number * math::exp(-0.5 * z * z))
     }
 }

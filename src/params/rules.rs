@@ -81,10 +81,10 @@ numbers! {
     inside in "roles": |p| p.inside_nats = 0.0;
     /// Echoes above a riser cost.
     above in "roles": |p| p.above_nats = 0.0;
-    /// Unexplained echoes cost.
-    stray in "roles": |p| p.stray_nats = 0.0;
     /// A corner brighter than its tread gains.
     bright_corner in "roles": |p| p.bright_corner_nats = 0.0;
+    /// Unexplained echoes cost.
+    stray in "roles": |p| p.stray_nats = 0.0;
     /// A visible corner that is missing costs.
     no_corner in "roles": |p| p.no_corner_nats = 0.0;
     /// An edge that is missing costs.

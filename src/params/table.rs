@@ -1,6 +1,7 @@
 //! The numbers of the default estimator, in the order of the stages that use them.
 
 use super::entry::{Entry, Origin, params};
+use super::posterior;
 use super::switches::Rules;
 use crate::math::RAD_PER_DEG;
 
@@ -140,12 +141,10 @@ params! {
         nearest_riser_m = 0.36, "m", Hand;
         /// Echoes this close in x belong to one riser.
         column_m = 0.045, "m", Custom, "nosings overhang by up to 4 cm";
-        /// Height below which an echo may be ground.
-        on_ground_m = 0.03, "m", Hand;
         /// A corner outshines the ground this far before it.
         corner_before_m = 0.35, "m", Custom, "one going";
-        /// By how much it does.
-        corner_outshines_db = 5.0, "dB", Hand;
+        /// By how much it does, and a riser's corner everything else on its tread.
+        corner_outshines_db = 8.0, "dB", Hand;
         /// An echo on the ground that is weaker is not taken for a corner.
         corner_least_db = 14.0, "dB", Hand;
     }
@@ -158,8 +157,6 @@ params! {
         tread_nats = 1.1, "nats", Hand;
         /// A corner that outshines everything else on its tread.
         bright_corner_nats = 1.1, "nats", Hand;
-        /// By how much it does.
-        bright_corner_db = 8.0, "dB", Hand;
         /// Strongest echo of a tread that shows none.
         tread_background_db = 3.0, "dB", Derived, "the weakest echo there is";
         /// An echo inside the solid.
@@ -170,44 +167,28 @@ params! {
         clutter_nats = 2.5, "nats", Hand;
         /// Anything else that the flight does not explain.
         stray_nats = 0.4, "nats", Hand;
-        /// Each further riser must pay for itself.
-        step_nats = 1.6, "nats", Hand;
         /// A closed riser whose inner corner is not seen.
         no_corner_nats = 1.8, "nats", Hand;
+        /// Each further riser must pay for itself.
+        step_nats = 1.6, "nats", Hand;
         /// A riser whose upper end is not seen.
         no_edge_nats = 1.5, "nats", Hand;
-        /// A corner is seen if it gains this.
-        corner_seen_nats = 1.0, "nats", Hand;
-        /// An edge is seen if it gains this.
-        edge_seen_nats = 0.8, "nats", Hand;
+        /// A corner or an edge is seen if it gains this.
+        seen_nats = 0.8, "nats", Hand;
         /// Further cost of a single riser behind a landing.
         lone_nats = 4.0, "nats", Hand;
     }
     "roles: where each begins and ends" {
-        /// A riser whose foot is not at least this much below the mirror shows none.
-        hidden_foot_m = 0.01, "m", Hand;
-        /// A riser flashes if its foot is at most this much above the mirror …
-        flash_below_m = 0.02, "m", Hand;
-        /// … and its top at most this much below.
-        flash_above_m = 0.03, "m", Hand;
-        /// A flash lies this near the mirror's height, beside the error of an echo's height.
-        flash_margin_m = 0.01, "m", Hand;
-        /// An echo is above a riser from this on, beside twice its deviation.
-        above_margin_m = 0.015, "m", Hand;
-        /// It is inside the solid from this depth on, beside twice its deviation.
-        inside_margin_m = 0.02, "m", Hand;
-        /// It stands on a tread from this height on, beside its deviation.
-        clutter_margin_m = 0.03, "m", Hand;
-        /// A face begins this much above its foot, or twice the echo's deviation.
-        face_foot_m = 0.04, "m", Hand;
-        /// An echo shows a level that is closer than so many standard deviations.
-        level_sigmas = 2.5, "", Hand;
+        /// A riser flashes if its foot is at most this much above the mirror, or its top at most this much below.
+        flash_margin_m = 0.02, "m", Hand;
+        /// An echo off a surface by more, beside its deviation, is not on it: it is above, inside or clutter.
+        off_margin_m = 0.02, "m", Hand;
     }
     "search: stairs going up" {
         /// Least going.
-        least_going_m = 0.18, "m", Custom, "steepest stairs in use";
+        least_going_m = posterior::GOINGS_M.0, "m", Custom, "steepest stairs in use";
         /// Largest going.
-        most_going_m = 0.60, "m", Custom, "steps of parks and forecourts";
+        most_going_m = posterior::GOINGS_M.1, "m", Custom, "steps of parks and forecourts";
         /// Longest landing between two flights.
         longest_landing_m = 1.60, "m", Custom, "more than a door's leaf and a wheelchair's length";
         /// A riser may stand this far from where its predecessors lead.
@@ -222,7 +203,7 @@ params! {
         rise_sigma_m = 0.005, "m", Custom, "building codes allow 5 mm between neighbours";
         /// Standard deviation by which an irregular riser or tread departs.
         odd_rise_sigma_m = 0.03, "m", Custom, "irregular steps of built stairs that people stumble over";
-        /// Error of a flight's riser height by the likelihood of all echoes.
+        /// Error of a flight's riser height by the likelihood of all echoes, and of the drop by the deepest tread.
         flight_rise_sigma_m = 0.02, "m", Hand, "calibration seeds: of the surest wrong answers four are single risers that show no level of their own, 5 to 8 cm off";
         /// Factor on the standard deviation of reported heights, for what the model leaves out.
         height_sigma_scale = 1.2, "", Hand;
@@ -240,10 +221,8 @@ params! {
         line_sigma_m = 0.004, "m", Hand, "range cells of two echoes that melt; roundings of 1 to 8 mm";
         /// Front of a tread at most …
         lip_m = 0.07, "m", Custom, "treads are 3 to 6 cm thick";
-        /// … and at most this share of the rise …
+        /// … and at most this share of the rise.
         lip_share = 0.6, "", Custom, "a nosing leaves some of the riser to be seen";
-        /// … and what its height is off.
-        lip_margin_m = 0.01, "m", Hand;
         /// Front of a tread at least.
         least_lip_m = 0.02, "m", Custom, "thinnest boards";
         /// A credible echo near a riser on neither line.
@@ -252,10 +231,6 @@ params! {
         nosing_sigma_m = 0.0015, "m", Hand;
         /// Error of an overhang by the grid on which they are weighed.
         overhang_grid_sigma_m = 0.0017, "m", Derived, "steps of 6 mm, even: over the root of 12";
-    }
-    "stairs going down" {
-        /// Error of the drop by the deepest tread.
-        lower_rise_sigma_m = 0.02, "m", Hand;
     }
     "verdict" {
         /// Another explanation within this score of the winner is a close rival.
@@ -268,14 +243,8 @@ params! {
         fades_db = 6.0, "dB", Hand;
         /// … and by as much from one that looks straight at the mirror.
         flash_fades_db = 25.0, "dB", Hand;
-        /// Without stairs the strongest echo must be at least this, or the answer gets the word `weak-echoes`.
-        view_db = 10.0, "dB", Hand;
         /// A height with a larger standard deviation gets the word `inferred-step`.
         sure_height_m = 0.015, "m", Derived, "two standard deviations are 3 cm";
-        /// The same for a last riser whose flash hides its edge.
-        sure_last_height_m = 0.025, "m", Hand;
-        /// A step whose expected departure is larger may be odd.
-        regular_m = 0.002, "m", Hand;
         /// A step this far off the others' line is one that a foot stumbles over.
         irregular_m = 0.013, "m", Custom, "half an inch";
         /// Echoes stronger than this that stand where the flight leaves no room are in the way.

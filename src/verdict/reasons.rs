@@ -76,13 +76,13 @@ reasons! {
         "The chirps of some rows did not come after all retries, or a mirror that turns all the time passed their angles; it stands beside a fault, too.",
     /// A step, or its height, was inferred from its neighbours: no echo of its own shows it well.
     InferredStep = "inferred-step" [Word]
-        "A step has no echo of its own, or the standard deviation of its height is above `sure_height_m` (`sure_last_height_m` for the last riser of a regular flight, if it flashes).",
+        "A step has no echo of its own, or the standard deviation of its height is above `sure_height_m`.",
     /// Another reading of the echoes is nearly as likely.
     CloseRival = "close-rival" [Word]
         "The flight, or the answer without steps, leads by less than `clear_lead_nats`, or a single rise may be a threshold or an obstacle as well as a step.",
     /// The steps rest on echoes little above the noise.
     WeakEchoes = "weak-echoes" [Word]
-        "A step's strongest echo is below `weak_step_db`, the next riser's would be below `next_seen_db`, or, without steps, no echo reaches `view_db`.",
+        "A step's strongest echo, or without steps the strongest of all, is below `weak_step_db`, or the next riser's would be below `next_seen_db`.",
     /// Something stands in the line of sight.
     BlockedView = "blocked-view" [Doubt, Word]
         "Right before the mirror something shines by `near_db` more than the mirror in more than `near_rows` rows, or one level stands at one range nearer than `blocked_m` in a share of the rows above `line_share` (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",

@@ -215,7 +215,7 @@ impl<'e> Ascending<'e> {
         for m in scene.marks.get(range).unwrap_or(&[]) {
             let (role, gain) = scene.on_tread(m, riser);
             total += gain;
-            let on_level = (m.y_m - riser.base_m).abs() < p.level_sigmas * m.y_sigma_m;
+            let on_level = (m.y_m - riser.base_m).abs() < 2.0 * m.y_sigma_m;
             if role == Role::Tread && on_level && m.x_m > riser.along_m - p.corner_before_m {
                 strongest_db = math::max(strongest_db, m.snr_db);
             }
@@ -248,13 +248,13 @@ impl<'e> Ascending<'e> {
             }
         }
         let corner_shows = !riser.open && !scene.hides_foot(riser);
-        if corner_shows && corner < p.corner_seen_nats {
+        if corner_shows && corner < p.seen_nats {
             total -= p.no_corner_nats;
         }
-        if edge < p.edge_seen_nats {
+        if edge < p.seen_nats {
             total -= p.no_edge_nats;
         }
-        if corner > p.corner_seen_nats && corner_db > before.strongest_db + p.bright_corner_db {
+        if corner > p.seen_nats && corner_db > before.strongest_db + p.corner_outshines_db {
             total += p.bright_corner_nats;
         }
         total + corner + top

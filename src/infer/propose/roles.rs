@@ -6,6 +6,8 @@
 
 use super::scene::{Mark, Scene, gain};
 use crate::math;
+use crate::model::sight_m;
+use crate::params::posterior as number;
 use crate::signal::echoes::MAX_ECHOES;
 use heapless::Vec;
 
@@ -127,24 +129,20 @@ impl Scene<'_> {
     /// Lowest height that can be seen at `x_m` on or behind a tread: what a nosing above the mirror
     /// leaves visible.
     fn sight(&self, x_m: f32, riser: &Riser) -> f32 {
-        match riser.previous_m {
-            Some(edge_m) if riser.base_m >= self.mount_height_m => {
-                self.mount_height_m + (riser.base_m - self.mount_height_m) * x_m / edge_m
-            }
-            _ => riser.base_m,
-        }
+        let edge_m = riser.previous_m.unwrap_or(f32::INFINITY);
+        sight_m(self.mount_height_m, x_m, riser.base_m, edge_m)
     }
 
     /// Whether the nosing before a riser hides its foot.
     pub fn hides_foot(&self, riser: &Riser) -> bool {
-        riser.base_m > self.mount_height_m - self.params.hidden_foot_m
+        riser.base_m > self.mount_height_m - number::SEES_FOOT_M
     }
 
     /// Whether a riser looks straight at the mirror.
     pub fn faces_mirror(&self, riser: &Riser) -> bool {
         let p = self.params;
-        riser.base_m - p.flash_below_m < self.mount_height_m
-            && self.mount_height_m < riser.top_m + p.flash_above_m
+        riser.base_m - p.flash_margin_m < self.mount_height_m
+            && self.mount_height_m < riser.top_m + p.flash_margin_m
     }
 
     /// Gain of a mark as part of the tread before a riser, or of the floor seen through it.
@@ -168,10 +166,10 @@ impl Scene<'_> {
         if on > 0.0 {
             return (Role::Tread, on * m.weight);
         }
-        if m.y_m < self.sight(m.x_m, riser) - p.inside_margin_m - 2.0 * m.y_sigma_m {
+        if m.y_m < self.sight(m.x_m, riser) - p.off_margin_m - 2.0 * m.y_sigma_m {
             return (Role::Inside, -p.inside_nats * m.weight);
         }
-        let stands = m.y_m > riser.base_m + p.clutter_margin_m + m.y_sigma_m;
+        let stands = m.y_m > riser.base_m + p.off_margin_m + m.y_sigma_m;
         if stands && riser.along_m.is_finite() {
             return (Role::Clutter, -p.clutter_nats * m.weight);
         }
@@ -183,13 +181,13 @@ impl Scene<'_> {
         let p = self.params;
         let (s, w) = (m.y_sigma_m, m.weight);
         let off_mirror = (m.y_m - self.mount_height_m).abs();
-        let flash_z = math::max(off_mirror - p.flash_margin_m, 0.0) / s;
+        let flash_z = off_mirror / s;
         let flash = self.faces_mirror(riser) && flash_z < 2.0;
-        if m.y_m > riser.top_m + p.above_margin_m + 2.0 * s && !flash {
+        if m.y_m > riser.top_m + p.off_margin_m + 2.0 * s && !flash {
             return RoleFit::other(Role::Above, -p.above_nats * w);
         }
         let low = self.sight(m.x_m, riser);
-        if m.y_m < low - p.inside_margin_m - 2.0 * s {
+        if m.y_m < low - p.off_margin_m - 2.0 * s {
             let on = self.as_tread(m, riser);
             return if on > 0.0 {
                 RoleFit::other(Role::Tread, on * w)
@@ -244,7 +242,7 @@ impl Scene<'_> {
             top_role,
             other: None,
         };
-        if m.y_m <= riser.base_m + math::max(2.0 * s, p.face_foot_m) || m.y_m >= riser.top_m {
+        if m.y_m <= riser.base_m + 2.0 * s || m.y_m >= riser.top_m {
             return fit;
         }
         let face = p.face_nats * w;

@@ -152,7 +152,7 @@ impl<'p> Scene<'p> {
             for (mark, taken) in self.marks.iter().zip(&mut taken) {
                 if !*taken && (mark.along_m - column.along_m).abs() <= width {
                     *taken = true;
-                    if mark.y_m.abs() > self.params.on_ground_m {
+                    if mark.y_m.abs() > self.params.floor_reach_m {
                         column.weight += mark.weight;
                         column.begins = true;
                     }
@@ -172,7 +172,7 @@ impl<'p> Scene<'p> {
             centre.along_m - p.corner_before_m,
             centre.along_m - p.column_m,
         );
-        let mut rest = before.iter().filter(|m| m.y_m.abs() < p.on_ground_m);
+        let mut rest = before.iter().filter(|m| m.y_m.abs() < p.floor_reach_m);
         centre.snr_db > p.corner_least_db
             && rest.all(|m| m.snr_db + p.corner_outshines_db < centre.snr_db)
     }
