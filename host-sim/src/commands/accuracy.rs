@@ -1,6 +1,7 @@
 //! `accuracy`: the estimators on random scenes of the project's own simulator.
 
 mod reliability;
+mod weighted;
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

@@ -2,6 +2,7 @@
 
 use std::fmt::Write as _;
 
+use super::weighted;
 use crate::scene::random::Kind;
 use crate::score::{AnswerType, Bin, Reliability, SetScore, Share, drops, upper_bound};
 
@@ -39,6 +40,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         let _ = writeln!(out, "| {name} | {of} | {hits} | {bound} |");
     }
     out.push('\n');
+    out.push_str(&weighted::table(kinds));
     if all.drops > 0 {
         for (kind, set, _) in kinds
             .iter()
