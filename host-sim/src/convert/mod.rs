@@ -7,7 +7,8 @@
 //! | `sigmf.rs` | SigMF of others, in |
 //! | `angles.rs` | tables of angles, in |
 //! | `tables.rs` | CSV of steps, echoes and map, out |
-//! | `mcap.rs`, `ros.rs` | MCAP with messages of ROS 2, out |
+//! | `mcap.rs` | MCAP, out |
+//! | `messages.rs`, `ros.rs` | topics and messages of a scan, in MCAP and live; ROS 2's definitions and encoding |
 //! | `samples.rs`, `keys.rs` | numbers to 16 bits; what an input does not say of itself |
 //! | `scans.rs` | what the scanner makes of a recording, for the outputs |
 //!
@@ -18,8 +19,9 @@ pub mod angles;
 pub mod dca1000;
 pub mod keys;
 pub mod mcap;
+pub mod messages;
 pub mod npy;
-mod ros;
+pub(crate) mod ros;
 pub mod samples;
 pub mod scans;
 pub mod sigmf;
