@@ -27,6 +27,7 @@ pub mod replay;
 pub mod scene;
 pub mod score;
 pub mod seeds;
+pub mod serve;
 pub mod setting_file;
 pub mod setup;
 pub mod soak;

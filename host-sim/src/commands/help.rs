@@ -89,6 +89,8 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "live /dev/ttyUSB0",
             "live /dev/ttyUSB0 --record sessions",
             "live --demo recordings/stair_a",
+            "live /dev/ttyUSB0 --foxglove",
+            "live --play recordings/stair_a --foxglove 8766",
         ],
     ),
     (

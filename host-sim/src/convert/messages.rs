@@ -33,7 +33,7 @@ const TREAD_M: f64 = 0.28;
 /// Width of lines and height of letters, metres.
 const LINE_M: f64 = 0.01;
 const LETTER_M: f64 = 0.06;
-/// What a point of the cloud holds beside its place, as `inspect --format json` names it.
+/// Values of a point of the cloud beside its place, as `inspect --format json` names it.
 const FIELDS: [&str; 6] = [
     "snr_db",
     "range_m",
@@ -139,7 +139,7 @@ pub(crate) fn header(stamp_ns: u64) -> Header {
     }
 }
 
-/// What an answer's JSON holds.
+/// Schema of an answer's JSON.
 fn schema() -> Value {
     let (number, optional) = (
         json!({"type": "number"}),

@@ -63,7 +63,7 @@ pub fn of(recording: &Recording, options: &Options, with_map: bool) -> Result<Ve
 }
 
 impl Scan {
-    /// What `replay` has just answered, without the map.
+    /// The scan that `replay` has just answered, without the map.
     pub fn of(recording: &Recording, scanned: &Scanned<'_>) -> Self {
         let (answer, config) = (scanned.answer, scanned.config);
         let map = scanned.pipeline.map();
@@ -78,7 +78,7 @@ impl Scan {
         }
     }
 
-    /// What the sentences alone say of a scan whose last one came at `stamp_ns`.
+    /// A scan by its sentences alone, the last of which came at `stamp_ns`, nanoseconds since 1970.
     pub fn heard(answer: &Answer, stamp_ns: u64) -> Self {
         Self {
             told: answer.json(),

@@ -14,6 +14,8 @@
 //! | [`talk`] | questions to a scanner and its answers: `settings`, `doctor` |
 //! | [`device`] | a scanner on the host: what `--demo` shows |
 //! | [`keep`] | what `--record` keeps |
+//! | [`session`] | a source while it is watched: its state, the file of its lines, who gets its answers |
+//! | [`plain`] | a source watched without a screen |
 //! | [`terminal`] | keys, time and screen brought together |
 
 pub mod device;
@@ -21,11 +23,13 @@ pub mod keep;
 pub mod lines;
 pub mod model;
 pub mod offer;
+pub mod plain;
 pub mod port;
 pub mod ports;
 pub mod prompt;
 pub mod pty;
 pub mod screen;
+pub mod session;
 pub mod side;
 pub mod talk;
 pub mod terminal;

@@ -159,6 +159,8 @@ pub struct State {
     pub link: Link,
     /// The last whole answer, and when it came.
     pub answer: Option<(Ms, Answer)>,
+    /// Whole answers so far.
+    pub answers: u64,
     /// The last sign of life.
     pub pulse: Option<Pulse>,
     /// The last command.
@@ -183,6 +185,7 @@ impl State {
             baud,
             link: Link::Opening,
             answer: None,
+            answers: 0,
             pulse: None,
             asked: None,
             log: VecDeque::new(),
@@ -359,6 +362,7 @@ impl State {
             Ok(answer) if self.emulated && answer.scan.scan == 0 => {}
             Ok(answer) => {
                 self.answer = Some((now, answer));
+                self.answers += 1;
                 self.restarted = false;
             }
             Err(error) => self.note(
