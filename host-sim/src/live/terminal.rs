@@ -107,6 +107,14 @@ impl View<'_, '_> {
             KeyCode::Up => Key::Up,
             KeyCode::Down => Key::Down,
             KeyCode::Esc => Key::Clear,
+            KeyCode::PageUp => {
+                self.session.state.older();
+                return true;
+            }
+            KeyCode::PageDown => {
+                self.session.state.newer();
+                return true;
+            }
             _ => return true,
         };
         self.prompt.key(edit);
