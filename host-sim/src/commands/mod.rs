@@ -35,6 +35,7 @@ pub mod soak;
 pub mod table1;
 pub mod timing;
 pub mod twins;
+pub mod web;
 
 use std::collections::HashSet;
 use std::io::{IsTerminal as _, Write as _};

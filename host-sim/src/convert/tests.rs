@@ -1,6 +1,12 @@
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 
+use serde_json::Value;
+use stairscan::Iq;
+
+use super::keys::Given;
 use super::*;
+use crate::recording::Recording;
 use crate::replay::Options;
 
 fn repository(name: &str) -> PathBuf {

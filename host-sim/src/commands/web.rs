@@ -1,0 +1,57 @@
+//! `web -o FILE`: the scanner as WebAssembly in one page for any browser.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, ensure};
+
+use super::{emit, recordings};
+use crate::emulate::image;
+use crate::html::twin;
+use crate::output::Overwrite;
+use crate::recording::Recording;
+
+/// Arguments of `web`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Recordings that the page holds to begin with, or directories of them; without any those of the repository
+    recordings: Vec<PathBuf>,
+    /// The page
+    #[arg(short, long, value_name = "FILE", default_value = "stairscan.html")]
+    output: PathBuf,
+    #[command(flatten)]
+    overwrite: Overwrite,
+}
+
+/// Builds the scanner for WebAssembly and writes the page.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let paths = match args.recordings.as_slice() {
+        [] => recordings(&[image::workspace().join("recordings")])?,
+        given => recordings(given)?,
+    };
+    let outputs = args.overwrite.reading(&paths);
+    outputs.check(&args.output)?;
+    let read = |path: &PathBuf| Recording::read(path);
+    let stock: Vec<Recording> = paths.iter().map(read).collect::<Result<_>>()?;
+    let page = twin::page(&wasm(&image::build_web()?)?, &stock)?;
+    outputs.write(&args.output, page.as_bytes())?;
+    let names: Vec<&str> = stock.iter().map(|r| r.name.as_str()).collect();
+    emit(&format!(
+        "{} ({} KB), with {}: open it in a browser\n",
+        args.output.display(),
+        page.len().div_ceil(1000),
+        names.join(", ")
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The bytes of a WebAssembly module.
+fn wasm(path: &Path) -> Result<Vec<u8>> {
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    ensure!(
+        bytes.starts_with(b"\0asm"),
+        "{}: expected a WebAssembly module",
+        path.display()
+    );
+    Ok(bytes)
+}
