@@ -4,7 +4,7 @@ use anyhow::{Context, Result, anyhow, ensure};
 use host_sim::convert::keys::Given;
 use host_sim::convert::{Chirps, angles};
 use host_sim::recording::{MirrorSetup, Recording};
-use host_sim::replay::Options;
+use host_sim::replay::{Options, SEED};
 use serde_json::Value;
 use stairscan::config::{Config, EstimatorKind, Plane};
 
@@ -54,7 +54,7 @@ pub fn options(settings: &Settings) -> Result<Options> {
             )
         })?;
     }
-    config.seed = settings.seed.unwrap_or(config.seed);
+    config.seed = settings.seed.unwrap_or(SEED);
     Ok(Options {
         config,
         single: settings.single,

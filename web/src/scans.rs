@@ -4,6 +4,7 @@ use anyhow::{Context, Result};
 use host_sim::convert::{scans, tables};
 use host_sim::html;
 use host_sim::recording::Recording;
+use host_sim::replay::SEED;
 use serde_json::{Value, json};
 use stairscan::config::{Config, EstimatorKind};
 
@@ -19,7 +20,7 @@ pub fn about() -> Value {
         "revision": stairscan::REVISION,
         "estimators": all,
         "estimator": defaults.estimator.as_str(),
-        "seed": defaults.seed,
+        "seed": SEED,
     })
 }
 

@@ -10,11 +10,14 @@ use crate::emulate::image;
 use crate::html::twin;
 use crate::output::Overwrite;
 use crate::recording::Recording;
+use crate::scene::Scene;
+use crate::scene::sequence::Approach;
 
 /// Arguments of `web`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// Recordings that the page holds to begin with, or directories of them; without any those of the repository
+    /// Recordings that the page holds to begin with, or directories of them; without any those of the repository and an
+    /// approach of three scans that the simulator makes
     recordings: Vec<PathBuf>,
     /// The page
     #[arg(short, long, value_name = "FILE", default_value = "stairscan.html")]
@@ -25,14 +28,18 @@ pub struct Args {
 
 /// Builds the scanner for WebAssembly and writes the page.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    let root = image::workspace();
     let paths = match args.recordings.as_slice() {
-        [] => recordings(&[image::workspace().join("recordings")])?,
+        [] => recordings(&[root.join("recordings")])?,
         given => recordings(given)?,
     };
     let outputs = args.overwrite.reading(&paths);
     outputs.check(&args.output)?;
     let read = |path: &PathBuf| Recording::read(path);
-    let stock: Vec<Recording> = paths.iter().map(read).collect::<Result<_>>()?;
+    let mut stock: Vec<Recording> = paths.iter().map(read).collect::<Result<_>>()?;
+    if args.recordings.is_empty() {
+        stock.push(approach(&root.join("scenes"))?);
+    }
     let page = twin::page(&wasm(&image::build_web()?)?, &stock)?;
     outputs.write(&args.output, page.as_bytes())?;
     let names: Vec<&str> = stock.iter().map(|r| r.name.as_str()).collect();
@@ -43,6 +50,15 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         names.join(", ")
     ));
     Ok(ExitCode::SUCCESS)
+}
+
+/// What the page shows of sequences: a chair that nears stairs, scene and seed being those of `simulate`.
+fn approach(scenes: &Path) -> Result<Recording> {
+    const SEED: u64 = 0;
+    const SCANS: usize = 3;
+    const STEP_M: f64 = 0.15;
+    let scene = Scene::read(&scenes.join("approach.toml"))?;
+    scene.simulate_approach("approach", SEED, &Approach::new(SEED, SCANS, STEP_M))
 }
 
 /// The bytes of a WebAssembly module.

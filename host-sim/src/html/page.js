@@ -4,7 +4,7 @@ const at = (id) => document.getElementById(id);
 // Colours that differ for deuteranopes, too (Okabe and Ito 2008); every layer has a shape of its own besides.
 // `noise` and `strong` are the map's, red, green and blue: lightness alone tells a level.
 const LOOKS = {
-  light: { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", drop: "#b2182b", stray: "#4f4f4f", horizon: "#222222", beam: HUE.beam, frame: "#888888", ink: "#333333", noise: [255, 255, 255], strong: [45, 65, 105] },
+  light: { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", drop: "#b2182b", stray: "#4f4f4f", horizon: "#222222", beam: "#00000060", frame: "#888888", ink: "#333333", noise: [255, 255, 255], strong: [45, 65, 105] },
   dark: { answer: "#56b4e9", truth: "#2fc99a", rival: "#e69f00", against: "#ff8a4c", maybe: "#e39ad0", drop: "#ff7a7a", stray: "#b5b5b5", horizon: "#e6e6e6", beam: "#ffffff70", frame: "#777777", ink: "#c9c9c9", noise: [20, 22, 25], strong: [205, 218, 240] },
 };
 const night = window.matchMedia("(prefers-color-scheme: dark)");
