@@ -9,6 +9,11 @@ async function unpacked(text) {
   const stream = new Blob([bytes(text)]).stream().pipeThrough(new DecompressionStream("deflate"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
+/** Numbers of 16 bits of their low bytes, which come first, and their high ones. */
+function joinedPlanes(planes) {
+  const half = planes.length / 2;
+  return Uint8Array.from(planes, (_, k) => planes[(k >> 1) + (k & 1 ? half : 0)]);
+}
 const worker = new Worker(URL.createObjectURL(new Blob([at("worker").textContent], { type: "text/javascript" })));
 worker.onmessage = ({ data: { id, answer } }) => {
   bench.replies.get(id)(answer);
@@ -27,7 +32,7 @@ function say(text, wrong = false) {
 }
 
 const chosen = () => bench.items[state.recording];
-/** What a request says of an item. */
+/** Head of a request about an item. */
 const head = (what, item) => ({ do: what, name: item.name, array: item.array, meta: item.meta, angles: item.angles, settings: item.settings });
 
 /** Adds an item, or takes the place of the one of its name; returns where it stands. */
@@ -123,7 +128,7 @@ for (const [kind, over] of [["dragenter", true], ["dragover", true], ["dragleave
 // Settings: an empty field leaves what the recording says, which stands in it faintly.
 const form = at("settings-of-scan");
 const fields = [...form.elements].filter((field) => field.name);
-/** What the fields say, in the scanner's units. */
+/** Values of the fields that hold one, in the scanner's units. */
 function settings() {
   const set = {};
   for (const field of fields) {
@@ -211,7 +216,7 @@ async function begin() {
   form.elements.estimator.replaceChildren(...started.estimators.map((word) => element("option", word)));
   form.elements.seed.placeholder = started.seed;
   for (const { name, meta, data: packed } of JSON.parse(at("stock").textContent)) {
-    put({ name, array: false, meta, data: await unpacked(packed), settings: {} });
+    put({ name, array: false, meta, data: joinedPlanes(await unpacked(packed)), settings: {} });
   }
   if (!bench.items.length) return;
   fillIndex();

@@ -25,7 +25,7 @@ use serde_json::{Value, json};
 use port::Port;
 use request::{Request, Wanted};
 
-/// What lives from one call to the next.
+/// State that lives from one call to the next.
 #[derive(Default)]
 struct Desk {
     request: Vec<u8>,

@@ -92,7 +92,7 @@ impl Port {
         })
     }
 
-    /// What is wrong with the port, and what helps; nothing where nothing is.
+    /// Fault of the port in words, and remedies; `None` where there is no fault.
     fn trouble(&self, now: u64) -> (Option<String>, Vec<String>) {
         let state = &self.state;
         let told = match &state.link {

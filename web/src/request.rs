@@ -6,21 +6,21 @@ use serde::Deserialize;
 /// One request.
 pub struct Request<'a> {
     pub wanted: Wanted,
-    /// Samples, or what a port has given.
+    /// Samples, or bytes of a port.
     pub data: &'a [u8],
 }
 
-/// What is asked for.
+/// Kinds of requests.
 #[derive(Debug, Deserialize)]
 #[serde(rename_all = "kebab-case", tag = "do")]
 pub enum Wanted {
     /// Version, estimators and defaults of the scanner.
     About,
-    /// What the report page shows of a recording.
+    /// A recording as the report page shows it.
     Scan(Files),
     /// The recording's steps as CSV.
     Table(Files),
-    /// What happened at a serial port.
+    /// An event at a serial port.
     Port(News),
 }
 
@@ -40,7 +40,7 @@ pub struct Files {
     pub settings: Settings,
 }
 
-/// What the page sets; `None` leaves what the recording or the scanner's defaults say.
+/// Settings of the page; `None` leaves what the recording or the scanner's defaults say.
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub struct Settings {
@@ -63,19 +63,19 @@ pub struct Settings {
     pub angle_step_deg: Option<f64>,
 }
 
-/// What happened at a port.
+/// An event at a port.
 #[derive(Debug, Deserialize)]
 pub struct News {
     /// Milliseconds since the page was opened.
     pub now: u64,
     pub what: Event,
-    /// What the port is called, of one that was opened.
+    /// Name of a port that was opened.
     #[serde(default)]
     pub port: String,
-    /// Its speed, of one that was opened.
+    /// Speed of a port that was opened, baud.
     #[serde(default)]
     pub baud: u32,
-    /// What the browser said of one that has gone.
+    /// The browser's words about a port that has gone.
     #[serde(default)]
     pub why: String,
 }

@@ -52,7 +52,7 @@ pub fn table(files: &Files, data: &[u8]) -> Result<Value> {
     Ok(json!({"csv": table}))
 }
 
-/// What a recording says of its mount; null where it has no mirror.
+/// The mount as the recording states it; null where it has no mirror.
 fn mount(recording: &Recording) -> Value {
     let Some(mirror) = &recording.meta.mirror else {
         return Value::Null;

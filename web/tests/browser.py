@@ -51,6 +51,9 @@ class Browser:
         self.cdp("Page.addScriptToEvaluateOnNewDocument", source=script)
 
     def open(self):
+        # The browser's own first page loads things of its own.
+        self.driver.get("about:blank")
+        self.driver.get_log("performance")
         self.driver.get(self.page.absolute().as_uri())
         self.settle()
 
@@ -105,7 +108,7 @@ class Browser:
         return path.read_bytes()
 
     def complaints(self) -> list[str]:
-        """What the console holds of errors and warnings since the last call."""
+        """Errors and warnings on the console since the last call."""
         lines = self.driver.get_log("browser")
         return [line["message"] for line in lines if line["level"] in ("SEVERE", "WARNING")]
 

@@ -26,13 +26,13 @@ def run(program: str, *arguments) -> str:
 
 
 def sentences(program: str, *arguments) -> list[str]:
-    """What `replay` prints of sentences."""
+    """The sentences that `replay` prints."""
     lines = run(program, "replay", *arguments).splitlines()
     return [line.strip() for line in lines if line.startswith("  $PSTR")]
 
 
 def told(browser: Browser, name: str) -> list[str]:
-    """What the page tells of a recording, scan after scan, read from its own element."""
+    """The sentences that the page shows of a recording, scan after scan, read from its own element."""
     browser.js("choose(data.recordings.findIndex((r) => r.name === arguments[0]))", name)
     count = browser.js("return recording().scans.length")
     lines = []
@@ -141,7 +141,7 @@ def check_settings(program: str, browser: Browser):
 
 
 def check_bad_files(browser: Browser):
-    """What is wrong with a file is named, and costs no other."""
+    """A bad file is named with its fault, and costs no other."""
     bad = SCRATCH / "bad"
     bad.mkdir(exist_ok=True)
     files = {
@@ -260,6 +260,18 @@ def check_touch(browser: Browser):
     assert not small, f"too small for a finger: {small}"
 
 
+def check_policy(browser: Browser):
+    """The page may not load anything, were it asked to: a request does not leave the browser."""
+    blocked = browser.js(
+        """return new Promise((done) => {
+            document.addEventListener("securitypolicyviolation", (e) => done(e.blockedURI), { once: true });
+            fetch("http://127.0.0.1:9/x").catch(() => setTimeout(() => done("not by the policy"), 500));
+        })"""
+    )
+    assert blocked.startswith("http://127.0.0.1:9/"), blocked
+    assert browser.complaints(), "the console is silent about a violation"
+
+
 def luminance(colour: str) -> float:
     red, green, blue = [int(v) / 255 for v in colour[colour.index("(") + 1 : -1].split(",")[:3]]
     linear = [v / 12.92 if v <= 0.04045 else ((v + 0.055) / 1.055) ** 2.4 for v in (red, green, blue)]
@@ -284,9 +296,11 @@ def check_looks(browser: Browser):
                 contrast = (max(paper, ink) + 0.05) / (min(paper, ink) + 0.05)
                 assert contrast >= 4.5, f"{place}, {scheme}: contrast {contrast:.1f}"
             drawn = browser.js(
-                """const c = document.getElementById("side");
-                const p = c.getContext("2d").getImageData(0, 0, c.width, c.height).data;
-                return new Set(new Uint32Array(p.buffer)).size"""
+                """const side = document.getElementById("side");
+                const copy = Object.assign(document.createElement("canvas"), { width: side.width, height: side.height });
+                const g = copy.getContext("2d", { willReadFrequently: true });
+                g.drawImage(side, 0, 0);
+                return new Set(new Uint32Array(g.getImageData(0, 0, copy.width, copy.height).data.buffer)).size"""
             )
             assert drawn > 50, f"{width}, {scheme}: the side view has {drawn} colours"
     browser.screen(1280)
@@ -311,6 +325,7 @@ def main():
         complaints, addresses = browser.complaints(), browser.addresses()
         assert not complaints, complaints
         assert not addresses, f"asked for: {addresses}"
+        check_policy(browser)
     with Browser(page) as browser:
         # A browser without WebSerial says so.
         browser.before_load("delete Navigator.prototype.serial;")

@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     Ok(ExitCode::SUCCESS)
 }
 
-/// What the page shows of sequences: a chair that nears stairs, scene and seed being those of `simulate`.
+/// A sequence for the page: a chair that nears stairs, scene and seed being those of `simulate`.
 fn approach(scenes: &Path) -> Result<Recording> {
     const SEED: u64 = 0;
     const SCANS: usize = 3;

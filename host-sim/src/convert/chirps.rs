@@ -17,7 +17,7 @@ pub struct Chirps {
     pub(super) samples: Vec<Iq>,
     /// Complex samples of one chirp.
     pub(super) samples_per_chirp: usize,
-    /// What they say of themselves.
+    /// Their own metadata; null of an array.
     pub(super) metadata: Value,
 }
 
@@ -90,7 +90,7 @@ impl Chirps {
     }
 }
 
-/// What a path's suffix says.
+/// A path's suffix without its dot; empty where there is none.
 pub fn suffix(path: &Path) -> &str {
     path.extension()
         .and_then(|e| e.to_str())

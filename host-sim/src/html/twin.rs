@@ -36,7 +36,7 @@ pub fn page(wasm: &[u8], recordings: &[Recording]) -> Result<String> {
         stock.push(json!({
             "name": recording.name,
             "meta": recording.metadata_text()?,
-            "data": packed(&recording.sample_bytes())?,
+            "data": packed(&planes(&recording.sample_bytes()))?,
         }));
     }
     let element = |id: &str, kind: &str, text: &str| {
@@ -72,6 +72,12 @@ pub fn page(wasm: &[u8], recordings: &[Recording]) -> Result<String> {
     Ok(page)
 }
 
+/// The low bytes of 16-bit numbers, then the high ones, which deflate to two thirds of what they do in turn.
+fn planes(numbers: &[u8]) -> Vec<u8> {
+    let plane = |k: usize| numbers.iter().skip(k).step_by(2);
+    plane(0).chain(plane(1)).copied().collect()
+}
+
 /// Deflated (zlib) and in base64.
 fn packed(bytes: &[u8]) -> Result<String> {
     let mut packer = ZlibEncoder::new(Vec::new(), Compression::best());
@@ -103,8 +109,11 @@ mod tests {
         let (stock, _) = rest.split_once("</script>").unwrap();
         let stock: Value = serde_json::from_str(stock).unwrap();
         let data = STANDARD.decode(stock[0]["data"].as_str().unwrap()).unwrap();
-        let mut bytes = Vec::new();
-        ZlibDecoder::new(&data[..]).read_to_end(&mut bytes).unwrap();
+        let mut split = Vec::new();
+        ZlibDecoder::new(&data[..]).read_to_end(&mut split).unwrap();
+        let (low, high) = split.split_at(split.len() / 2);
+        let pairs = low.iter().zip(high);
+        let bytes: Vec<u8> = pairs.flat_map(|(low, high)| [*low, *high]).collect();
         let meta = stock[0]["meta"].as_str().unwrap();
         let again = Recording::parse("stair_a", meta, &bytes).unwrap();
         assert_eq!(again.samples, recording.samples);

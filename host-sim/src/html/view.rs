@@ -55,7 +55,7 @@ pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
     })
 }
 
-/// An answer by itself, of which nothing but its sentences is known.
+/// An answer by itself, without map and truth: one that came out of a port.
 pub fn answered(answer: &Answer) -> Value {
     let reasons = answer.scan.reasons.iter();
     let reasons: Vec<Value> = reasons.map(|r| json!([r.as_str(), r.meaning()])).collect();
