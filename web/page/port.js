@@ -3,14 +3,15 @@
 /** Answers of a port that the slider keeps. */
 const KEPT = 200;
 const TICK_MS = 250;
-const port = { open: null, item: null, stop: false };
+const port = { open: null, item: null, stop: false, standing: null };
 
 /** Tells the parser what happened at the port, and shows what is known now. */
 async function news(what, more = {}, body = undefined) {
   const told = await ask({ head: { do: "port", now: Math.round(performance.now()), what, ...more }, body });
   if (told.error) return say(told.error, true);
-  const { pulse, standing: [word, meaning], damaged, age_ms: age } = told;
-  const parts = [told.entry || port.item?.answered ? `${word}: ${meaning}` : "no answer yet"];
+  const { pulse, standing, damaged, age_ms: age } = told;
+  for (const answer of told.answers) keepAnswer(answer);
+  const parts = [port.item.answered ? standing.join(": ") : "no answer yet"];
   if (pulse) parts.push(`scanner ${pulse.state}, scan ${pulse.scan}, up ${(pulse.uptime_ms / 1000).toFixed(0)} s`);
   if (age !== null) parts.push(`answer ${(age / 1000).toFixed(1)} s old`);
   parts.push(damaged === 1 ? "1 damaged sentence" : `${damaged} damaged sentences`);
@@ -18,26 +19,39 @@ async function news(what, more = {}, body = undefined) {
   at("live-state").textContent = parts.join("; ");
   at("live-help").replaceChildren(...told.help.map((line) => element("li", line)));
   fillLog(told.log);
-  if (told.entry) keepAnswer(told.entry);
+  const before = port.standing?.[0];
+  port.standing = standing;
+  if (told.answers.length) refresh(bench.items.indexOf(port.item));
+  else if (before !== standing[0] && chosen() === port.item) show();
 }
 function fillLog(log) {
   const pre = at("live-log");
   const below = pre.scrollTop + pre.clientHeight >= pre.scrollHeight - 4;
-  const mark = { damaged: "✕ ", in: "  ", out: "> ", note: "· " };
-  pre.replaceChildren(...log.map(([, way, text]) => element("div", `${mark[way]}${text}`, way)));
+  pre.replaceChildren(...log.map(([, way, text]) => element("div", text, way)));
   if (below) pre.scrollTop = pre.scrollHeight;
 }
 /** Puts an answer behind those before; the slider goes along where it stood at the last one. */
-function keepAnswer(entry) {
+function keepAnswer(answer) {
   const k = bench.items.indexOf(port.item);
-  const before = port.item.answered ? data.recordings[k].scans : [];
-  const last = state.recording !== k || state.scan >= before.length - 1;
+  const before = data.recordings[k].scans;
+  const last = state.scan >= before.length - 1;
   port.item.answered = true;
-  const scans = [...before, ...entry.scans].slice(-KEPT);
-  data.recordings[k] = { ...entry, scans };
+  const scans = [...before, answer].slice(-KEPT);
+  data.recordings[k] = { name: port.item.name, description: "live", settings: [], scans };
   if (last && state.recording === k) state.scan = scans.length - 1;
-  refresh(k);
 }
+/** An answer of a port that is not the present one must not look like it. */
+function markStale() {
+  const live = Boolean(chosen()?.live) && recording().scans.length > 0;
+  const earlier = live && (chosen() !== port.item || state.scan < recording().scans.length - 1);
+  const [word, meaning] = earlier ? ["earlier", "an earlier answer, kept to look at"] : port.standing ?? ["fresh", ""];
+  const stale = live && word !== "fresh";
+  document.body.classList.toggle("stale", stale);
+  if (!stale) return;
+  Object.assign(at("status"), { textContent: earlier ? "earlier answer" : "✕ stale", className: earlier ? "" : "fault" });
+  at("advice").textContent = `Do not act on it: ${meaning}. It was ${scan().status}.`;
+}
+document.addEventListener("shown", markStale);
 
 /** Reads until the port goes away or is given up. */
 async function listen(device) {
@@ -58,14 +72,14 @@ async function listen(device) {
     }
   }
 }
-async function connect() {
-  const device = await navigator.serial.requestPort();
+/** Opens a port and shows what comes out of it, until it goes away. */
+async function connect(device) {
   const baud = Number(at("baud").value);
   await device.open({ baudRate: baud });
   const { usbVendorId: vendor, usbProductId: product } = device.getInfo?.() ?? {};
   const hex = (number) => number.toString(16).padStart(4, "0");
   const name = vendor === undefined ? "serial port" : `serial port ${hex(vendor)}:${hex(product)}`;
-  Object.assign(port, { open: device, stop: false, why: "", item: { name, live: true, settings: {} } });
+  Object.assign(port, { open: device, stop: false, why: "", standing: null, again: null, item: { name, live: true, settings: {} } });
   const k = put(port.item);
   data.recordings[k] = { name, error: "no answer yet", scans: [] };
   at("connect").textContent = "Disconnect";
@@ -77,21 +91,27 @@ async function connect() {
   clearInterval(tick);
   await news("gone", { why: port.stop ? "disconnected" : port.why || "the device was lost" });
   await device.close().catch(() => {});
-  port.open = null;
+  // Plugged in again, it is opened again.
+  Object.assign(port, { open: null, again: port.stop ? null : device });
   at("connect").textContent = "Connect to a serial port…";
 }
-at("connect").addEventListener("click", async () => {
-  if (port.open) {
-    port.stop = true;
-    return port.reader?.cancel();
-  }
+/** Opens a port, and says why where that fails. */
+async function tryPort(find) {
   try {
     say("");
-    await connect();
+    await connect(await find());
   } catch (error) {
     // That no port was chosen is no failure.
     if (error.name !== "NotFoundError") say(`serial port: ${error.message}`, true);
   }
+}
+at("connect").addEventListener("click", () => {
+  if (!port.open) return tryPort(() => navigator.serial.requestPort());
+  port.stop = true;
+  return port.reader?.cancel();
+});
+navigator.serial?.addEventListener("connect", ({ target }) => {
+  if (!port.open && port.again === target) tryPort(() => target);
 });
 at("live-none").hidden = "serial" in navigator;
 at("live-some").hidden = !("serial" in navigator);

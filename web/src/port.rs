@@ -15,8 +15,8 @@ const LINES: usize = 60;
 pub struct Port {
     lines: Splitter,
     state: State,
-    /// When the answer that the page shows came, ms.
-    shown: Option<u64>,
+    /// The last answer that the page was given: when it came, ms, and its sentences.
+    given: Option<(u64, Vec<String>)>,
 }
 
 impl Default for Port {
@@ -24,15 +24,16 @@ impl Default for Port {
         Self {
             lines: Splitter::default(),
             state: State::new("", 0),
-            shown: None,
+            given: None,
         }
     }
 }
 
 impl Port {
-    /// Takes what happened, and returns what is known now; under `entry` the answer if it is another one than before.
+    /// Takes an event, and returns what is known now, with the answers that have come by it.
     pub fn take(&mut self, news: &News, data: &[u8]) -> Value {
         let now = news.now;
+        let mut answers = Vec::new();
         match news.what {
             Event::Opened => {
                 *self = Self {
@@ -44,6 +45,7 @@ impl Port {
             Event::Bytes => {
                 for line in self.lines.push(data) {
                     self.state.take(now, &model::Event::Line(line));
+                    answers.extend(self.fresh());
                 }
             }
             Event::Tick => {}
@@ -52,22 +54,22 @@ impl Port {
                 self.state.take(now, &model::Event::Failed(trouble));
             }
         }
-        self.told(now)
+        self.known(now, &answers)
     }
 
-    fn told(&mut self, now: u64) -> Value {
-        let state = &self.state;
-        let came = state.answer.as_ref().map(|(came, _)| *came);
-        let fresh = came.is_some() && came != self.shown;
-        let entry = state.answer.as_ref().filter(|_| fresh).map(|(_, answer)| {
-            json!({
-                "name": state.port,
-                "description": "live",
-                "settings": [],
-                "scans": [html::answered(answer)],
-            })
-        });
-        self.shown = came;
+    /// The answer as the page shows it, if the page was not given it yet.
+    fn fresh(&mut self) -> Option<Value> {
+        let (came, answer) = self.state.answer.as_ref()?;
+        let known = self.given.as_ref();
+        if known.is_some_and(|(at, lines)| at == came && *lines == answer.sentences) {
+            return None;
+        }
+        self.given = Some((*came, answer.sentences.clone()));
+        Some(html::answered(answer))
+    }
+
+    /// State of port and scanner, with the answers that are new to the page.
+    fn known(&self, now: u64, answers: &[Value]) -> Value {
         let (trouble, help) = self.trouble(now);
         let state = &self.state;
         let skipped = state.log.len().saturating_sub(LINES);
@@ -88,7 +90,7 @@ impl Port {
             "trouble": trouble,
             "help": help,
             "log": log,
-            "entry": entry,
+            "answers": answers,
         })
     }
 

@@ -443,7 +443,7 @@ function legend(s) {
   if (state.place && s.map) items.push([line(HUE.beam, "", 1), "beam through the place pointed at"]);
   if (s.truth && state.shown.truth) items.push([line(HUE.truth, "7 4", 4), "truth"]);
   if (state.shown.rivals) items.push([line(HUE.rival, "3 4", 6), "rivals"]);
-  if (state.shown.echoes) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
+  if (state.shown.echoes && s.inspection) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
   if (state.shown.drop && s.drop) items.push([line(HUE.drop, "", 2.5), "DROP: the ground ends, band of ±3σ"]);
   if (state.shown.maybe && s.maybe.length) items.push([shape(HUE.maybe, "M12 0L18 6L12 12L6 6Z"), "MAYBE"]);
   at("legend").innerHTML = items.map(([picture, word]) => `<span>${picture}${word}</span>`).join("");
@@ -454,6 +454,10 @@ function show() {
   at("name").textContent = r.name;
   at("description").textContent = [r.description, r.disturbance && `spoilt on purpose: ${r.disturbance}`].filter(Boolean).join(" – ");
   document.querySelectorAll("#index button").forEach((button, k) => button.setAttribute("aria-current", k === state.recording));
+  const index = at("index");
+  const button = index.children[state.recording];
+  // In sight within the list, without moving the page.
+  if (button) index.scrollTop = Math.min(button.offsetTop - index.offsetTop, Math.max(index.scrollTop, button.offsetTop + button.offsetHeight - index.offsetTop - index.clientHeight));
   at("scans").hidden = r.scans.length < 2;
   document.querySelectorAll("main > section:not(#verdict), main > details").forEach((part) => { part.hidden = !r.scans.length; });
   if (!r.scans.length) {
