@@ -70,44 +70,45 @@ function refresh(k) {
   if (k === state.recording) show();
 }
 
+/** Puts a file beside the others of its name; returns that name, or throws what is wrong with the file. */
+async function keep(file) {
+  const [, stem, suffix] = /^(.*?)\.(sigmf-meta|sigmf-data|npy|csv|txt)$/.exec(file.name) ?? [];
+  if (!stem) throw new Error("expected .sigmf-meta with .sigmf-data, .npy, or a table of angles (.csv, .txt)");
+  if (file.size > LARGEST) throw new Error(`${file.size} bytes, expected at most ${LARGEST}`);
+  const binary = suffix === "npy" || suffix === "sigmf-data";
+  const content = binary ? new Uint8Array(await file.arrayBuffer()) : await file.text();
+  bench.waiting.set(stem, { ...bench.waiting.get(stem), [suffix]: content });
+  return stem;
+}
+/** The recording of this name once all of its files have come, else the suffix of the one that is missing. */
+function whole(name) {
+  const parts = bench.waiting.get(name);
+  const { npy, "sigmf-meta": meta, "sigmf-data": samples } = parts;
+  if (!npy && !(samples && meta)) return { missing: meta ? "sigmf-data" : samples ? "sigmf-meta" : "npy" };
+  bench.waiting.delete(name);
+  return { item: { name, array: Boolean(npy), meta, angles: parts.csv ?? parts.txt, data: npy ?? samples, settings: {} } };
+}
 /** Takes files: pairs may come one after the other. */
 async function take(files) {
-  const told = [];
-  const ready = new Set();
+  const [wrong, names] = [[], new Set()];
   for (const file of files) {
-    const [, stem, suffix] = /^(.*?)\.(sigmf-meta|sigmf-data|npy|csv|txt)$/.exec(file.name) ?? [];
-    if (!stem) {
-      told.push(`${file.name}: expected .sigmf-meta with .sigmf-data, .npy, or a table of angles (.csv, .txt)`);
-      continue;
-    }
-    if (file.size > LARGEST) {
-      told.push(`${file.name}: ${file.size} bytes, expected at most ${LARGEST}`);
-      continue;
-    }
-    const parts = bench.waiting.get(stem) ?? {};
-    bench.waiting.set(stem, parts);
     try {
-      parts[suffix] = suffix === "npy" || suffix === "sigmf-data" ? new Uint8Array(await file.arrayBuffer()) : await file.text();
-      ready.add(stem);
+      names.add(await keep(file));
     } catch (error) {
-      told.push(`${file.name}: ${error.message}`);
+      wrong.push(`${file.name}: ${error.message}`);
     }
   }
   let first = null;
-  for (const stem of ready) {
-    const parts = bench.waiting.get(stem);
-    if (parts.npy || (parts["sigmf-data"] && parts["sigmf-meta"])) {
-      bench.waiting.delete(stem);
-      const item = { name: stem, array: Boolean(parts.npy), meta: parts["sigmf-meta"], angles: parts.csv ?? parts.txt, data: parts.npy ?? parts["sigmf-data"], settings: {} };
+  for (const name of names) {
+    const { item, missing } = whole(name);
+    if (missing) wrong.push(`${name}.${missing}: missing; add it, too`);
+    else {
       const k = put(item);
       first ??= k;
       scanItem(item);
-    } else {
-      const missing = parts["sigmf-meta"] ? "sigmf-data" : parts["sigmf-data"] ? "sigmf-meta" : "npy";
-      told.push(`${stem}.${missing}: missing; add it, too`);
     }
   }
-  say(told.join("; "), told.length > 0);
+  say(wrong.join("; "), wrong.length > 0);
   fillIndex();
   if (first !== null) choose(first);
 }
@@ -132,8 +133,9 @@ const fields = [...form.elements].filter((field) => field.name);
 function settings() {
   const set = {};
   for (const field of fields) {
+    const scaled = () => Number((Number(field.value) * Number(field.dataset.scale)).toPrecision(12));
     if (field.type === "checkbox") set[field.name] = field.checked;
-    else if (field.value !== "") set[field.name] = field.dataset.scale ? Number((Number(field.value) * Number(field.dataset.scale)).toPrecision(12)) : field.value;
+    else if (field.value !== "") set[field.name] = field.dataset.scale ? scaled() : field.value;
   }
   return set;
 }
@@ -152,8 +154,10 @@ function fillSettings() {
     const shown = (v) => `${Number((v / scale).toPrecision(9))}`;
     if (field.type === "number" && own !== undefined) field.placeholder = shown(own);
     if (field === document.activeElement) continue;
+    const unset = field.name === "estimator" ? bench.about?.estimator ?? "" : "";
     if (field.type === "checkbox") field.checked = value ?? false;
-    else field.value = value === undefined ? (field.name === "estimator" ? bench.about?.estimator ?? "" : "") : field.dataset.scale ? shown(value) : value;
+    else if (value === undefined) field.value = unset;
+    else field.value = field.dataset.scale ? shown(value) : value;
   }
   const plane = form.elements.plane.options[0];
   plane.textContent = item.own ? `as recorded (${item.own.plane})` : "as recorded";
