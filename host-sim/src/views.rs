@@ -14,14 +14,14 @@ pub fn true_edges(truth: &Truth) -> Vec<Point> {
     edges
 }
 
-/// What a role says about the winner.
+/// Verdict of a role on the winner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// The winner wants to see it there.
+    /// Expected by the winner.
     For,
-    /// It has no place in the winner.
+    /// Impossible under the winner.
     Against,
-    /// The winner has nothing to say about it.
+    /// Neither expected nor impossible.
     Neither,
 }
 
@@ -32,16 +32,16 @@ pub struct ScattererView {
     pub at: Point,
     /// Power above the noise, dB.
     pub snr_db: f64,
-    /// What it is taken for.
+    /// Its role: the surface or edge that it is assigned to.
     pub role: &'static str,
-    /// What that says about the winner.
+    /// The role's verdict on the winner.
     pub verdict: Verdict,
 }
 
 /// One explanation of the scatterers.
 #[derive(Clone, Debug)]
 pub struct ExplanationView {
-    /// What it says.
+    /// Number of steps, direction and kind, in words.
     pub name: String,
     /// Log-likelihood ratio against no stairs, nats.
     pub score: f64,
@@ -51,29 +51,29 @@ pub struct ExplanationView {
     pub edges: Vec<Point>,
 }
 
-/// What the estimator thought.
+/// Scatterers, readings and posterior of one scan.
 #[derive(Clone, Debug, Default)]
 pub struct InspectView {
     /// Scatterers, strongest first.
     pub scatterers: Vec<ScattererView>,
     /// Explanations, likeliest first.
     pub explanations: Vec<ExplanationView>,
-    /// What the posterior says; empty where there is none.
+    /// The posterior; empty where there is none.
     pub posterior: PosteriorView,
 }
 
 /// One hypothesis of the posterior.
 #[derive(Clone, Debug)]
 pub struct HypothesisView {
-    /// What it says.
+    /// Number of steps, direction and kind, in words.
     pub name: String,
-    /// How likely it is, 0…1.
+    /// Probability, 0…1.
     pub probability: f64,
     /// Distance and height of each of its edges that can be seen.
     pub edges: Vec<Point>,
 }
 
-/// What the posterior says; empty where there is none.
+/// The posterior by number of steps and by hypothesis; empty where there is none.
 #[derive(Clone, Debug, Default)]
 pub struct PosteriorView {
     /// Probability of each number of steps, from none.
@@ -96,7 +96,7 @@ const MEANINGS: [(&str, &str); 10] = [
     ("stray", "not explained by the winner"),
 ];
 
-/// What a role means; nothing for one that is unknown.
+/// Meaning of a role in words; empty for an unknown one.
 pub fn meaning(role: &str) -> &'static str {
     let known = MEANINGS.iter().find(|known| known.0 == role);
     known.map_or("", |known| known.1)

@@ -1,4 +1,4 @@
-//! What has to be installed beside the host's own Rust: the compiler's targets for the chip and for browsers, and the
+//! Tools that have to be installed beside the host's own Rust: the compiler's targets for the chip and for browsers, and the
 //! emulator.
 
 use std::path::{Path, PathBuf};

@@ -50,7 +50,7 @@ pub fn page(mut entries: Vec<Entry>) -> Result<String> {
     Ok(parts.filled())
 }
 
-/// What stands in the page's skeleton beside its own style and script; empty where nothing does.
+/// Contents of the skeleton's places, beside the page's own style and script; each may be empty.
 #[derive(Clone, Copy, Debug, Default)]
 struct Parts<'a> {
     title: &'a str,
@@ -58,7 +58,7 @@ struct Parts<'a> {
     head: &'a str,
     /// Further rules of style, behind the page's own.
     style: &'a str,
-    /// What stands above the recording's name.
+    /// Elements above the recording's name.
     controls: &'a str,
     /// JSON of the recordings.
     data: &'a str,
@@ -69,7 +69,7 @@ struct Parts<'a> {
 }
 
 impl Parts<'_> {
-    /// The page. What comes from recordings is filled in last, so that it is taken for no place of the skeleton.
+    /// The page. Text of recordings is filled in last, so that it is taken for no place of the skeleton.
     fn filled(&self) -> String {
         // A script ends at the first "</", wherever it stands.
         let data = self.data.replace("</", "<\\/");
