@@ -21,8 +21,9 @@ async function news(what, more = {}, body = undefined) {
   fillLog(told.log);
   const before = port.standing?.[0];
   port.standing = standing;
-  if (told.answers.length) refresh(bench.items.indexOf(port.item));
-  else if (before !== standing[0] && chosen() === port.item) show();
+  const k = bench.items.indexOf(port.item);
+  data.recordings[k].stale = port.item.answered && standing[0] !== "fresh";
+  if (told.answers.length || before !== standing[0]) refresh(k);
 }
 function fillLog(log) {
   const pre = at("live-log");
@@ -37,7 +38,7 @@ function keepAnswer(answer) {
   const last = state.scan >= before.length - 1;
   port.item.answered = true;
   const scans = [...before, answer].slice(-KEPT);
-  data.recordings[k] = { name: port.item.name, description: "live", settings: [], scans };
+  data.recordings[k] = { name: port.item.name, description: "live", settings: [], stale: false, scans };
   if (last && state.recording === k) state.scan = scans.length - 1;
 }
 /** An answer of a port that is not the present one must not look like it. */

@@ -77,6 +77,8 @@ def check(browser: Browser, sentences: list[str]):
     browser.wait("document.getElementById('live-state').textContent.includes('silent')", "silence")
     # An answer that is stale must not look like one to act on.
     browser.wait("document.getElementById('status').textContent === '✕ stale'", "staleness")
+    mark = browser.js("return document.querySelector('#index [aria-current=true] .mark').textContent")
+    assert mark == "✕ stale", mark
     assert "It was ok" in browser.js("return document.getElementById('advice').textContent")
     browser.js("fakePort.pull()")
     browser.wait("document.getElementById('live-state').textContent.includes('has gone')", "the pulled cable")

@@ -499,8 +499,9 @@ function fillIndex() {
     const button = document.createElement("button");
     const worst = r.scans.find((s) => s.status === "fault") ?? r.scans.find((s) => s.status === "degraded") ?? r.scans[0];
     const wrong = r.scans.some((s) => s.status === "ok" && s.wrong);
-    const mark = worst ? STATUS[worst.status][0] : r.pending ? WAITING : "✕ not scanned";
-    button.append(element("span", mark, `mark ${worst?.status ?? (r.pending ? "" : "fault")}`), element("span", r.name));
+    // Of a port whose present answer is none, the last one counts for nothing.
+    const [mark, kind] = r.stale ? ["✕ stale", "fault"] : worst ? [STATUS[worst.status][0], worst.status] : r.pending ? [WAITING, ""] : ["✕ not scanned", "fault"];
+    button.append(element("span", mark, `mark ${kind}`), element("span", r.name));
     if (wrong) button.append(element("span", "ok and wrong", "mark wrong"));
     button.append(element("span", worst ? worst.summary : r.error ?? ""));
     button.setAttribute("aria-current", k === state.recording);
