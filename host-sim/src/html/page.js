@@ -5,7 +5,7 @@ const at = (id) => document.getElementById(id);
 // `noise` and `strong` are the map's, red, green and blue: lightness alone tells a level.
 const LOOKS = {
   light: { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", drop: "#b2182b", stray: "#4f4f4f", horizon: "#222222", beam: "#00000060", frame: "#888888", ink: "#333333", noise: [255, 255, 255], strong: [45, 65, 105] },
-  dark: { answer: "#56b4e9", truth: "#2fc99a", rival: "#e69f00", against: "#ff8a4c", maybe: "#e39ad0", drop: "#ff7a7a", stray: "#b5b5b5", horizon: "#e6e6e6", beam: "#ffffff70", frame: "#777777", ink: "#c9c9c9", noise: [20, 22, 25], strong: [205, 218, 240] },
+  dark: { answer: "#4a90e0", truth: "#2fd0a0", rival: "#ffe84a", against: "#f06a28", maybe: "#e8a0f8", drop: "#d8509c", stray: "#807868", horizon: "#f0f4f4", beam: "#ffffff70", frame: "#777777", ink: "#c9c9c9", noise: [20, 22, 25], strong: [205, 218, 240] },
 };
 const night = window.matchMedia("(prefers-color-scheme: dark)");
 const looks = () => LOOKS[night.matches ? "dark" : "light"];
