@@ -24,7 +24,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ("Watch a scanner", &["live", "doctor", "settings", "record"]),
     (
         "Look",
-        &["report", "inspect", "profile", "convert", "sirad"],
+        &["report", "web", "inspect", "profile", "convert", "sirad"],
     ),
     (
         "Measure",
@@ -121,6 +121,13 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "report recordings/stair_a -o scan.html",
             "report recordings -o all.html",
+        ],
+    ),
+    (
+        "web",
+        &[
+            "web -o stairscan.html",
+            "web recordings/stair_a -o stair_a.html",
         ],
     ),
     (
