@@ -18,10 +18,10 @@ use stairscan::signal::range::FULL_SCALE;
 use stairscan::verdict::{Outcome, Status};
 
 use crate::answer::Answer;
-use crate::plots::{
+use crate::posterior;
+use crate::views::{
     ExplanationView, InspectView, Point, PosteriorView, ScattererView, Verdict, meaning,
 };
-use crate::posterior;
 
 /// Ends of the first and behind the last cell of the way that are shown, metres.
 const WAY_FROM_M: f32 = 0.25;

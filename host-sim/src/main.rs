@@ -47,6 +47,8 @@ enum Command {
     Inspect(commands::inspect::Args),
     /// Write scans as one page for any browser: verdict, side view, range profiles, rivals
     Report(commands::report::Args),
+    /// Write the scanner itself, as WebAssembly, with recordings as one page for any browser
+    Web(commands::web::Args),
     /// Turn other programs' files into recordings, and recordings into NumPy, CSV or MCAP (ROS 2)
     Convert(commands::convert::Args),
     /// Turn the rules of the estimator off, one at a time, and count what that changes
@@ -116,6 +118,7 @@ fn main() -> ExitCode {
         Command::Record(args) => commands::record::run(&args),
         Command::Inspect(args) => commands::inspect::run(&args),
         Command::Report(args) => commands::report::run(&args),
+        Command::Web(args) => commands::web::run(&args),
         Command::Convert(args) => commands::convert::run(&args),
         Command::Profile(args) => commands::profile::run(&args),
         Command::Ablate(args) => commands::ablate::run(&args),

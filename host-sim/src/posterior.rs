@@ -8,7 +8,7 @@ use stairscan::answer::Maybe;
 use stairscan::infer::Cloud;
 use stairscan::model::{GroundKind, Staircase, View};
 
-use crate::plots::{HypothesisView, Point, PosteriorView};
+use crate::views::{HypothesisView, Point, PosteriorView};
 
 /// Two particles tell of the same stairs when each edge of one is within so much of the other's,
 /// metres: the design contract's distance of scoring.

@@ -22,6 +22,9 @@ use crate::recording::Recording;
 use crate::setup;
 use crate::volatile::{Volatile, identity};
 
+/// Seed of the particles' random numbers where none is given.
+pub const SEED: u32 = 1;
+
 /// How to scan.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {

@@ -270,4 +270,5 @@ def main(program, *recordings):
         print(f"{recording}: {scans} scans, arrays, tables and messages agree")
 
 
-main(*sys.argv[1:])
+if __name__ == "__main__":
+    main(*sys.argv[1:])

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use anyhow::{Result, bail, ensure};
 use host_sim::answer::Answer;
-use host_sim::plots::PosteriorView;
 use host_sim::recording::Recording;
 use host_sim::replay::{self, Options, Scanned};
+use host_sim::views::PosteriorView;
 use host_sim::{inspect, posterior, setup};
 use numpy::{PyArray1, PyArrayMethods as _};
 use pyo3::prelude::*;

@@ -16,6 +16,7 @@ use crate::emulate::{Fault, Session, image};
 use crate::live::model::State;
 use crate::live::port::Source;
 use crate::live::pty::Pty;
+use crate::live::session::Session as Watched;
 use crate::live::terminal;
 use crate::live::trouble::REPORT_BAUD;
 use crate::playback::Playback;
@@ -187,7 +188,8 @@ fn watch(elf: &Path, args: &Args) -> Result<ExitCode> {
             session.follow(recording.scans(), &ended)
         });
         let source = Source::port(started, &port, REPORT_BAUD);
-        let shown = terminal::run(started, &source, state, keep);
+        let look = &mut |_: &Answer| ();
+        let shown = terminal::run(started, &source, &mut Watched { state, keep, look });
         ended.store(true, Ordering::Relaxed);
         let emulated = emulator.join();
         shown.and(emulated.unwrap_or_else(|_| Err(anyhow!("the emulator's thread panicked"))))

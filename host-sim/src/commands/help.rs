@@ -24,7 +24,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ("Watch a scanner", &["live", "doctor", "settings", "record"]),
     (
         "Look",
-        &["report", "inspect", "profile", "convert", "sirad"],
+        &["report", "web", "inspect", "profile", "convert", "sirad"],
     ),
     (
         "Measure",
@@ -89,6 +89,8 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "live /dev/ttyUSB0",
             "live /dev/ttyUSB0 --record sessions",
             "live --demo recordings/stair_a",
+            "live /dev/ttyUSB0 --foxglove",
+            "live --play recordings/stair_a --foxglove 8766",
         ],
     ),
     (
@@ -119,6 +121,13 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "report recordings/stair_a -o scan.html",
             "report recordings -o all.html",
+        ],
+    ),
+    (
+        "web",
+        &[
+            "web -o stairscan.html",
+            "web recordings/stair_a -o stair_a.html",
         ],
     ),
     (

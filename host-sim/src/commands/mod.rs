@@ -35,6 +35,7 @@ pub mod soak;
 pub mod table1;
 pub mod timing;
 pub mod twins;
+pub mod web;
 
 use std::collections::HashSet;
 use std::io::{IsTerminal as _, Write as _};
@@ -47,7 +48,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use stairscan::config::{Config, EstimatorKind};
 
 use crate::recording;
-use crate::replay::Options;
+use crate::replay::{Options, SEED};
 
 /// How results are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -150,7 +151,7 @@ pub struct Settings {
     #[arg(long, value_parser = parse_estimator, default_value = EstimatorKind::default().as_str())]
     estimator: EstimatorKind,
     /// Seed of the particles' random numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = SEED)]
     seed: u32,
 }
 

@@ -13,9 +13,10 @@ use crate::film::Film;
 use crate::inspect::Inspection;
 use crate::motion::Fault;
 use crate::output::{Outputs, Overwrite};
-use crate::plots::{self, PaperView, PosteriorView, ScanView};
+use crate::plots::{self, PaperView, ScanView};
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Scanned};
+use crate::views::PosteriorView;
 
 /// Arguments of `replay`.
 #[derive(clap::Args, Debug)]

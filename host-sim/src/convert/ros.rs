@@ -119,6 +119,25 @@ impl Message for PointCloud2 {
     ];
 }
 
+/// `sensor_msgs/msg/Image`.
+#[derive(Clone, Debug, Serialize)]
+pub struct Image {
+    pub header: Header,
+    pub height: u32,
+    pub width: u32,
+    pub encoding: String,
+    pub is_bigendian: u8,
+    pub step: u32,
+    pub data: Vec<u8>,
+}
+
+impl Message for Image {
+    const NAME: &'static str = "sensor_msgs/msg/Image";
+    const FIELDS: &'static str = "std_msgs/Header header\nuint32 height\nuint32 width\n\
+        string encoding\nuint8 is_bigendian\nuint32 step\nuint8[] data\n";
+    const PARTS: &'static [(&'static str, &'static str)] = &[HEADER, TIME];
+}
+
 /// A place, metres.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
 pub struct Point {
@@ -369,6 +388,7 @@ mod tests {
     #[test]
     fn definitions_are_whole() {
         whole::<PointCloud2>();
+        whole::<Image>();
         whole::<MarkerArray>();
         whole::<DiagnosticArray>();
     }

@@ -9,10 +9,10 @@ use stairscan::signal::range::FULL_SCALE;
 use crate::answer::Answer;
 use crate::inspect::Inspection;
 use crate::recording::Recording;
-use crate::replay::{self, Options};
+use crate::replay::{self, Options, Scanned};
 
 /// Nanoseconds of a second.
-const SECOND_NS: u64 = 1_000_000_000;
+pub const SECOND_NS: u64 = 1_000_000_000;
 
 /// A cell of the polar map.
 #[derive(Clone, Copy, Debug)]
@@ -32,6 +32,7 @@ pub struct Cell {
 }
 
 /// One scan.
+#[derive(Clone, Debug)]
 pub struct Scan {
     /// What the scanner says.
     pub answer: Answer,
@@ -52,29 +53,54 @@ pub struct Scan {
 pub fn of(recording: &Recording, options: &Options, with_map: bool) -> Result<Vec<Scan>> {
     let mut scans = Vec::new();
     replay::answers(recording, options, |scanned| {
+        let mut scan = Scan::of(recording, scanned);
+        if with_map {
+            scan.cells = cells(scanned.pipeline.map());
+        }
+        scans.push(scan);
+    })?;
+    Ok(scans)
+}
+
+impl Scan {
+    /// The scan that `replay` has just answered, without the map.
+    pub fn of(recording: &Recording, scanned: &Scanned<'_>) -> Self {
         let (answer, config) = (scanned.answer, scanned.config);
         let map = scanned.pipeline.map();
         let echoes = (config.estimator == EstimatorKind::Likelihood)
             .then(|| Inspection::of(map, config, answer.scan.scan, &scanned.drive));
-        scans.push(Scan {
+        Self {
             told: answer.json(),
             echoes: echoes.map(|i| i.echoes()),
-            cells: if with_map { cells(map) } else { Vec::new() },
+            cells: Vec::new(),
             stamp_ns: stamp_ns(recording, answer.scan_of_recording()),
             answer: answer.clone(),
-        });
-    })?;
-    Ok(scans)
+        }
+    }
+
+    /// A scan by its sentences alone, the last of which came at `stamp_ns`, nanoseconds since 1970.
+    pub fn heard(answer: &Answer, stamp_ns: u64) -> Self {
+        Self {
+            told: answer.json(),
+            echoes: None,
+            cells: Vec::new(),
+            stamp_ns,
+            answer: answer.clone(),
+        }
+    }
 }
 
 /// When scan `k` (from 0) of a recording ended: the time of its last chirp, or, for a recording without
 /// times, k + 1 seconds. Either counts from 1970, for recordings hold no date: no clock is asked.
 fn stamp_ns(recording: &Recording, k: usize) -> u64 {
     let last = recording.chirps_of(k).end.saturating_sub(1);
-    match recording.meta.motion.time_s.get(last) {
-        Some(seconds) => (seconds * SECOND_NS as f64).round() as u64,
-        None => (k as u64 + 1) * SECOND_NS,
-    }
+    chirp_ns(recording, last).unwrap_or((k as u64 + 1) * SECOND_NS)
+}
+
+/// When chirp `k` (from 0) of a recording with times was made, nanoseconds.
+pub fn chirp_ns(recording: &Recording, k: usize) -> Option<u64> {
+    let seconds = recording.meta.motion.time_s.get(k)?;
+    Some((seconds * SECOND_NS as f64).round() as u64)
 }
 
 fn cells(map: &PolarMap) -> Vec<Cell> {

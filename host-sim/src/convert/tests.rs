@@ -1,6 +1,11 @@
-use std::path::Path;
+use std::fs;
+use std::path::{Path, PathBuf};
 
+use stairscan::Iq;
+
+use super::keys::Given;
 use super::*;
+use crate::recording::Recording;
 use crate::replay::Options;
 
 fn repository(name: &str) -> PathBuf {

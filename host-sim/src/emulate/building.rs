@@ -1,20 +1,19 @@
-//! Cargo at work for the emulator, with elapsed and remaining time.
+//! Cargo at work for other targets, with elapsed and remaining time.
 
 use std::io::{BufRead, BufReader, IsTerminal as _, Read as _};
 use std::process::{Command, Stdio};
 
 use anyhow::{Context, Result, ensure};
 
-use super::tools::TARGET;
 use crate::commands::progress;
 
-/// Runs `build`, a `cargo build`, and counts what it finishes against the packages that `package` rests on.
+/// Runs `build`, a `cargo build` for `target`, and counts what it finishes against the packages that `package` rests on.
 ///
 /// # Errors
 /// What Cargo says when it fails.
-pub fn watched(mut build: Command, package: &str) -> Result<()> {
+pub fn watched(mut build: Command, package: &str, target: &str) -> Result<()> {
     let total = if std::io::stderr().is_terminal() {
-        packages(&build, package)
+        packages(&build, package, target)
     } else {
         None
     };
@@ -61,10 +60,10 @@ pub fn watched(mut build: Command, package: &str) -> Result<()> {
 }
 
 /// How many packages a package rests on, itself included; `None` where Cargo does not say.
-fn packages(build: &Command, package: &str) -> Option<u64> {
+fn packages(build: &Command, package: &str, target: &str) -> Option<u64> {
     let mut tree = Command::new(build.get_program());
     tree.current_dir(build.get_current_dir()?);
-    tree.args(["tree", "--package", package, "--target", TARGET]);
+    tree.args(["tree", "--package", package, "--target", target]);
     tree.args(["--edges", "normal,build", "--prefix", "none", "--no-dedupe"]);
     let output = tree
         .output()

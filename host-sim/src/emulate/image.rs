@@ -10,7 +10,7 @@ use object::{RelocationTarget, SectionFlags, SectionKind, SymbolKind};
 
 use super::building::watched;
 use super::seal::seal;
-use super::tools::{TARGET, Tool};
+use super::tools::{TARGET, Tool, WEB};
 use crate::recording::regular;
 
 /// The workspace that this program was built from.
@@ -31,8 +31,7 @@ pub fn build(features: &[&str]) -> Result<PathBuf> {
 pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf> {
     Tool::Target.need()?;
     let root = workspace();
-    let build_dir = std::env::var_os("CARGO_TARGET_DIR")
-        .map_or_else(|| root.join("target"), |dir| root.join(dir));
+    let build_dir = build_dir(&root);
     let mut target = build_dir.clone();
     if !features.is_empty() {
         target = target.join(features.join("-"));
@@ -48,8 +47,37 @@ pub fn build_bin(package: &str, bin: &str, features: &[&str]) -> Result<PathBuf>
         .args(["--target", TARGET, "--target-dir"])
         .arg(&target)
         .args(["--features", &features.join(",")]);
-    watched(build, package)?;
+    watched(build, package, TARGET)?;
     Ok(target.join(TARGET).join("firmware").join(bin))
+}
+
+/// Where this workspace's artifacts go.
+fn build_dir(root: &Path) -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root.join("target"), |dir| root.join(dir))
+}
+
+/// Builds the scanner of the browser's page, a workspace of its own; returns its WebAssembly module.
+pub fn build_web() -> Result<PathBuf> {
+    const PACKAGE: &str = "stairscan-web";
+    Tool::Web.need()?;
+    let root = workspace();
+    let target = build_dir(&root);
+    let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
+    let mut build = Command::new(cargo);
+    build
+        .current_dir(root.join("web"))
+        .args([
+            "build",
+            "--quiet",
+            "--locked",
+            "--release",
+            "--package",
+            PACKAGE,
+        ])
+        .args(["--target", WEB, "--target-dir"])
+        .arg(&target);
+    watched(build, PACKAGE, WEB)?;
+    Ok(target.join(WEB).join("release/stairscan_web.wasm"))
 }
 
 /// Parts of the names of allocator functions.

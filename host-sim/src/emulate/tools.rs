@@ -1,4 +1,4 @@
-//! What has to be installed beside the host's own Rust: the compiler's target for the chip, and the
+//! Tools that have to be installed beside the host's own Rust: the compiler's targets for the chip and for browsers, and the
 //! emulator.
 
 use std::path::{Path, PathBuf};
@@ -6,6 +6,8 @@ use std::process::{Command, Stdio};
 
 /// The chip, as the compiler calls it.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
+/// A browser, as the compiler calls it.
+pub const WEB: &str = "wasm32-unknown-unknown";
 /// The emulator's program.
 pub const EMULATOR: &str = "qemu-system-arm";
 
@@ -14,6 +16,8 @@ pub const EMULATOR: &str = "qemu-system-arm";
 pub enum Tool {
     /// The standard library for the chip.
     Target,
+    /// The standard library for WebAssembly.
+    Web,
     /// QEMU's system emulator for ARM.
     Emulator,
 }
@@ -22,7 +26,8 @@ impl Tool {
     /// Whether it is installed.
     pub fn available(self) -> bool {
         match self {
-            Tool::Target => target_libdir().is_some_and(|dir| holds_core(&dir)),
+            Tool::Target => target_libdir(TARGET).is_some_and(|dir| holds_core(&dir)),
+            Tool::Web => target_libdir(WEB).is_some_and(|dir| holds_core(&dir)),
             Tool::Emulator => succeeds(Command::new(EMULATOR).arg("--version")),
         }
     }
@@ -33,6 +38,9 @@ impl Tool {
             Tool::Target => {
                 "no Rust target thumbv7em-none-eabihf: `rustup target add thumbv7em-none-eabihf`, \
                  or `./check`"
+            }
+            Tool::Web => {
+                "no Rust target wasm32-unknown-unknown: `rustup target add wasm32-unknown-unknown`"
             }
             Tool::Emulator => {
                 "no qemu-system-arm: `sudo apt-get install qemu-system-arm` or `./check` (Debian, \
@@ -56,13 +64,13 @@ fn succeeds(command: &mut Command) -> bool {
     quiet.status().is_ok_and(|status| status.success())
 }
 
-/// Where the compiler that builds this workspace looks for the chip's standard library; it names
+/// Where the compiler that builds this workspace looks for a target's standard library; it names
 /// the directory whether there is one or not.
-fn target_libdir() -> Option<PathBuf> {
+fn target_libdir(target: &str) -> Option<PathBuf> {
     let rustc = std::env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let output = Command::new(rustc)
         .current_dir(env!("CARGO_MANIFEST_DIR"))
-        .args(["--print", "target-libdir", "--target", TARGET])
+        .args(["--print", "target-libdir", "--target", target])
         .output()
         .ok()
         .filter(|output| output.status.success())?;

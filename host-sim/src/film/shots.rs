@@ -4,9 +4,9 @@ use stairscan::config::{EstimatorKind, Plane};
 
 use crate::answer::Answer;
 use crate::inspect::Inspection;
-use crate::plots::Point;
 use crate::recording::{Recording, Truth};
 use crate::replay::Scanned;
+use crate::views::Point;
 
 /// An echo: where it lies, seen from the mirror and the ground below it, metres, and how strong it is.
 #[derive(Clone, Copy, Debug)]

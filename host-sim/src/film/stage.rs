@@ -10,7 +10,8 @@ use svg::{Document, Node};
 use super::shots::{Echo, Film, Shot};
 use crate::answer::{metres, nearest_m};
 use crate::plots::colour::{self, MEASURED};
-use crate::plots::{Point, steps, surface, true_edges};
+use crate::plots::{steps, surface};
+use crate::views::{Point, true_edges};
 
 /// Pixels a metre.
 const SCALE: f64 = 300.0;

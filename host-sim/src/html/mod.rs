@@ -5,18 +5,21 @@
 //! | `page.html` | the page's skeleton |
 //! | `page.css` | its looks, on a screen of any width |
 //! | `page.js` | what draws: side view, profile, tables, index |
+//! | `twin.rs` | the same page with the scanner in it, of `../../web/page/` |
 //!
 //! The page holds its data as one JSON object. All numbers in it are the scanner's own: sentences of the
 //! report, and what the estimator told an onlooker on its way to them.
 
 mod index;
+#[cfg(feature = "program")]
+pub mod twin;
 mod view;
 
 use anyhow::{Context, Result};
 use serde_json::{Value, json};
 
 pub use index::{Entry, Rank};
-pub use view::{entry, failed};
+pub use view::{answered, entry, failed};
 
 const PAGE: &str = include_str!("page.html");
 const STYLE: &str = include_str!("page.css");
@@ -39,13 +42,45 @@ pub fn page(mut entries: Vec<Entry>) -> Result<String> {
         "recordings": recordings,
     });
     let data = serde_json::to_string(&data).context("the page's data")?;
-    // A script ends at the first "</", wherever it stands.
-    let data = data.replace("</", "<\\/");
-    Ok(PAGE
-        .replace("{{title}}", &escaped(&title))
-        .replace("{{style}}", STYLE)
-        .replace("{{script}}", SCRIPT)
-        .replace("{{data}}", &data))
+    let parts = Parts {
+        title: &title,
+        data: &data,
+        ..Parts::default()
+    };
+    Ok(parts.filled())
+}
+
+/// Contents of the skeleton's places, beside the page's own style and script; each may be empty.
+#[derive(Clone, Copy, Debug, Default)]
+struct Parts<'a> {
+    title: &'a str,
+    /// Further elements of the head.
+    head: &'a str,
+    /// Further rules of style, behind the page's own.
+    style: &'a str,
+    /// Elements above the recording's name.
+    controls: &'a str,
+    /// JSON of the recordings.
+    data: &'a str,
+    /// Further elements in front of the script.
+    stock: &'a str,
+    /// Further script, behind the page's own.
+    script: &'a str,
+}
+
+impl Parts<'_> {
+    /// The page. Text of recordings is filled in last, so that it is taken for no place of the skeleton.
+    fn filled(&self) -> String {
+        // A script ends at the first "</", wherever it stands.
+        let data = self.data.replace("</", "<\\/");
+        PAGE.replace("{{head}}", self.head)
+            .replace("{{style}}", &[STYLE, self.style].concat())
+            .replace("{{controls}}", self.controls)
+            .replace("{{script}}", &[SCRIPT, self.script].concat())
+            .replace("{{stock}}", self.stock)
+            .replace("{{title}}", &escaped(self.title))
+            .replace("{{data}}", &data)
+    }
 }
 
 /// Text as it may stand between tags.

@@ -2,17 +2,25 @@
 const data = JSON.parse(document.getElementById("data").textContent);
 const at = (id) => document.getElementById(id);
 // Colours that differ for deuteranopes, too (Okabe and Ito 2008); every layer has a shape of its own besides.
-const HUE = { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", drop: "#b2182b", stray: "#4f4f4f", horizon: "#222222" };
+// `noise` and `strong` are the map's, red, green and blue: lightness alone tells a level.
+const LOOKS = {
+  light: { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", drop: "#b2182b", stray: "#4f4f4f", horizon: "#222222", beam: "#00000060", frame: "#888888", ink: "#333333", noise: [255, 255, 255], strong: [45, 65, 105] },
+  dark: { answer: "#4a90e0", truth: "#2fd0a0", rival: "#ffe84a", against: "#f06a28", maybe: "#e8a0f8", drop: "#d8509c", stray: "#807868", horizon: "#f0f4f4", beam: "#ffffff70", frame: "#777777", ink: "#c9c9c9", noise: [20, 22, 25], strong: [205, 218, 240] },
+};
+const night = window.matchMedia("(prefers-color-scheme: dark)");
+const looks = () => LOOKS[night.matches ? "dark" : "light"];
+let HUE = looks();
 const STATUS = {
   ok: ["✓ ok", "Up to its horizon this answer is vouched for. What stands beyond is told, but is no promise."],
   degraded: ["! degraded", "Do not act on this answer alone: the reasons say what is weak."],
   fault: ["✕ fault", "No answer. The reasons say what is broken."],
 };
+const WAITING = "… scanning";
 const LAYERS = [
   ["map", "radar map", true], ["hits", "only what CA-CFAR lets through", false], ["echoes", "echoes", true],
   ["rivals", "rivals", false], ["sigma", "±2σ", true], ["truth", "truth", true], ["drop", "DROP", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
 ];
-// Noise stays white up to so far above its mean; from there it takes so many dB to the darkest.
+// Noise stays the paper's colour up to so far above its mean; from there it takes so many dB to the strongest.
 const [NOISE_DB, SPAN_DB] = [6, 45];
 const UNCERTAIN = [5, 4];
 const state = { recording: 0, scan: 0, place: null, shown: Object.fromEntries(LAYERS.map(([key, , on]) => [key, on])) };
@@ -94,10 +102,10 @@ function extent(s) {
   };
 }
 
-/** Of a level, 0 to 1: white to dark, so that lightness alone tells it. */
+/** Colour of a level, 0 to 1. */
 function shade(share) {
   const t = Math.max(0, Math.min(1, share));
-  return [Math.round(255 - 210 * t), Math.round(255 - 190 * t), Math.round(255 - 150 * t)];
+  return HUE.noise.map((from, k) => Math.round(from + (HUE.strong[k] - from) * t));
 }
 
 let frame = null;
@@ -216,7 +224,7 @@ function drawLayers(g, s) {
   if (state.place && s.map) {
     const [, angle] = polar(s.map, ...state.place);
     const far = cartesian(s.map, s.map.first_range_m + s.map.bins * s.map.bin_m, angle);
-    stroke(g, "#00000060", 1);
+    stroke(g, HUE.beam, 1);
     g.beginPath();
     g.moveTo(X(0), Y(s.map.mount_height_m));
     g.lineTo(X(far[0]), Y(far[1]));
@@ -279,10 +287,10 @@ function ticks(from, to, room) {
 }
 function axes(g, at, [x0, x1, X], [y0, y1, Y], words = ["distance from the mirror, m", "height, m"]) {
   g.setLineDash([]);
-  g.strokeStyle = "#888";
+  g.strokeStyle = HUE.frame;
   g.lineWidth = 1;
   g.strokeRect(at.left, at.top, at.right - at.left, at.bottom - at.top);
-  g.fillStyle = "#333";
+  g.fillStyle = HUE.ink;
   const text = (v, step) => (Math.abs(v) < 1e-9 ? 0 : v).toFixed(step < 0.1 ? 2 : step < 1 ? 1 : 0).replace("-", "−");
   g.textAlign = "center";
   const [xs, xStep] = ticks(x0, x1, (at.right - at.left) / 70);
@@ -324,7 +332,7 @@ function drawProfile() {
   levels.forEach((db, bin) => {
     if (isHit(map, cell[0] * map.bins + bin)) g.fillRect(X(first + bin * map.bin_m) - 2.5, Y(db) - 2.5, 5, 5);
   });
-  stroke(g, "#00000060", 1);
+  stroke(g, HUE.beam, 1);
   g.beginPath();
   g.moveTo(X(first + cell[1] * map.bin_m), box.top);
   g.lineTo(X(first + cell[1] * map.bin_m), box.bottom);
@@ -349,6 +357,20 @@ function point(event) {
   if (outside) return;
   state.place = [frame.x(px), frame.y(py)];
   tip(px, py);
+  drawSide();
+  drawProfile();
+}
+/** Moves the place that is pointed at: a centimetre by arrow keys, five with shift. */
+function byKey(event) {
+  const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+  if (event.key === "Escape") at("tip").hidden = true;
+  if (!way || !state.place) return;
+  event.preventDefault();
+  const step = event.shiftKey ? 0.05 : 0.01;
+  const within = (v, from, to) => Math.max(from, Math.min(to, v));
+  const { left, right, bottom, top } = frame.box;
+  state.place = [within(state.place[0] + step * way[0], left, right), within(state.place[1] + step * way[1], bottom, top)];
+  tip(frame.X(state.place[0]), frame.Y(state.place[1]));
   drawSide();
   drawProfile();
 }
@@ -418,10 +440,10 @@ function legend(s) {
   if (s.horizon_m !== null && s.steps.some((p) => p.distance_m > s.horizon_m)) items.push([line(HUE.answer, UNCERTAIN.join(" "), 1.8), "beyond its horizon: no promise"]);
   if (state.shown.sigma && s.steps.length) items.push([shape(HUE.answer, "M4 2H20V10H4Z"), "±2σ of a step"]);
   if (state.shown.horizon && s.horizon_m > 0) items.push([line(HUE.horizon, "1 4", 1.5), "horizon"]);
-  if (state.place && s.map) items.push([line("#00000060", "", 1), "beam through the place pointed at"]);
+  if (state.place && s.map) items.push([line(HUE.beam, "", 1), "beam through the place pointed at"]);
   if (s.truth && state.shown.truth) items.push([line(HUE.truth, "7 4", 4), "truth"]);
   if (state.shown.rivals) items.push([line(HUE.rival, "3 4", 6), "rivals"]);
-  if (state.shown.echoes) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
+  if (state.shown.echoes && s.inspection) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
   if (state.shown.drop && s.drop) items.push([line(HUE.drop, "", 2.5), "DROP: the ground ends, band of ±3σ"]);
   if (state.shown.maybe && s.maybe.length) items.push([shape(HUE.maybe, "M12 0L18 6L12 12L6 6Z"), "MAYBE"]);
   at("legend").innerHTML = items.map(([picture, word]) => `<span>${picture}${word}</span>`).join("");
@@ -432,12 +454,18 @@ function show() {
   at("name").textContent = r.name;
   at("description").textContent = [r.description, r.disturbance && `spoilt on purpose: ${r.disturbance}`].filter(Boolean).join(" – ");
   document.querySelectorAll("#index button").forEach((button, k) => button.setAttribute("aria-current", k === state.recording));
+  const index = at("index");
+  const button = index.children[state.recording];
+  // In sight within the list, without moving the page.
+  if (button) index.scrollTop = Math.min(button.offsetTop - index.offsetTop, Math.max(index.scrollTop, button.offsetTop + button.offsetHeight - index.offsetTop - index.clientHeight));
   at("scans").hidden = r.scans.length < 2;
   document.querySelectorAll("main > section:not(#verdict), main > details").forEach((part) => { part.hidden = !r.scans.length; });
   if (!r.scans.length) {
     Object.assign(at("status"), { textContent: "✕ not scanned", className: "fault" });
     at("summary").textContent = r.error ?? "";
     ["advice", "why", "maybes", "steps"].forEach((id) => at(id).replaceChildren());
+    if (r.pending) Object.assign(at("status"), { textContent: WAITING, className: "" });
+    document.dispatchEvent(new Event("shown"));
     return;
   }
   const s = scan();
@@ -451,9 +479,12 @@ function show() {
   showSteps(s);
   showDetails(s);
   redraw();
+  document.dispatchEvent(new Event("shown"));
 }
 function redraw() {
-  if (!recording().scans.length) return;
+  if (!recording()?.scans.length) return;
+  // An answer of a port comes without its map.
+  document.querySelectorAll(".of-map").forEach((part) => { part.hidden = !scan().map; });
   legend(scan());
   drawSide();
   drawProfile();
@@ -468,9 +499,12 @@ function fillIndex() {
     const button = document.createElement("button");
     const worst = r.scans.find((s) => s.status === "fault") ?? r.scans.find((s) => s.status === "degraded") ?? r.scans[0];
     const wrong = r.scans.some((s) => s.status === "ok" && s.wrong);
-    button.append(element("span", worst ? STATUS[worst.status][0] : "✕ not scanned", `mark ${worst?.status ?? "fault"}`), element("span", r.name));
+    // Of a port whose present answer is none, the last one counts for nothing.
+    const [mark, kind] = r.stale ? ["✕ stale", "fault"] : worst ? [STATUS[worst.status][0], worst.status] : r.pending ? [WAITING, ""] : ["✕ not scanned", "fault"];
+    button.append(element("span", mark, `mark ${kind}`), element("span", r.name));
     if (wrong) button.append(element("span", "ok and wrong", "mark wrong"));
-    button.append(element("span", worst ? worst.summary : r.error));
+    button.append(element("span", worst ? worst.summary : r.error ?? ""));
+    button.setAttribute("aria-current", k === state.recording);
     button.addEventListener("click", () => choose(k));
     return button;
   }));
@@ -484,10 +518,17 @@ for (const [key, word] of LAYERS) {
 }
 at("side").addEventListener("pointermove", point);
 at("side").addEventListener("pointerdown", point);
+at("side").addEventListener("keydown", byKey);
 // A finger leaves when it is lifted; what it pointed at stays to be read.
 at("side").addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") at("tip").hidden = true; });
 at("scan").addEventListener("input", (event) => { state.scan = Number(event.target.value) - 1; show(); });
 window.addEventListener("resize", redraw);
-at("made").textContent = `Made by cargo sim report, stairscan ${data.version}, revision ${data.revision}, with the scanner's own answers.`;
-fillIndex();
-show();
+night.addEventListener("change", () => {
+  HUE = looks();
+  redraw();
+});
+at("made").textContent = `Made by cargo sim ${data.made ?? "report"}, stairscan ${data.version}, revision ${data.revision}, with the scanner's own answers.`;
+if (data.recordings.length) {
+  fillIndex();
+  show();
+}

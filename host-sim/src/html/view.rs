@@ -14,10 +14,10 @@ use super::index::{Entry, Rank};
 use crate::answer::Answer;
 use crate::inspect::Inspection;
 use crate::playback::Playback;
-use crate::plots::true_edges;
 use crate::recording::{Recording, TrueStep, Truth};
 use crate::replay::{self, Options, Scanned};
 use crate::score;
+use crate::views::true_edges;
 
 /// A recording that could not be read or scanned, and why.
 pub fn failed(name: &str, why: &str) -> Entry {
@@ -55,6 +55,26 @@ pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
     })
 }
 
+/// An answer by itself, without map and truth: one that came out of a port.
+pub fn answered(answer: &Answer) -> Value {
+    let reasons = answer.scan.reasons.iter();
+    let reasons: Vec<Value> = reasons.map(|r| json!([r.as_str(), r.meaning()])).collect();
+    let told = json!({
+        "summary": answer.summary(),
+        "sentences": answer.sentences,
+        "why": reasons,
+    });
+    joined(answer.json(), told)
+}
+
+/// The keys of both objects.
+fn joined(mut value: Value, more: Value) -> Value {
+    if let (Some(value), Value::Object(more)) = (value.as_object_mut(), more) {
+        value.extend(more);
+    }
+    value
+}
+
 /// One scan, and how bad it is.
 fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
     let answer = scanned.answer;
@@ -66,18 +86,8 @@ fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
         .then(|| Inspection::of(map, config, answer.scan.scan, &scanned.drive));
     let verdict = truth.map(|truth| score::scene(answer, truth));
     let rank = rank(answer, verdict.as_ref().map(|v| v.wrong));
-    let reasons: Vec<Value> = answer
-        .scan
-        .reasons
-        .iter()
-        .map(|r| json!([r.as_str(), r.meaning()]))
-        .collect();
     let inspection = inspected.map(|i| i.json(answer));
-    let mut value = answer.json();
-    let extra = json!({
-        "summary": answer.summary(),
-        "sentences": answer.sentences,
-        "why": reasons,
+    let seen = json!({
         "truth": truth.map(true_steps),
         "exact": verdict.as_ref().map(|v| v.exact),
         "wrong": verdict.as_ref().map(|v| v.wrong),
@@ -86,10 +96,7 @@ fn scan(scanned: &Scanned<'_>) -> (Value, Rank) {
         "rivals": inspection.as_ref().map(rivals),
         "inspection": inspection,
     });
-    if let (Some(value), Value::Object(extra)) = (value.as_object_mut(), extra) {
-        value.extend(extra);
-    }
-    (value, rank)
+    (joined(answered(answer), seen), rank)
 }
 
 fn rank(answer: &Answer, wrong: Option<bool>) -> Rank {

@@ -14,24 +14,41 @@
 //! | [`talk`] | questions to a scanner and its answers: `settings`, `doctor` |
 //! | [`device`] | a scanner on the host: what `--demo` shows |
 //! | [`keep`] | what `--record` keeps |
+//! | [`session`] | a source while it is watched: its state, the file of its lines, who gets its answers |
+//! | [`plain`] | a source watched without a screen |
 //! | [`terminal`] | keys, time and screen brought together |
 
+#[cfg(feature = "program")]
 pub mod device;
+#[cfg(feature = "program")]
 pub mod keep;
 pub mod lines;
 pub mod model;
+#[cfg(feature = "program")]
 pub mod offer;
+#[cfg(feature = "program")]
+pub mod plain;
+#[cfg(feature = "program")]
 pub mod port;
+#[cfg(feature = "program")]
 pub mod ports;
+#[cfg(feature = "program")]
 pub mod prompt;
+#[cfg(feature = "program")]
 pub mod pty;
+#[cfg(feature = "program")]
 pub mod screen;
+#[cfg(feature = "program")]
+pub mod session;
+#[cfg(feature = "program")]
 pub mod side;
+#[cfg(feature = "program")]
 pub mod talk;
+#[cfg(feature = "program")]
 pub mod terminal;
 pub mod trouble;
 
-#[cfg(test)]
+#[cfg(all(test, feature = "program"))]
 mod tests;
 
 /// Milliseconds since the session began.

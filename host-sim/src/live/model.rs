@@ -20,7 +20,9 @@ const REPLY: Ms = 2_000;
 /// Homing, self-test and a scan.
 const LONG_REPLY: Ms = 60_000;
 /// Lines that are kept to be looked at.
-const KEPT: usize = 200;
+const KEPT: usize = 2_000;
+/// Lines by which one scrolls.
+pub const PAGE: usize = 5;
 
 /// What happened.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -159,12 +161,16 @@ pub struct State {
     pub link: Link,
     /// The last whole answer, and when it came.
     pub answer: Option<(Ms, Answer)>,
+    /// Whole answers so far.
+    pub answers: u64,
     /// The last sign of life.
     pub pulse: Option<Pulse>,
     /// The last command.
     pub asked: Option<Asked>,
     /// The last lines, oldest first.
     pub log: VecDeque<Entry>,
+    /// Lines of the log that are newer than the last one shown.
+    pub hidden: usize,
     /// Times that the port was opened again.
     pub reopened: u32,
     coming: Option<(ScanLine, Vec<String>)>,
@@ -183,9 +189,11 @@ impl State {
             baud,
             link: Link::Opening,
             answer: None,
+            answers: 0,
             pulse: None,
             asked: None,
             log: VecDeque::new(),
+            hidden: 0,
             reopened: 0,
             coming: None,
             heard: None,
@@ -243,6 +251,20 @@ impl State {
         }
         let text = text.to_owned();
         self.log.push_back(Entry { at, way, text });
+        // The lines that are looked at stay where they are.
+        if self.hidden > 0 {
+            self.hidden = (self.hidden + 1).min(self.log.len() - 1);
+        }
+    }
+
+    /// Goes a page back in the log.
+    pub fn older(&mut self) {
+        self.hidden = (self.hidden + PAGE).min(self.log.len().saturating_sub(1));
+    }
+
+    /// Goes a page on in the log.
+    pub fn newer(&mut self) {
+        self.hidden = self.hidden.saturating_sub(PAGE);
     }
 
     fn fail(&mut self, now: Ms, trouble: &Trouble) {
@@ -359,6 +381,7 @@ impl State {
             Ok(answer) if self.emulated && answer.scan.scan == 0 => {}
             Ok(answer) => {
                 self.answer = Some((now, answer));
+                self.answers += 1;
                 self.restarted = false;
             }
             Err(error) => self.note(

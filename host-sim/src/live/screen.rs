@@ -258,9 +258,13 @@ fn pulse(state: &State, now: Ms) -> Line<'static> {
     Line::styled(text, style)
 }
 
-/// The last sentences but `LIVE`, the newest at the bottom.
+/// The last sentences but `LIVE`, the newest at the bottom, or those before that one has scrolled back to.
 fn log(frame: &mut Frame<'_>, area: Rect, state: &State) {
-    let block = Block::bordered().title(" Last sentences (ms since start; > sent, x damaged) ");
+    let title = match state.hidden {
+        0 => " Last sentences (ms since start; > sent, x damaged) ".to_owned(),
+        newer => format!(" Sentences (ms since start); {newer} newer ones: PageDown "),
+    };
+    let block = Block::bordered().title(title);
     let room = usize::from(block.inner(area).height);
     let line = |entry: &Entry| {
         let (mark, style) = match entry.way {
@@ -271,8 +275,10 @@ fn log(frame: &mut Frame<'_>, area: Rect, state: &State) {
         };
         Line::styled(format!("{:>8} {mark} {}", entry.at, entry.text), style)
     };
-    let first = state.log.len().saturating_sub(room);
-    let lines: Vec<_> = state.log.iter().skip(first).map(line).collect();
+    let end = state.log.len().saturating_sub(state.hidden);
+    let first = end.saturating_sub(room);
+    let shown = state.log.iter().take(end).skip(first);
+    let lines: Vec<_> = shown.map(line).collect();
     frame.render_widget(Paragraph::new(lines).block(block), area);
 }
 

@@ -8,11 +8,10 @@ use anyhow::{Context, Result, bail, ensure};
 use ratatui::crossterm::event::{self, KeyCode, KeyEvent, KeyEventKind, KeyModifiers};
 
 use super::Ms;
-use super::keep::Keep;
-use super::model::{Event, State};
 use super::port::Source;
 use super::prompt::{HELP, Key, Own, Prompt};
 use super::screen;
+use super::session::Session;
 
 /// From screen to screen.
 const FRAME: Duration = Duration::from_millis(50);
@@ -21,30 +20,29 @@ const FRAME: Duration = Duration::from_millis(50);
 ///
 /// # Errors
 /// Where there is no terminal, or it cannot be drawn on.
-pub fn run(started: Instant, source: &Source, state: State, keep: Option<Keep>) -> Result<()> {
+pub fn run(started: Instant, source: &Source, session: &mut Session<'_>) -> Result<()> {
     ensure!(
         stdout().is_terminal(),
         "stdout: expected a terminal to draw on; `--record DIR` keeps the sentences in a file"
     );
     let mut terminal = ratatui::try_init()?;
     let keys = keys();
-    let mut session = Session {
-        state,
+    let mut view = View {
+        session,
         prompt: Prompt::default(),
-        keep,
     };
     let done = loop {
         let now = started.elapsed().as_millis() as Ms;
         while let Ok((at, event)) = source.events.try_recv() {
-            session.take(at, &event);
+            view.session.take(at, &event);
         }
         let drawn = terminal.draw(|frame| {
-            screen::draw(frame, &session.state, &session.prompt, now);
+            screen::draw(frame, &view.session.state, &view.prompt, now);
         });
         if let Err(error) = drawn {
             break Err(error).context("the terminal has gone");
         }
-        match session.keys(&keys, source, now) {
+        match view.keys(&keys, source, now) {
             Ok(true) => {}
             Ok(false) => break Ok(()),
             Err(error) => break Err(error),
@@ -70,39 +68,13 @@ fn keys() -> Receiver<KeyEvent> {
     keys
 }
 
-/// What is shown and kept.
-struct Session {
-    state: State,
+/// The session on the screen, with the command line.
+struct View<'a, 'b> {
+    session: &'a mut Session<'b>,
     prompt: Prompt,
-    keep: Option<Keep>,
 }
 
-impl Session {
-    fn take(&mut self, at: Ms, event: &Event) {
-        let before = self.state.link.clone();
-        self.state.take(at, event);
-        match event {
-            Event::Line(line) => self.keep(at, '<', line),
-            // An attempt more is no news.
-            _ if self.state.link == before => {}
-            Event::Opened => self.keep(at, '#', "the port is open"),
-            Event::Failed(trouble) => {
-                let (what, _) = trouble.explain(&self.state.port);
-                self.keep(at, '#', &what);
-            }
-        }
-    }
-
-    fn keep(&mut self, at: Ms, way: char, text: &str) {
-        if let Some(keep) = &mut self.keep
-            && let Err(error) = keep.line(at, way, text)
-        {
-            self.state
-                .note(at, &format!("nothing is recorded any more: {error:#}"));
-            self.keep = None;
-        }
-    }
-
+impl View<'_, '_> {
     /// Waits for keys for the time of a frame; whether to go on.
     fn keys(&mut self, keys: &Receiver<KeyEvent>, source: &Source, now: Ms) -> Result<bool> {
         let mut wait = FRAME;
@@ -135,6 +107,14 @@ impl Session {
             KeyCode::Up => Key::Up,
             KeyCode::Down => Key::Down,
             KeyCode::Esc => Key::Clear,
+            KeyCode::PageUp => {
+                self.session.state.older();
+                return true;
+            }
+            KeyCode::PageDown => {
+                self.session.state.newer();
+                return true;
+            }
             _ => return true,
         };
         self.prompt.key(edit);
@@ -145,14 +125,16 @@ impl Session {
     fn enter(&mut self, source: &Source, now: Ms) -> bool {
         match self.prompt.own() {
             Some(Own::Quit) => return false,
-            Some(Own::Help) => HELP.iter().for_each(|line| self.state.note(now, line)),
-            None if !self.state.is_open() => {
+            Some(Own::Help) => HELP
+                .iter()
+                .for_each(|line| self.session.state.note(now, line)),
+            None if !self.session.state.is_open() => {
                 self.prompt.note = "the port is not open: nothing can be sent".to_owned();
             }
             None => {
                 if let Some(line) = self.prompt.enter() {
-                    self.keep(now, '>', &line);
-                    self.state.sent(now, &line);
+                    self.session.keep(now, '>', &line);
+                    self.session.state.sent(now, &line);
                     // A source that has ended has told so.
                     let _ = source.lines.send(line);
                 }

@@ -108,18 +108,18 @@ fn roles_have_shapes_of_their_own() {
 #[test]
 fn colours_of_the_page_are_told_apart() {
     let script = include_str!("../html/page.js");
-    let line = script
-        .lines()
-        .find(|line| line.contains("const HUE ="))
-        .unwrap();
-    let (_, inside) = line.split_once('{').unwrap();
-    let colours: Vec<(&str, RGBColor)> = inside
-        .split(',')
-        .filter_map(|entry| entry.split_once(':'))
-        .map(|(name, value)| (name.trim(), hex(value.trim().trim_matches('"')).unwrap()))
-        .collect();
-    assert!(colours.len() >= 7, "{colours:?}");
-    all_apart(&colours);
+    for scheme in ["  light: {", "  dark: {"] {
+        let inside = script.lines().find_map(|line| line.strip_prefix(scheme));
+        // Behind the layers come the map's colours, and those of frame and beam, which have no meaning to mix up.
+        let (layers, _) = inside.unwrap().split_once(", beam:").unwrap();
+        let colours: Vec<(&str, RGBColor)> = layers
+            .split(',')
+            .filter_map(|entry| entry.split_once(':'))
+            .map(|(name, value)| (name.trim(), hex(value.trim().trim_matches('"')).unwrap()))
+            .collect();
+        assert!(colours.len() >= 7, "{colours:?}");
+        all_apart(&colours);
+    }
     let style = include_str!("../html/page.css");
     let states = [Status::Ok, Status::Degraded, Status::Fault].map(|status| {
         let name = status.as_str();
@@ -129,4 +129,10 @@ fn colours_of_the_page_are_told_apart() {
         (name, colour)
     });
     all_apart(&states);
+    let (_, dark) = style.split_once("prefers-color-scheme: dark").unwrap();
+    let of = |status: Status| {
+        let (_, value) = dark.split_once(&format!("--{}:", status.as_str())).unwrap();
+        (status.as_str(), hex(value).unwrap())
+    };
+    all_apart(&[Status::Ok, Status::Degraded, Status::Fault].map(of));
 }

@@ -5,64 +5,16 @@ use plotters::style::{RGBColor, WHITE};
 
 use super::colour::{CONCLUDED, HUES, Palette, TRUE};
 use super::page::{Frame, Swatch, number};
-use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
-use super::posterior::{self, PosteriorView};
+use super::posterior;
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
 use super::staircase::draw_truth;
 use crate::answer::Answer;
 use crate::recording::Truth;
+use crate::views::{ExplanationView, InspectView, ScattererView, meaning};
 
-/// What a role says about the winner.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
-    /// The winner wants to see it there.
-    For,
-    /// It has no place in the winner.
-    Against,
-    /// The winner has nothing to say about it.
-    Neither,
-}
-
-/// One scatterer.
-#[derive(Clone, Copy, Debug)]
-pub struct ScattererView {
-    /// Where it is, metres.
-    pub at: Point,
-    /// Power above the noise, dB.
-    pub snr_db: f64,
-    /// What it is taken for.
-    pub role: &'static str,
-    /// What that says about the winner.
-    pub verdict: Verdict,
-}
-
-/// One explanation of the scatterers.
-#[derive(Clone, Debug)]
-pub struct ExplanationView {
-    /// What it says.
-    pub name: String,
-    /// Log-likelihood ratio against no stairs, nats.
-    pub score: f64,
-    /// Whether it is the answer.
-    pub winner: bool,
-    /// Distance and height of each step's edge.
-    pub edges: Vec<Point>,
-}
-
-/// What the estimator thought.
-#[derive(Clone, Debug, Default)]
-pub struct InspectView {
-    /// Scatterers, strongest first.
-    pub scatterers: Vec<ScattererView>,
-    /// Explanations, likeliest first.
-    pub explanations: Vec<ExplanationView>,
-    /// What the posterior says; empty where there is none.
-    pub posterior: PosteriorView,
-}
-
-/// How a role is drawn, and what it means.
+/// How a role is drawn.
 pub struct RoleMark {
     /// Its name.
     pub role: &'static str,
@@ -70,63 +22,25 @@ pub struct RoleMark {
     pub shape: Shape,
     /// The same colour in all pictures.
     pub ink: RGBColor,
-    /// What an echo in it comes from.
-    pub meaning: &'static str,
 }
 
-const fn role(role: &'static str, shape: Shape, ink: RGBColor, meaning: &'static str) -> RoleMark {
-    RoleMark {
-        role,
-        shape,
-        ink,
-        meaning,
-    }
+const fn role(role: &'static str, shape: Shape, ink: RGBColor) -> RoleMark {
+    RoleMark { role, shape, ink }
 }
 
 /// Every role's mark.
 pub const MARKS: [RoleMark; 10] = [
-    role("corner", Shape::Triangle, HUES[0], "foot of a riser"),
-    role("nosing", Shape::Fall, HUES[3], "foremost edge of a step"),
-    role(
-        "flash",
-        Shape::Diamond,
-        HUES[4],
-        "face that looks straight at the mirror",
-    ),
-    role("face", Shape::Dot, HUES[2], "riser between foot and top"),
-    role("tread", Shape::Square, HUES[6], "tread, landing or floor"),
-    role(
-        "edge",
-        Shape::Wedge,
-        HUES[7],
-        "end of a tread, seen from above",
-    ),
-    role(
-        "inside",
-        Shape::Cross,
-        INK,
-        "within the solid: against the winner",
-    ),
-    role(
-        "above",
-        Shape::Plus,
-        INK,
-        "above a riser's top: against the winner",
-    ),
-    role(
-        "clutter",
-        Shape::Star,
-        INK,
-        "standing on a tread: against the winner",
-    ),
-    role("stray", Shape::Ring, TRUE, "not explained by the winner"),
+    role("corner", Shape::Triangle, HUES[0]),
+    role("nosing", Shape::Fall, HUES[3]),
+    role("flash", Shape::Diamond, HUES[4]),
+    role("face", Shape::Dot, HUES[2]),
+    role("tread", Shape::Square, HUES[6]),
+    role("edge", Shape::Wedge, HUES[7]),
+    role("inside", Shape::Cross, INK),
+    role("above", Shape::Plus, INK),
+    role("clutter", Shape::Star, INK),
+    role("stray", Shape::Ring, TRUE),
 ];
-
-/// What a role means; nothing for one that is unknown.
-pub fn meaning(role: &str) -> &'static str {
-    let known = MARKS.iter().find(|mark| mark.role == role);
-    known.map_or("", |mark| mark.meaning)
-}
 
 /// A scatterer's mark: a grey ring for roles without one of their own.
 fn mark(scatterer: &ScattererView) -> (Shape, RGBColor) {

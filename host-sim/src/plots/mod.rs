@@ -37,18 +37,17 @@ use stairscan::config::{Config, EstimatorKind, Plane};
 use stairscan::signal::grid::PolarMap;
 use stairscan::signal::range::{Profile, RangeProcessor};
 
-pub use inspect::{ExplanationView, InspectView, ScattererView, Verdict, meaning};
-pub use particles::{BeamView, ClusterView, ParticleView, Point};
+pub use particles::{BeamView, ClusterView, ParticleView};
 pub use plane::Ground;
-pub use posterior::{HypothesisView, PosteriorView};
 pub use profile::ProfileView;
 pub use staircase::{StepView, steps};
-pub use surface::{surface, true_edges};
+pub use surface::surface;
 
 use crate::answer::Answer;
 use crate::output::Outputs;
 use crate::recording::Recording;
 use crate::setup;
+use crate::views::{InspectView, Point, PosteriorView};
 use plane::{SagittalPlane, Words};
 
 /// What the paper's estimator did with a map.

@@ -10,7 +10,8 @@ use stairscan::signal::grid::PolarMap;
 use stairscan::verdict::Outcome;
 
 use super::PaperView;
-use super::particles::{BeamView, ClusterView, ParticleView, Point};
+use super::particles::{BeamView, ClusterView, ParticleView};
+use crate::views::Point;
 
 /// What the estimator shows of one scan.
 struct Witness<'a> {

@@ -9,9 +9,7 @@ use super::page::{Frame, Swatch, number};
 use super::plane::{Ground, SagittalPlane, Words};
 use super::shape::{SOLID, Shape};
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
-
-/// A point of the plane, metres.
-pub type Point = (f64, f64);
+use crate::views::Point;
 
 /// Particles before and after they are resampled.
 #[derive(Clone, Debug, Default)]

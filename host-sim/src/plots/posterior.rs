@@ -6,31 +6,11 @@ use plotters::style::RGBColor;
 
 use super::colour::{CONCLUDED, HUES};
 use super::page::{Frame, Swatch, number};
-use super::particles::Point;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use super::surface::surface_to_draw;
 use crate::answer::{Answer, metres, nearest_m};
 use crate::score::MATCH_M;
-
-/// One hypothesis of the posterior.
-#[derive(Clone, Debug)]
-pub struct HypothesisView {
-    /// What it says.
-    pub name: String,
-    /// How likely it is, 0…1.
-    pub probability: f64,
-    /// Distance and height of each of its edges that can be seen.
-    pub edges: Vec<Point>,
-}
-
-/// What the posterior says; empty where there is none.
-#[derive(Clone, Debug, Default)]
-pub struct PosteriorView {
-    /// Probability of each number of steps, from none.
-    pub counts: Vec<f64>,
-    /// The hypotheses, the likeliest first.
-    pub hypotheses: Vec<HypothesisView>,
-}
+use crate::views::{HypothesisView, Point, PosteriorView};
 
 /// Rivals that are drawn.
 const RIVALS: usize = 3;

@@ -6,14 +6,14 @@ use stairscan::answer::Direction;
 
 use super::colour::{CONCLUDED, Palette, TRUE};
 use super::page::{Frame, Swatch, number};
-use super::particles::Point;
 use super::plane::{Ground, SagittalPlane, Words};
-use super::posterior::{self, PosteriorView};
+use super::posterior;
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
-use super::surface::{surface, surface_up_to, true_edges};
+use super::surface::{surface, surface_up_to};
 use crate::answer::{Answer, metres};
 use crate::recording::Truth;
+use crate::views::{Point, PosteriorView, true_edges};
 
 /// One reported step.
 #[derive(Clone, Copy, Debug)]

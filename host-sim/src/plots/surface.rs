@@ -1,17 +1,8 @@
 //! The line of a staircase's surface from its edges, in metres and on the sheet.
 
 use super::page::Frame;
-use super::particles::Point;
 use super::sheet::Spot;
-use crate::recording::Truth;
-
-/// Edges of what is really there, nearest first: steps in sight and out of it, brinks and the near edges of holes.
-pub fn true_edges(truth: &Truth) -> Vec<Point> {
-    let all = truth.steps.iter().chain(&truth.uncounted);
-    let mut edges: Vec<Point> = all.map(|s| (s.distance_m, s.height_m)).collect();
-    edges.sort_by(|a, b| a.0.total_cmp(&b.0));
-    edges
-}
+use crate::views::Point;
 
 /// The surface from the ground over `edges` (distance and height of the tread that begins there) to
 /// `far`, beginning at `near`.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::output::Outputs;
 use crate::recording::{Metadata, MirrorSetup, TrueStep, Truth};
+use crate::views::{ExplanationView, HypothesisView, ScattererView, Verdict};
 use stairscan::Iq;
 use stairscan::answer::Direction;
 use stairscan::config::{CfarConfig, MountConfig, RadarConfig};

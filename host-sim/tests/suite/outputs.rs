@@ -59,6 +59,7 @@ fn an_input_is_never_replaced() {
         for (args, file) in [
             (&["report", name, "-o", meta][..], meta.as_str()),
             (&["report", meta, "-o", data], data),
+            (&["web", name, "-o", meta], meta),
             (&["replay", name, "--film", data], data),
             (&["profile", name, "--plot", meta], meta),
             (&["convert", name, "-o", name], meta),
@@ -97,6 +98,7 @@ fn an_existing_file_is_replaced_with_force_only() {
     let dir = scratch.path().to_str().unwrap();
     let cases = [
         (&["report", name, "-o", &page][..], &page),
+        (&["web", name, "-o", &page], &page),
         (&["replay", name, "--film", &film], &film),
         (&["profile", name, "--plot", &picture], &picture),
         (&["inspect", name, "--plots", dir], &own),
@@ -113,7 +115,8 @@ fn an_existing_file_is_replaced_with_force_only() {
     for (args, file) in cases {
         fs::write(file, "a stranger's").unwrap();
         refused(&scratch, args, file, "--force");
-        if matches!(args[0], "fit" | "sequences" | "accuracy") {
+        // These take long, or need a target of the compiler's.
+        if matches!(args[0], "fit" | "sequences" | "accuracy" | "web") {
             continue;
         }
         let out = sim(&[args, &["--force"]].concat());

@@ -1,4 +1,4 @@
-//! When the build script of the firmware runs again, and which revision it tells.
+//! When the build script of the firmware runs again, and which revision it and the simulator's tell.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -79,4 +79,51 @@ fn a_commit_reruns_the_build_script_and_staging_does_not() {
         let (_, changed) = watched(tree, &script);
         assert_eq!(changed, format!("{next}-dirty"));
     }
+}
+
+/// The revision of the simulator, or the error, by its build script beside this lock file.
+fn simulator_revision(dir: &Path, script: &Path, lock: &str) -> String {
+    fs::write(dir.join("../Cargo.lock"), lock).unwrap();
+    let output = run(dir, script.to_str().unwrap(), &[]);
+    let mut told = output.lines().filter_map(|line| {
+        line.strip_prefix("cargo::rustc-env=")
+            .or(line.strip_prefix("cargo::error="))
+    });
+    told.next().unwrap().to_owned()
+}
+
+/// A change of any dependency threw all kept recordings away.
+#[test]
+fn the_simulator_s_revision_counts_only_the_packages_it_computes_with() {
+    let scratch = Scratch::new("simulator-revision");
+    let (script, dir) = (scratch.path().join("script"), scratch.path().join("p"));
+    fs::create_dir_all(dir.join("src/scene")).unwrap();
+    fs::create_dir_all(dir.join("src/recording")).unwrap();
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/build.rs");
+    let built = ["--edition=2024", "-o", script.to_str().unwrap(), source];
+    run(scratch.path(), "rustc", &built);
+    let lock = concat!(env!("CARGO_MANIFEST_DIR"), "/../Cargo.lock");
+    let lock = fs::read_to_string(lock).unwrap();
+    let changed = |package: &str| {
+        let entry = format!("name = \"{package}\"\nversion = \"");
+        assert!(lock.contains(&entry), "{package}");
+        simulator_revision(&dir, &script, &lock.replace(&entry, &format!("{entry}9")))
+    };
+    let now = simulator_revision(&dir, &script, &lock);
+    assert!(now.starts_with("SIMULATOR_REVISION="), "{now}");
+    for package in ["clap", "ratatui", "host-sim"] {
+        assert_eq!(changed(package), now, "{package}");
+    }
+    for package in ["libm", "num-complex", "num-traits", "toml"] {
+        let other = changed(package);
+        assert!(
+            other.starts_with("SIMULATOR_REVISION=") && other != now,
+            "{other}"
+        );
+    }
+    let without = lock.replace("\"num-complex\",", "");
+    assert_eq!(
+        simulator_revision(&dir, &script, &without),
+        "../Cargo.lock: host-sim: no dependency num-complex"
+    );
 }

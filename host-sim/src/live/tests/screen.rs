@@ -217,3 +217,29 @@ fn the_axis_says_where_the_horizon_is() {
         assert_eq!(middle, column(dots, ":"), "{width}:\n{screen}");
     }
 }
+
+/// Lines that come meanwhile do not move the ones that one has scrolled back to.
+#[test]
+fn the_log_scrolls_and_stays_where_it_is() {
+    let mut state = scanned();
+    (0..40).for_each(|k| state.note(k, &format!("line {k}.")));
+    let shows = |state: &State, what: &str| {
+        let screen = drawn(state, &Prompt::default(), 3_200);
+        text(&screen).contains(what)
+    };
+    assert!(shows(&state, "line 39.") && !shows(&state, "newer ones"));
+    state.older();
+    state.older();
+    assert!(shows(&state, "line 29.") && !shows(&state, "line 30."));
+    state.note(50, "line 40.");
+    assert!(shows(&state, "line 29.") && !shows(&state, "line 30."));
+    assert!(shows(&state, "11 newer ones"));
+    (0..3).for_each(|_| state.newer());
+    assert!(shows(&state, "line 40.") && !shows(&state, "newer ones"));
+    (0..500).for_each(|_| state.older());
+    assert!(state.hidden < state.log.len());
+    drawn(&state, &Prompt::default(), 3_200);
+    let mut empty = State::new("port", 0);
+    empty.older();
+    drawn(&empty, &Prompt::default(), 0);
+}

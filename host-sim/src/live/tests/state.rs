@@ -203,10 +203,10 @@ fn lines_are_kept_with_their_time_and_way_but_for_live() {
         (3_300, Way::Out),
     ];
     assert_eq!(ways, expected);
-    for k in 0..1_000 {
+    for k in 0..2_500 {
         tell(&mut state, 4_000 + k, &["noise"]);
     }
-    assert_eq!(state.log.len(), 200);
+    assert_eq!(state.log.len(), 2_000);
 }
 
 /// An image in an emulator takes longer for a scan than an answer may be old, and is connected after its self-test.

@@ -1,0 +1,127 @@
+//! A scanner watched, on a screen or without: arguments, source and session of `live`.
+
+use std::io::{IsTerminal as _, stdout};
+use std::net::SocketAddr;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::sync::atomic::AtomicBool;
+use std::time::{Instant, SystemTime, UNIX_EPOCH};
+
+use anyhow::Result;
+use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+use crate::answer::Answer;
+use crate::commands::{Settings, emit};
+use crate::live::keep::Keep;
+use crate::live::model::State;
+use crate::live::port::Source;
+use crate::live::session::Session;
+use crate::live::trouble::REPORT_BAUD;
+use crate::live::{device, plain, terminal};
+use crate::playback::Playback;
+use crate::recording::Recording;
+use crate::serve::address;
+
+/// Arguments of `live`.
+#[derive(clap::Args, Debug)]
+#[command(
+    after_help = "Commands are typed on the screen's last lines: status, scan, stop, start, get KEY ... `set`, `save` and
+`calibrate` count only inside a sentence with a CRC: the sentence is offered, and the next Enter sends it.
+DTR and RTS are never touched: nothing is reset."
+)]
+pub struct Args {
+    /// The report port, such as /dev/ttyUSB0; without it the ports of this machine are listed
+    #[arg(group = "source")]
+    pub port: Option<String>,
+    /// Show a scanner on this machine that scans this recording
+    #[arg(long, value_name = "REC", group = "source")]
+    pub demo: Option<PathBuf>,
+    /// Play this recording to Foxglove at its true speed, over and over, with echoes, map and chirps
+    #[arg(
+        long,
+        value_name = "REC",
+        group = "source",
+        requires = "foxglove",
+        conflicts_with = "record"
+    )]
+    pub play: Option<PathBuf>,
+    /// Serve the answers to Foxglove, at port 8765 of this machine or at this address; works without a terminal, too
+    #[arg(long, value_name = "[ADDRESS:]PORT", num_args = 0..=1, default_missing_value = address::DEFAULT,
+        value_parser = address::parse, requires = "source")]
+    pub foxglove: Option<SocketAddr>,
+    /// Keep every sentence with its time in a new file of this directory
+    #[arg(long, value_name = "DIR")]
+    pub record: Option<PathBuf>,
+    /// Speed of the port; the scanner's is 115200
+    #[arg(long, default_value_t = REPORT_BAUD, value_parser = clap::value_parser!(u32).range(50..=4_000_000))]
+    pub baud: u32,
+    /// Estimator and seed of the demonstration, or of what is played
+    #[command(flatten)]
+    pub settings: Settings,
+}
+
+/// The port or the demonstration, with what is known of it beforehand; `None` where neither is given.
+pub fn source(args: &Args, started: Instant) -> Result<Option<(Source, State)>> {
+    Ok(Some(match (&args.port, &args.demo) {
+        (Some(port), _) => (
+            Source::port(started, port, args.baud),
+            State::new(port, args.baud),
+        ),
+        (None, Some(path)) => {
+            let recording = Recording::read(path)?;
+            let config = args.settings.config()?;
+            // What no scan can be made of is told before the screen is.
+            Playback::new(&recording, &config)?;
+            let about = format!("a scanner on this machine scans {}", recording.name);
+            let source = Source::run(started, move |inside| {
+                let _ = device::run(&recording, &config, &mut device::Direct::new(inside));
+            });
+            (source, State::new("demo", 0).about(about))
+        }
+        (None, None) => return Ok(None),
+    }))
+}
+
+/// Watches a source on a screen, or, where `screen` does not insist and there is no terminal, by a line an answer.
+/// `look` gets each answer.
+pub fn watch(
+    args: &Args,
+    (started, source, state): (Instant, &Source, State),
+    look: &mut dyn FnMut(&Answer),
+    screen: bool,
+) -> Result<ExitCode> {
+    let keep = begin(args.record.as_deref(), &state.port)?;
+    let kept = keep.as_ref().map(|keep| keep.path.clone());
+    let session = &mut Session { state, keep, look };
+    if screen || stdout().is_terminal() {
+        terminal::run(started, source, session)?;
+    } else {
+        let print = &mut |line: &str| emit(&format!("{line}\n"));
+        plain::run(started, source, session, &*interrupted()?, print)?;
+    }
+    if let Some(path) = kept {
+        emit(&format!("recorded in {}\n", path.display()));
+    }
+    Ok(ExitCode::SUCCESS)
+}
+
+/// Set by Ctrl-C, SIGTERM and SIGHUP; the second one ends the program at once.
+pub fn interrupted() -> Result<Arc<AtomicBool>> {
+    let stop = Arc::new(AtomicBool::new(false));
+    for signal in [SIGINT, SIGTERM, SIGHUP] {
+        signal_hook::flag::register_conditional_shutdown(signal, 128 + signal, stop.clone())?;
+        signal_hook::flag::register(signal, stop.clone())?;
+    }
+    Ok(stop)
+}
+
+/// The file of a session, if one is wanted.
+pub fn begin(dir: Option<&Path>, port: &str) -> Result<Option<Keep>> {
+    let since = SystemTime::now().duration_since(UNIX_EPOCH);
+    let about = format!(
+        "live of {port}, begun {} s after 1970-01-01 UTC; ms since then, < came, > was sent",
+        since.unwrap_or_default().as_secs()
+    );
+    dir.map(|dir| Keep::begin(dir, &about)).transpose()
+}

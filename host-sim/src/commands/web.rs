@@ -1,0 +1,73 @@
+//! `web -o FILE`: the scanner as WebAssembly in one page for any browser.
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, ensure};
+
+use super::{emit, recordings};
+use crate::emulate::image;
+use crate::html::twin;
+use crate::output::Overwrite;
+use crate::recording::Recording;
+use crate::scene::Scene;
+use crate::scene::sequence::Approach;
+
+/// Arguments of `web`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Recordings that the page holds to begin with, or directories of them; without any those of the repository and an
+    /// approach of three scans that the simulator makes
+    recordings: Vec<PathBuf>,
+    /// The page
+    #[arg(short, long, value_name = "FILE", default_value = "stairscan.html")]
+    output: PathBuf,
+    #[command(flatten)]
+    overwrite: Overwrite,
+}
+
+/// Builds the scanner for WebAssembly and writes the page.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let root = image::workspace();
+    let paths = match args.recordings.as_slice() {
+        [] => recordings(&[root.join("recordings")])?,
+        given => recordings(given)?,
+    };
+    let outputs = args.overwrite.reading(&paths);
+    outputs.check(&args.output)?;
+    let read = |path: &PathBuf| Recording::read(path);
+    let mut stock: Vec<Recording> = paths.iter().map(read).collect::<Result<_>>()?;
+    if args.recordings.is_empty() {
+        stock.push(approach(&root.join("scenes"))?);
+    }
+    let page = twin::page(&wasm(&image::build_web()?)?, &stock)?;
+    outputs.write(&args.output, page.as_bytes())?;
+    let names: Vec<&str> = stock.iter().map(|r| r.name.as_str()).collect();
+    emit(&format!(
+        "{} ({} KB), with {}: open it in a browser\n",
+        args.output.display(),
+        page.len().div_ceil(1000),
+        names.join(", ")
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// A sequence for the page: a chair that nears stairs, scene and seed being those of `simulate`.
+fn approach(scenes: &Path) -> Result<Recording> {
+    const SEED: u64 = 0;
+    const SCANS: usize = 3;
+    const STEP_M: f64 = 0.15;
+    let scene = Scene::read(&scenes.join("approach.toml"))?;
+    scene.simulate_approach("approach", SEED, &Approach::new(SEED, SCANS, STEP_M))
+}
+
+/// The bytes of a WebAssembly module.
+fn wasm(path: &Path) -> Result<Vec<u8>> {
+    let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
+    ensure!(
+        bytes.starts_with(b"\0asm"),
+        "{}: expected a WebAssembly module",
+        path.display()
+    );
+    Ok(bytes)
+}

@@ -1,0 +1,98 @@
+//! Chirps of other programs' files in memory, and the recording that they become.
+
+use std::path::Path;
+
+use anyhow::{Result, bail, ensure};
+use serde_json::Value;
+use stairscan::Iq;
+
+use super::keys::{self, Given};
+use super::{npy, samples, sigmf};
+use crate::recording::Recording;
+
+/// Chirps in memory.
+#[derive(Clone, Debug)]
+pub struct Chirps {
+    /// Their samples, one chirp after another.
+    pub(super) samples: Vec<Iq>,
+    /// Complex samples of one chirp.
+    pub(super) samples_per_chirp: usize,
+    /// Their own metadata; null of an array.
+    pub(super) metadata: Value,
+}
+
+impl Chirps {
+    /// The chirps of a `.npy` file; floating point counts from `full_scale`, without it from 1.0.
+    ///
+    /// # Errors
+    /// Names the header's key, the length or the sample, and what was expected.
+    pub fn of_array(file: &[u8], full_scale: Option<f64>) -> Result<Self> {
+        let array = npy::read(file)?;
+        let ns = array.samples_per_chirp;
+        Ok(Self {
+            samples: samples::decode(&array.bytes, array.format, full_scale, ns)?,
+            samples_per_chirp: ns,
+            metadata: Value::Null,
+        })
+    }
+
+    /// The chirps of a SigMF pair of any datatype of complex samples, `given` many a chirp where the metadata do not
+    /// say.
+    ///
+    /// # Errors
+    /// Names the key, the length or the sample, and what was expected.
+    pub fn of_sigmf(
+        metadata: Value,
+        data: &[u8],
+        full_scale: Option<f64>,
+        given: Option<usize>,
+    ) -> Result<Self> {
+        let format = sigmf::format(&metadata)?;
+        let told = metadata["global"][keys::SAMPLES].as_u64();
+        let told = told.and_then(|n| usize::try_from(n).ok());
+        let Some(ns) = told.or(given).filter(|n| *n > 0) else {
+            bail!("missing: {} (--samples-per-chirp)", keys::SAMPLES);
+        };
+        let chirp = ns.saturating_mul(2 * format.bytes);
+        ensure!(
+            !data.is_empty() && data.len().is_multiple_of(chirp),
+            "{} bytes of samples, expected whole chirps of {ns} samples of {} bytes",
+            data.len(),
+            2 * format.bytes
+        );
+        Ok(Self {
+            samples: samples::decode(data, format, full_scale, ns)?,
+            samples_per_chirp: ns,
+            metadata,
+        })
+    }
+
+    /// Number of chirps.
+    pub fn count(&self) -> usize {
+        self.samples.len() / self.samples_per_chirp.max(1)
+    }
+
+    /// The recording `name` of these chirps with the given keys, those of `base` where none is given, without it
+    /// those that the chirps bring along, and one angle a chirp.
+    ///
+    /// # Errors
+    /// Names the keys that are missing or wrong.
+    pub fn recording(
+        self,
+        name: &str,
+        given: &Given,
+        base: Option<&Value>,
+        angles: Option<&[f64]>,
+    ) -> Result<Recording> {
+        let size = (self.count(), self.samples_per_chirp);
+        let document = given.document(base.unwrap_or(&self.metadata), size, angles)?;
+        Recording::of(name, &document, self.samples)
+    }
+}
+
+/// A path's suffix without its dot; empty where there is none.
+pub fn suffix(path: &Path) -> &str {
+    path.extension()
+        .and_then(|e| e.to_str())
+        .unwrap_or_default()
+}

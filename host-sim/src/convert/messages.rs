@@ -1,0 +1,403 @@
+//! Messages of a scan: what MCAP files hold, and `live --foxglove` publishes.
+//!
+//! | topic | schema | holds |
+//! |---|---|---|
+//! | `/stairscan/answer` | JSON | what `replay --format json` prints |
+//! | `/stairscan/echoes` | `sensor_msgs/msg/PointCloud2` | the echoes with their errors |
+//! | `/stairscan/stairs` | `visualization_msgs/msg/MarkerArray` | steps, 2σ, horizon, what may stand there |
+//! | `/stairscan/status` | `diagnostic_msgs/msg/DiagnosticArray` | status, with each reason in words |
+//!
+//! Frame `stairscan`: x forward, y to the left, z up, metres; its origin lies on the ground under the
+//! mirror's centre as it stood at the scan's last row. The radar sees one plane, y = 0: the width of what is
+//! drawn means nothing.
+
+use anyhow::Result;
+use plotters::style::RGBColor;
+use serde_json::{Value, json};
+use stairscan::verdict::Status;
+
+use super::ros::{
+    Colour, DiagnosticArray, DiagnosticStatus, Header, KeyValue, Marker, MarkerArray, Message,
+    Point, PointCloud2, PointField, Pose, Time, definition, encoded,
+};
+use super::scans::Scan;
+use super::tables::SCAN;
+use crate::plots::colour;
+
+/// The frame of all coordinates.
+pub const FRAME: &str = "stairscan";
+/// Half of the width with which steps are drawn, metres.
+const HALF_WIDTH_M: f64 = 0.4;
+/// Depth with which a step is drawn whose tread was not measured, metres.
+const TREAD_M: f64 = 0.28;
+/// Width of lines and height of letters, metres.
+const LINE_M: f64 = 0.01;
+const LETTER_M: f64 = 0.06;
+/// Values of a point of the cloud beside its place, as `inspect --format json` names it.
+const FIELDS: [&str; 6] = [
+    "snr_db",
+    "range_m",
+    "range_sigma_m",
+    "angle_deg",
+    "angle_sigma_deg",
+    "width",
+];
+/// A 32-bit floating point number in a cloud, and its length.
+const FLOAT32: (u8, u32) = (7, 4);
+
+/// A topic with its schema, as MCAP files and servers declare it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Name of the topic.
+    pub topic: &'static str,
+    /// Name of the schema.
+    pub schema: &'static str,
+    /// Encoding of the schema: `ros2msg` or `jsonschema`.
+    pub schema_encoding: &'static str,
+    /// The schema itself.
+    pub definition: String,
+    /// Encoding of the messages: `cdr` or `json`.
+    pub encoding: &'static str,
+}
+
+impl Channel {
+    /// A topic with messages of ROS 2.
+    pub(crate) fn ros<M: Message>(topic: &'static str) -> Self {
+        Self {
+            topic,
+            schema: M::NAME,
+            schema_encoding: "ros2msg",
+            definition: definition::<M>(),
+            encoding: "cdr",
+        }
+    }
+
+    /// A topic with JSON objects.
+    pub fn json(topic: &'static str, name: &'static str, schema: &Value) -> Self {
+        Self {
+            topic,
+            schema: name,
+            schema_encoding: "jsonschema",
+            definition: schema.to_string(),
+            encoding: "json",
+        }
+    }
+}
+
+/// Topics of a scan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topic {
+    /// The answer.
+    Answer,
+    /// The echoes.
+    Echoes,
+    /// The stairs as markers.
+    Stairs,
+    /// Status and reasons.
+    Status,
+}
+
+impl Topic {
+    /// All topics, in the order in which a scan's messages are written.
+    pub const ALL: [Self; 4] = [Self::Answer, Self::Echoes, Self::Stairs, Self::Status];
+
+    /// Name and schema.
+    pub fn channel(self) -> Channel {
+        match self {
+            Self::Answer => Channel::json("/stairscan/answer", "stairscan.Answer", &schema()),
+            Self::Echoes => Channel::ros::<PointCloud2>("/stairscan/echoes"),
+            Self::Stairs => Channel::ros::<MarkerArray>("/stairscan/stairs"),
+            Self::Status => Channel::ros::<DiagnosticArray>("/stairscan/status"),
+        }
+    }
+
+    /// The scan's message, encoded, with its stamp; `None` where the scan has none.
+    ///
+    /// # Errors
+    /// None that these messages can bring about.
+    pub fn message(self, scan: &Scan) -> Result<Option<Vec<u8>>> {
+        let header = header(scan.stamp_ns);
+        Ok(Some(match self {
+            Self::Answer => scan.told.to_string().into_bytes(),
+            Self::Echoes => match &scan.echoes {
+                Some(list) => encoded(&cloud(&header, list))?,
+                None => return Ok(None),
+            },
+            Self::Stairs => encoded(&MarkerArray {
+                markers: markers(&header, &scan.told),
+            })?,
+            Self::Status => encoded(&diagnostics(&header, scan))?,
+        }))
+    }
+}
+
+/// The header of a message with this stamp, nanoseconds since 1970.
+pub(crate) fn header(stamp_ns: u64) -> Header {
+    Header {
+        stamp: Time::from_nanos(stamp_ns),
+        frame_id: FRAME.to_owned(),
+    }
+}
+
+/// Schema of an answer's JSON.
+fn schema() -> Value {
+    let (number, optional) = (
+        json!({"type": "number"}),
+        json!({"type": ["number", "null"]}),
+    );
+    let list = |keys: &[(&str, &Value)]| {
+        let properties: serde_json::Map<String, Value> = keys
+            .iter()
+            .map(|(key, kind)| ((*key).to_owned(), (*kind).clone()))
+            .collect();
+        json!({"type": "array", "items": {"type": "object", "properties": properties}})
+    };
+    let steps = list(&[
+        ("distance_m", &number),
+        ("height_m", &number),
+        ("tread_m", &optional),
+        ("riser_m", &optional),
+        ("distance_sigma_m", &number),
+        ("height_sigma_m", &number),
+        ("quality", &number),
+    ]);
+    let maybe = list(&[
+        ("distance_m", &number),
+        ("height_m", &number),
+        ("probability", &number),
+    ]);
+    let drop = json!({"type": ["object", "null"], "properties": {
+        "distance_m": number,
+        "distance_sigma_m": number,
+        "depth_m": optional,
+        "probability": number,
+    }});
+    json!({
+        "title": "stairscan.Answer",
+        "type": "object",
+        "properties": {
+            "recording": {"type": "string"},
+            "scan": {"type": "integer"},
+            "status": {"type": "string", "enum": ["ok", "degraded", "fault"]},
+            "direction": {"type": "string", "enum": ["up", "down", "none"]},
+            "steps": steps,
+            "drop": drop,
+            "horizon_m": optional,
+            "free_m": optional,
+            "confidence": optional,
+            "maybe": maybe,
+            "lost_rows": {"type": "integer"},
+            "reasons": {"type": "array", "items": {"type": "string"}},
+        },
+    })
+}
+
+/// A number of a JSON object.
+fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or(f64::NAN)
+}
+
+/// The echoes, each number the 32-bit one next to the JSON's.
+fn cloud(header: &Header, echoes: &[Value]) -> PointCloud2 {
+    let (datatype, length) = FLOAT32;
+    let names = ["x", "y", "z"].into_iter().chain(FIELDS).chain(["against"]);
+    let fields: Vec<PointField> = (0..)
+        .zip(names)
+        .map(|(k, name)| PointField {
+            name: name.to_owned(),
+            offset: k * length,
+            datatype,
+            count: 1,
+        })
+        .collect();
+    let mut data = Vec::new();
+    for echo in echoes {
+        let against = f64::from(u8::from(echo["against"] == true));
+        let place = [number(echo, "x_m"), 0.0, number(echo, "y_m")];
+        let rest = FIELDS.iter().map(|key| number(echo, key));
+        for value in place.into_iter().chain(rest).chain([against]) {
+            data.extend((value as f32).to_le_bytes());
+        }
+    }
+    let point_step = fields.len() as u32 * length;
+    PointCloud2 {
+        header: header.clone(),
+        height: 1,
+        width: echoes.len() as u32,
+        fields,
+        is_bigendian: false,
+        point_step,
+        row_step: data.len() as u32,
+        data,
+        is_dense: true,
+    }
+}
+
+fn shade(RGBColor(r, g, b): RGBColor) -> Colour {
+    let part = |v: u8| f32::from(v) / 255.0;
+    Colour {
+        r: part(r),
+        g: part(g),
+        b: part(b),
+        a: 1.0,
+    }
+}
+
+fn at(x: f64, z: f64) -> Point {
+    Point { x, y: 0.0, z }
+}
+
+/// The lines between points two by two, in one colour.
+fn lines(header: &Header, name: &str, id: usize, colour: RGBColor, points: Vec<Point>) -> Marker {
+    Marker {
+        scale: Point {
+            x: LINE_M,
+            ..Point::default()
+        },
+        color: shade(colour),
+        points,
+        ..Marker::new(header, name, id, Marker::LINE_LIST)
+    }
+}
+
+/// The stairs of an answer. First what earlier scans drew goes away.
+fn markers(header: &Header, told: &Value) -> Vec<Marker> {
+    let list = |key: &str| told[key].as_array().map_or(&[][..], Vec::as_slice);
+    let clear = Marker {
+        action: Marker::DELETE_ALL,
+        ..Marker::new(header, "", 0, Marker::LINE_LIST)
+    };
+    let mut markers = vec![clear];
+    let steps = list("steps");
+    let mut below = 0.0;
+    for (k, step) in steps.iter().enumerate() {
+        let next = steps.get(k + 1).map(|next| number(next, "distance_m"));
+        markers.extend(drawn(header, k + 1, step, below, next));
+        below = number(step, "height_m");
+    }
+    if let Some(x) = told["horizon_m"].as_f64().filter(|x| *x > 0.0) {
+        let line = at_both_sides(x, 0.0).to_vec();
+        markers.push(lines(header, "horizon", 1, colour::MEASURED, line));
+    }
+    if told["drop"].is_object() {
+        markers.extend(edge(header, &told["drop"]));
+    }
+    for (k, maybe) in list("maybe").iter().enumerate() {
+        markers.push(Marker {
+            pose: Pose::at(at(number(maybe, "distance_m"), number(maybe, "height_m"))),
+            scale: Point {
+                x: LETTER_M,
+                y: LETTER_M,
+                z: LETTER_M,
+            },
+            color: shade(colour::TRUE),
+            ..Marker::new(header, "maybe", k + 1, Marker::SPHERE)
+        });
+    }
+    markers
+}
+
+/// Where the ground ends: a line across the way, and its 3σ band on the ground.
+fn edge(header: &Header, drop: &Value) -> [Marker; 2] {
+    let (x, sigma) = (number(drop, "distance_m"), number(drop, "distance_sigma_m"));
+    let band = [x - 3.0 * sigma, x + 3.0 * sigma].map(|x| at_both_sides(x, 0.0));
+    let [near, far] = band;
+    let around = vec![
+        near[0], near[1], far[0], far[1], near[0], far[0], near[1], far[1],
+    ];
+    [
+        lines(
+            header,
+            "drop",
+            1,
+            colour::CONCLUDED,
+            at_both_sides(x, 0.0).to_vec(),
+        ),
+        lines(header, "drop 3 sigma", 1, colour::MEASURED, around),
+    ]
+}
+
+/// A line across the way.
+fn at_both_sides(x: f64, z: f64) -> [Point; 2] {
+    [HALF_WIDTH_M, -HALF_WIDTH_M].map(|y| Point { x, y, z })
+}
+
+/// Step `k`, whose foot stands at the height `below` and whose tread ends where the next one begins: its
+/// edges, its 2σ, its numbers.
+fn drawn(header: &Header, k: usize, step: &Value, below: f64, next: Option<f64>) -> [Marker; 3] {
+    let (x, z) = (number(step, "distance_m"), number(step, "height_m"));
+    let end = next.unwrap_or(x + step["tread_m"].as_f64().unwrap_or(TREAD_M));
+    let [foot, top] = [at_both_sides(x, below), at_both_sides(x, z)];
+    let back = at_both_sides(end, z);
+    let mut edges = vec![foot[0], foot[1], top[0], top[1], back[0], back[1]];
+    for side in 0..2 {
+        edges.extend([foot[side], top[side], top[side], back[side]]);
+    }
+    let (across, up) = (
+        2.0 * number(step, "distance_sigma_m"),
+        2.0 * number(step, "height_sigma_m"),
+    );
+    let cross = vec![
+        at(x - across, z),
+        at(x + across, z),
+        at(x, z - up),
+        at(x, z + up),
+    ];
+    let text = format!(
+        "{k}: {:.1} cm, {:.1} ± {:.1} cm high",
+        100.0 * x,
+        100.0 * z,
+        100.0 * up
+    );
+    [
+        lines(header, "steps", k, colour::CONCLUDED, edges),
+        lines(header, "2 sigma", k, colour::MEASURED, cross),
+        Marker {
+            pose: Pose::at(at(x, z + LETTER_M)),
+            scale: Point {
+                z: LETTER_M,
+                ..Point::default()
+            },
+            color: shade(colour::CONCLUDED),
+            text,
+            ..Marker::new(header, "numbers", k, Marker::TEXT)
+        },
+    ]
+}
+
+/// Status, and every reason with its meaning.
+fn diagnostics(header: &Header, scan: &Scan) -> DiagnosticArray {
+    let (answer, told) = (&scan.answer, &scan.told);
+    let pair = |key: &str, value: &str| KeyValue {
+        key: key.to_owned(),
+        value: value.to_owned(),
+    };
+    let mut values: Vec<KeyValue> = (SCAN.iter().chain(&["free_m", "lost_rows"]))
+        .map(|key| match &told[*key] {
+            Value::String(text) => pair(key, text),
+            other => pair(key, &other.to_string()),
+        })
+        .collect();
+    values.push(pair("steps", &answer.steps.len().to_string()));
+    values.extend(
+        answer
+            .scan
+            .reasons
+            .iter()
+            .map(|r| pair(r.as_str(), r.meaning())),
+    );
+    DiagnosticArray {
+        header: header.clone(),
+        status: vec![DiagnosticStatus {
+            level: match answer.scan.status {
+                Status::Ok => 0,
+                Status::Degraded => 1,
+                Status::Fault => 2,
+            },
+            name: "stairscan: scan".to_owned(),
+            message: answer.summary(),
+            hardware_id: answer.recording.clone(),
+            values,
+        }],
+    }
+}

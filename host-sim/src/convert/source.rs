@@ -1,0 +1,139 @@
+//! Inputs of `convert` on the disk: recordings, SigMF of others, arrays of numpy, captures of TI's DCA1000.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use anyhow::{Context, Result, ensure};
+use serde_json::Value;
+
+use super::chirps::{Chirps, suffix};
+use super::keys::Given;
+use super::{angles, dca1000, sigmf};
+use crate::recording::{self, DATA_SUFFIX, Recording};
+
+/// Chirps from elsewhere, and where what they do not say comes from.
+#[derive(Clone, Debug, Default)]
+pub struct Source {
+    /// The file.
+    pub path: PathBuf,
+    /// The TOML file of a DCA1000's capture; without it the one of the capture's name.
+    pub setup: Option<PathBuf>,
+    /// One angle a chirp.
+    pub angles: Option<PathBuf>,
+    /// The recording whose keys hold where none is given.
+    pub keys_of: Option<PathBuf>,
+    /// Keys given one by one.
+    pub given: Given,
+    /// The value that is full scale.
+    pub full_scale: Option<f64>,
+}
+
+/// A whole file.
+fn bytes(path: &Path) -> Result<Vec<u8>> {
+    recording::regular(path)?;
+    fs::read(path).with_context(|| format!("{}", path.display()))
+}
+
+fn text(path: &Path) -> Result<String> {
+    String::from_utf8(bytes(path)?).with_context(|| format!("{}: no text in UTF-8", path.display()))
+}
+
+impl Source {
+    /// Whether the path names a recording that needs nothing from elsewhere: it is taken as it is.
+    fn is_recording(&self) -> Result<bool> {
+        if matches!(suffix(&self.path), "npy" | "bin") {
+            return Ok(false);
+        }
+        let told = self.given.any() || self.angles.is_some() || self.keys_of.is_some();
+        let metadata = sigmf::metadata(&self.path)?;
+        let datatype = metadata["global"]["core:datatype"].as_str();
+        // Real samples come in as they are or not at all: with keys from elsewhere they are refused.
+        let ours = matches!(datatype, Some("ci16_le" | "ri16_le"));
+        Ok(ours && !told && self.full_scale.is_none())
+    }
+
+    /// The recording, under the name `name`.
+    ///
+    /// # Errors
+    /// Names the file, the key or the place, and what was expected.
+    pub fn read(&self, name: &str) -> Result<Recording> {
+        if let Some(scale) = self.full_scale {
+            ensure!(
+                scale.is_finite() && scale > 0.0,
+                "--full-scale: {scale}: expected a number above 0"
+            );
+        }
+        if self.is_recording()? {
+            return Recording::read(&self.path);
+        }
+        let chirps = self.chirps()?;
+        let angles = self.angles(chirps.count())?;
+        let base = self.keys_of.as_ref();
+        let base = base.map(|path| sigmf::metadata(path)).transpose()?;
+        let recording = chirps.recording(name, &self.given, base.as_ref(), angles.as_deref());
+        recording.with_context(|| format!("{}", self.path.display()))
+    }
+
+    /// The angles of the table, as many as there are chirps.
+    fn angles(&self, chirps: usize) -> Result<Option<Vec<f64>>> {
+        let Some(path) = &self.angles else {
+            return Ok(None);
+        };
+        let angles = angles::parse(&text(path)?).with_context(|| format!("{}", path.display()))?;
+        ensure!(
+            angles.len() == chirps,
+            "{}: {} angles, expected {chirps}: one a chirp of {}",
+            path.display(),
+            angles.len(),
+            self.path.display()
+        );
+        Ok(Some(angles))
+    }
+
+    fn chirps(&self) -> Result<Chirps> {
+        let file = || format!("{}", self.path.display());
+        let chirps = match suffix(&self.path) {
+            "npy" => Chirps::of_array(&bytes(&self.path)?, self.full_scale).with_context(file)?,
+            "bin" => self.capture()?,
+            _ => {
+                let metadata = sigmf::metadata(&self.path)?;
+                let data = recording::meta_path(&self.path).with_extension(DATA_SUFFIX);
+                let data = bytes(&data)?;
+                let given = self.given.samples_per_chirp;
+                Chirps::of_sigmf(metadata, &data, self.full_scale, given).with_context(file)?
+            }
+        };
+        if let Some(given) = self.given.samples_per_chirp {
+            ensure!(
+                given == chirps.samples_per_chirp,
+                "{}: {} complex samples in a chirp, --samples-per-chirp says {given}{}",
+                self.path.display(),
+                chirps.samples_per_chirp,
+                if given == 2 * chirps.samples_per_chirp {
+                    ": real samples are refused"
+                } else {
+                    ""
+                }
+            );
+        }
+        Ok(chirps)
+    }
+
+    fn capture(&self) -> Result<Chirps> {
+        ensure!(
+            self.full_scale.is_none(),
+            "--full-scale: of a DCA1000's capture adc_bits says it"
+        );
+        let beside = self.path.with_extension("toml");
+        let file = self.setup.as_ref().unwrap_or(&beside);
+        let setup =
+            text(file).context("a DCA1000's capture needs a TOML file beside it (--setup FILE)")?;
+        let setup = dca1000::Setup::parse(&setup).with_context(|| format!("{}", file.display()))?;
+        let samples = setup.samples(&bytes(&self.path)?);
+        Ok(Chirps {
+            samples: samples.with_context(|| format!("{}", self.path.display()))?,
+            samples_per_chirp: setup.samples_per_chirp,
+            metadata: Value::Null,
+        })
+    }
+}

@@ -1,0 +1,68 @@
+//! A source watched without a screen: a line for each answer, and for what is wrong with the port.
+
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::RecvTimeoutError;
+use std::time::{Duration, Instant};
+
+use anyhow::{Result, bail};
+
+use super::Ms;
+use super::model::{Event, Link};
+use super::port::Source;
+use super::session::Session;
+use super::talk::Broken;
+
+/// A silent source is looked at so often.
+const WAIT: Duration = Duration::from_millis(100);
+
+/// Follows `source` until `stop` is set. `print` gets each line for people. Times count from `started`, as the
+/// source's do.
+///
+/// # Errors
+/// A port that cannot be opened at the beginning. One that goes away later is waited for.
+pub fn run(
+    started: Instant,
+    source: &Source,
+    session: &mut Session<'_>,
+    stop: &AtomicBool,
+    print: &mut dyn FnMut(&str),
+) -> Result<()> {
+    let mut opened = false;
+    let mut strange = None;
+    while !stop.load(Ordering::Relaxed) {
+        let (at, event) = match source.events.recv_timeout(WAIT) {
+            Ok(came) => came,
+            Err(RecvTimeoutError::Timeout) => {
+                let now = started.elapsed().as_millis() as Ms;
+                let state = &session.state;
+                let found = state.strange(now).map(|s| s.explain(state.baud).0);
+                if found != strange {
+                    found.iter().for_each(|what| print(what));
+                    strange = found;
+                }
+                continue;
+            }
+            Err(RecvTimeoutError::Disconnected) => bail!("{}: has ended", session.state.port),
+        };
+        let (link, answers) = (session.state.link.clone(), session.state.answers);
+        session.take(at, &event);
+        match (&event, &session.state.answer) {
+            (Event::Failed(trouble), _) if !opened => {
+                let (what, help) = trouble.explain(&session.state.port);
+                bail!(Broken { what, help });
+            }
+            (Event::Failed(trouble), _) if session.state.link != link => {
+                print(&trouble.explain(&session.state.port).0);
+            }
+            (Event::Opened, _) => {
+                opened = true;
+                if matches!(link, Link::Away(..)) {
+                    print(&format!("{}: open again", session.state.port));
+                }
+            }
+            (_, Some((_, answer))) if session.state.answers > answers => print(&answer.summary()),
+            _ => {}
+        }
+    }
+    Ok(())
+}

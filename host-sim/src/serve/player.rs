@@ -1,0 +1,157 @@
+//! A recording at its true speed, over and over: each chirp at its time, each scan's answer with its last chirp.
+//!
+//! The answers are those of `replay`, worked out by a thread that is some scans ahead. A recording without times takes
+//! a second a scan, which are the stamps that MCAP files give it.
+
+use std::sync::Arc;
+use std::sync::mpsc::{self, Receiver};
+
+use anyhow::{Context, Result};
+
+use super::streams::{self, Outlet, Picture};
+use crate::convert::scans::{SECOND_NS, Scan, chirp_ns};
+use crate::playback::Playback;
+use crate::recording::Recording;
+use crate::replay::{self, Options};
+
+/// Scans that are worked out ahead of the one that is played.
+const AHEAD: usize = 2;
+/// From the last chirp of a recording with times to its first chirp in the next pass.
+const PAUSE_NS: u64 = SECOND_NS;
+
+/// The time while a recording is played.
+pub trait Clock {
+    /// Now, nanoseconds since 1970.
+    fn now_ns(&self) -> u64;
+    /// Waits until `ns` since 1970; `false` where the session has ended.
+    fn wait_until(&mut self, ns: u64) -> bool;
+}
+
+/// A scan to be played.
+struct Part {
+    scan: Scan,
+    picture: Picture,
+}
+
+/// When the chirps of a recording come, nanoseconds since the beginning of a pass.
+struct Times<'a> {
+    recording: &'a Recording,
+    first_ns: u64,
+}
+
+impl<'a> Times<'a> {
+    fn of(recording: &'a Recording) -> Self {
+        Self {
+            recording,
+            first_ns: chirp_ns(recording, 0).unwrap_or(0),
+        }
+    }
+
+    /// When chirp `k` (from 0) comes.
+    fn chirp(&self, k: usize) -> u64 {
+        let spread = || {
+            let per_scan = self.recording.chirps_per_scan().max(1) as u64;
+            (k as u64 + 1) * SECOND_NS / per_scan
+        };
+        let at = chirp_ns(self.recording, k).unwrap_or_else(spread);
+        at.saturating_sub(self.first_ns)
+    }
+
+    /// From the beginning of a pass to that of the next.
+    fn pass(&self) -> u64 {
+        let last = self.chirp(self.recording.chirps().saturating_sub(1));
+        match chirp_ns(self.recording, 0) {
+            Some(_) => last + PAUSE_NS,
+            None => last,
+        }
+    }
+}
+
+/// Plays `recording` to `outlet` until `clock` ends it; `told` gets each scan as it was published.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn play(
+    recording: Recording,
+    options: &Options,
+    outlet: &dyn Outlet,
+    clock: &mut dyn Clock,
+    told: &mut dyn FnMut(&Scan),
+) -> Result<()> {
+    Playback::new(&recording, &options.config)?;
+    let recording = Arc::new(recording);
+    let coming = work_out(&recording, *options);
+    let times = Times::of(&recording);
+    let mut parts = vec![next(&coming)?];
+    let mut begin_ns = clock.now_ns();
+    loop {
+        for k in 0..recording.scans() {
+            if k == parts.len() {
+                parts.push(next(&coming)?);
+            }
+            let session = Session {
+                times: &times,
+                outlet,
+                begin_ns,
+            };
+            match session.scan(&parts[k], clock)? {
+                Some(scan) => told(&scan),
+                None => return Ok(()),
+            }
+        }
+        begin_ns += times.pass();
+    }
+}
+
+/// The scans of a recording one after the other, from a thread of its own.
+fn work_out(recording: &Arc<Recording>, options: Options) -> Receiver<Result<Part>> {
+    let (sender, coming) = mpsc::sync_channel(AHEAD);
+    let recording = recording.clone();
+    std::thread::spawn(move || {
+        let done = replay::answers(&recording, &options, |scanned| {
+            // Nobody waits for it any more: then nobody waits for the rest either.
+            let _ = sender.send(Ok(Part {
+                scan: Scan::of(&recording, scanned),
+                picture: Picture::of(scanned.pipeline.map()),
+            }));
+        });
+        if let Err(error) = done {
+            let _ = sender.send(Err(error));
+        }
+    });
+    coming
+}
+
+fn next(coming: &Receiver<Result<Part>>) -> Result<Part> {
+    coming.recv().context("the scanner gave no answer")?
+}
+
+/// One pass over a recording, begun at a moment.
+struct Session<'a> {
+    times: &'a Times<'a>,
+    outlet: &'a dyn Outlet,
+    begin_ns: u64,
+}
+
+impl Session<'_> {
+    /// Plays one scan; `None` where the session has ended meanwhile.
+    fn scan(&self, part: &Part, clock: &mut dyn Clock) -> Result<Option<Scan>> {
+        let recording = self.times.recording;
+        let number = &part.scan.told["scan"];
+        let mut stamp_ns = self.begin_ns;
+        for k in recording.chirps_of(part.scan.answer.scan_of_recording()) {
+            stamp_ns = self.begin_ns + self.times.chirp(k);
+            if !clock.wait_until(stamp_ns) {
+                return Ok(None);
+            }
+            streams::publish_chirp(self.outlet, recording, (number, k), stamp_ns);
+        }
+        let scan = Scan {
+            stamp_ns,
+            ..part.scan.clone()
+        };
+        streams::publish_scan(self.outlet, &scan)?;
+        streams::publish_map(self.outlet, &part.picture, stamp_ns)?;
+        Ok(Some(scan))
+    }
+}

@@ -1,0 +1,186 @@
+//! Files of a page to a recording.
+
+use anyhow::{Context, Result, anyhow, ensure};
+use host_sim::convert::keys::Given;
+use host_sim::convert::{Chirps, angles};
+use host_sim::recording::{MirrorSetup, Recording};
+use host_sim::replay::{Options, SEED};
+use serde_json::Value;
+use stairscan::config::{Config, EstimatorKind, Plane};
+
+use crate::request::{Files, Settings};
+
+/// Angles of an array's chirps where nothing says them, degrees: the paper's.
+const FIRST_ANGLE_DEG: f64 = -20.0;
+/// See [`FIRST_ANGLE_DEG`].
+const ANGLE_STEP_DEG: f64 = 0.25;
+/// Swept bandwidth of an array that does not say its own, Hz: the paper's.
+const BANDWIDTH_HZ: f64 = 10e9;
+
+/// A plane as recordings name it.
+pub fn word(plane: Plane) -> &'static str {
+    match plane {
+        Plane::Depth => "depth",
+        Plane::Height => "height",
+    }
+}
+
+/// The recording that the files hold, and the same with the page's settings in the place of its own.
+///
+/// # Errors
+/// Names the file, the key or the setting, and what was expected.
+pub fn recordings(files: &Files, data: &[u8]) -> Result<(Recording, Recording)> {
+    let own = match files.array {
+        true => of_array(files, data)?,
+        false => of_pair(files, data)?,
+    };
+    let mut set = own.clone();
+    mount(&mut set, &files.settings)?;
+    Ok((own, set))
+}
+
+/// How the scanner is to scan.
+///
+/// # Errors
+/// Names the setting, what was found and what was expected.
+pub fn options(settings: &Settings) -> Result<Options> {
+    let mut config = Config::default();
+    if let Some(word) = &settings.estimator {
+        config.estimator = EstimatorKind::from_name(word).with_context(|| {
+            let all: Vec<&str> = EstimatorKind::ALL.iter().map(|k| k.as_str()).collect();
+            format!(
+                "estimator: found {word:?}, expected one of {}",
+                all.join(", ")
+            )
+        })?;
+    }
+    config.seed = settings.seed.unwrap_or(SEED);
+    Ok(Options {
+        config,
+        single: settings.single,
+        ..Options::default()
+    })
+}
+
+/// A SigMF pair: a recording of the project, or another's with all keys that a scan needs.
+fn of_pair(files: &Files, data: &[u8]) -> Result<Recording> {
+    let name = &files.name;
+    let text = files.meta.as_ref();
+    let text = text.with_context(|| format!("{name}.sigmf-meta: missing beside its samples"))?;
+    let document: Option<Value> = serde_json::from_str(text).ok();
+    let datatype = document
+        .as_ref()
+        .and_then(|d| d["global"]["core:datatype"].as_str());
+    match (datatype, &document) {
+        (None | Some("ci16_le" | "ri16_le"), _) | (_, None) => Recording::parse(name, text, data),
+        (Some(_), Some(document)) => {
+            let file = || format!("{name}.sigmf-meta");
+            let chirps = Chirps::of_sigmf(document.clone(), data, None, None).with_context(file)?;
+            let recording = chirps.recording(name, &Given::default(), None, None);
+            recording.with_context(file)
+        }
+    }
+}
+
+/// An array of numpy, whose keys come from a metadata file or from the page.
+fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
+    let file = || format!("{}.npy", files.name);
+    let chirps = Chirps::of_array(data, None).with_context(file)?;
+    let base: Option<Value> = match &files.meta {
+        Some(text) => {
+            let told = || format!("{}.sigmf-meta: no JSON", files.name);
+            Some(serde_json::from_str(text).with_context(told)?)
+        }
+        None => None,
+    };
+    let settings = &files.settings;
+    let defaults = Config::default().mount;
+    let missing = |value: Option<f64>, default: f64| match base {
+        Some(_) => value,
+        None => Some(value.unwrap_or(default)),
+    };
+    let given = Given {
+        bandwidth_hz: missing(settings.bandwidth_hz, BANDWIDTH_HZ),
+        mirror_offset_m: missing(None, f64::from(defaults.mirror_offset) * 1e-5),
+        mount_height_m: missing(None, f64::from(defaults.mount_height) * 1e-5),
+        beamwidth_deg: missing(None, f64::from(defaults.beamwidth) * 1e-3),
+        scan_plane: base.is_none().then(|| word(defaults.plane).to_owned()),
+        ..Given::default()
+    };
+    let table = array_angles(files, chirps.count(), base.is_some())?;
+    let recording = chirps.recording(&files.name, &given, base.as_ref(), table.as_deref());
+    recording.with_context(file)
+}
+
+/// One angle a chirp: of a table, of the page, or none where the metadata are to say them.
+fn array_angles(files: &Files, chirps: usize, told: bool) -> Result<Option<Vec<f64>>> {
+    if let Some(text) = &files.angles {
+        let table = angles::parse(text).context("table of angles")?;
+        ensure!(
+            table.len() == chirps,
+            "table of angles: {} angles, expected {chirps}: one a chirp of {}.npy",
+            table.len(),
+            files.name
+        );
+        return Ok(Some(table));
+    }
+    let settings = &files.settings;
+    if told && settings.first_angle_deg.is_none() && settings.angle_step_deg.is_none() {
+        return Ok(None);
+    }
+    let first = settings.first_angle_deg.unwrap_or(FIRST_ANGLE_DEG);
+    let step = settings.angle_step_deg.unwrap_or(ANGLE_STEP_DEG);
+    ensure!(
+        first.is_finite() && step.is_finite() && step != 0.0,
+        "angle step: found {step}, expected degrees other than 0"
+    );
+    Ok(Some((0..chirps).map(|k| first + k as f64 * step).collect()))
+}
+
+/// Puts the page's settings of the mount in the place of the recording's.
+fn mount(recording: &mut Recording, settings: &Settings) -> Result<()> {
+    let plane = match settings.plane.as_deref() {
+        None => None,
+        Some(told) => {
+            let known = [Plane::Depth, Plane::Height]
+                .into_iter()
+                .find(|p| word(*p) == told);
+            Some(
+                known
+                    .with_context(|| format!("plane: found {told:?}, expected depth or height"))?,
+            )
+        }
+    };
+    let meta = &mut recording.meta;
+    if let Some(mirror) = &meta.mirror {
+        let positive = |name: &str, value: Option<f64>, own: f64| match value {
+            Some(value) if !(value.is_finite() && value > 0.0) => {
+                Err(anyhow!("{name}: found {value}, expected a number above 0"))
+            }
+            value => Ok(value.unwrap_or(own)),
+        };
+        let offset = settings.mirror_offset_m.unwrap_or(mirror.offset_m);
+        ensure!(
+            offset.is_finite() && offset >= 0.0,
+            "mirror offset: found {offset} m, expected 0 or more"
+        );
+        meta.mirror = Some(MirrorSetup {
+            offset_m: offset,
+            beamwidth_deg: positive("beam width", settings.beamwidth_deg, mirror.beamwidth_deg)?,
+            mount_height_m: positive(
+                "mount height",
+                settings.mount_height_m,
+                mirror.mount_height_m,
+            )?,
+            plane: plane.unwrap_or(mirror.plane),
+        });
+    }
+    if let Some(turn) = settings.angle_offset_deg {
+        ensure!(
+            turn.is_finite() && turn.abs() <= 90.0,
+            "angle offset: found {turn} degrees, expected -90 to 90"
+        );
+        meta.angles_deg.iter_mut().for_each(|angle| *angle += turn);
+    }
+    Ok(())
+}

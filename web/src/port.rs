@@ -1,0 +1,132 @@
+//! Bytes of a serial port to what is known of the scanner there, by the lines and the model of `cargo sim live`.
+
+use host_sim::html;
+use host_sim::live::lines::Splitter;
+use host_sim::live::model::{self, Link, Standing, State, Way};
+use host_sim::live::trouble::Trouble;
+use serde_json::{Value, json};
+
+use crate::request::{Event, News};
+
+/// Lines that the page shows.
+const LINES: usize = 60;
+
+/// The port that was opened last.
+pub struct Port {
+    lines: Splitter,
+    state: State,
+    /// The last answer that the page was given: when it came, ms, and its sentences.
+    given: Option<(u64, Vec<String>)>,
+}
+
+impl Default for Port {
+    fn default() -> Self {
+        Self {
+            lines: Splitter::default(),
+            state: State::new("", 0),
+            given: None,
+        }
+    }
+}
+
+impl Port {
+    /// Takes an event, and returns what is known now, with the answers that have come by it.
+    pub fn take(&mut self, news: &News, data: &[u8]) -> Value {
+        let now = news.now;
+        let mut answers = Vec::new();
+        match news.what {
+            Event::Opened => {
+                *self = Self {
+                    state: State::new(&news.port, news.baud),
+                    ..Self::default()
+                };
+                self.state.take(now, &model::Event::Opened);
+            }
+            Event::Bytes => {
+                for line in self.lines.push(data) {
+                    self.state.take(now, &model::Event::Line(line));
+                    answers.extend(self.fresh());
+                }
+            }
+            Event::Tick => {}
+            Event::Gone => {
+                let trouble = Trouble::Unplugged(news.why.clone());
+                self.state.take(now, &model::Event::Failed(trouble));
+            }
+        }
+        self.known(now, &answers)
+    }
+
+    /// The answer as the page shows it, if the page was not given it yet.
+    fn fresh(&mut self) -> Option<Value> {
+        let (came, answer) = self.state.answer.as_ref()?;
+        let known = self.given.as_ref();
+        if known.is_some_and(|(at, lines)| at == came && *lines == answer.sentences) {
+            return None;
+        }
+        self.given = Some((*came, answer.sentences.clone()));
+        Some(html::answered(answer))
+    }
+
+    /// State of port and scanner, with the answers that are new to the page.
+    fn known(&self, now: u64, answers: &[Value]) -> Value {
+        let (trouble, help) = self.trouble(now);
+        let state = &self.state;
+        let skipped = state.log.len().saturating_sub(LINES);
+        let line = |entry: &model::Entry| json!([entry.at, way(entry.way), entry.text]);
+        let log: Vec<Value> = state.log.iter().skip(skipped).map(line).collect();
+        json!({
+            "standing": standing(state.standing(now)),
+            "age_ms": state.age(now),
+            "open": state.is_open(),
+            "damaged": state.damaged(),
+            "pulse": state.pulse.as_ref().map(|pulse| json!({
+                "state": pulse.state,
+                "scan": pulse.scan,
+                "uptime_ms": pulse.uptime_ms,
+                "motion": pulse.motion,
+                "counters": pulse.counters,
+            })),
+            "trouble": trouble,
+            "help": help,
+            "log": log,
+            "answers": answers,
+        })
+    }
+
+    /// Fault of the port in words, and remedies; `None` where there is no fault.
+    fn trouble(&self, now: u64) -> (Option<String>, Vec<String>) {
+        let state = &self.state;
+        let told = match &state.link {
+            Link::Away(_, trouble) => Some(trouble.explain(&state.port)),
+            _ => state
+                .strange(now)
+                .map(|strange| strange.explain(state.baud)),
+        };
+        told.map_or((None, Vec::new()), |(what, help)| (Some(what), help))
+    }
+}
+
+/// How far the answer can be believed as regards its age: a word, and what it means.
+fn standing(standing: Standing) -> [String; 2] {
+    let [word, meaning] = match standing {
+        Standing::Fresh => ["fresh", "the present answer"],
+        Standing::Unplugged => ["unplugged", "the port has gone: this answer is stale"],
+        Standing::Silent(_) => ["silent", "no sentence for 500 ms: this answer is stale"],
+        Standing::Restarted => [
+            "restarted",
+            "the scanner has restarted: this answer is stale",
+        ],
+        Standing::Old => ["old", "older than any controller may act on"],
+    };
+    [word.to_owned(), meaning.to_owned()]
+}
+
+fn way(way: Way) -> &'static str {
+    match way {
+        Way::In => "in",
+        Way::Damaged => "damaged",
+        Way::Out => "out",
+        Way::Note => "note",
+    }
+}

@@ -1,0 +1,66 @@
+//! A recording to what the page shows of it.
+
+use anyhow::{Context, Result};
+use host_sim::convert::{scans, tables};
+use host_sim::html;
+use host_sim::recording::Recording;
+use host_sim::replay::SEED;
+use serde_json::{Value, json};
+use stairscan::config::{Config, EstimatorKind};
+
+use crate::input;
+use crate::request::Files;
+
+/// Version, estimators and defaults of the scanner in the page.
+pub fn about() -> Value {
+    let all: Vec<&str> = EstimatorKind::ALL.iter().map(|k| k.as_str()).collect();
+    let defaults = Config::default();
+    json!({
+        "version": env!("CARGO_PKG_VERSION"),
+        "revision": stairscan::REVISION,
+        "estimators": all,
+        "estimator": defaults.estimator.as_str(),
+        "seed": SEED,
+    })
+}
+
+/// The recording's entry in the page's data, with what it says of its mount.
+///
+/// # Errors
+/// Names what no scan can be made of.
+pub fn shown(files: &Files, data: &[u8]) -> Result<Value> {
+    let (own, set) = input::recordings(files, data)?;
+    let options = input::options(&files.settings)?;
+    // Of a scan that the settings spoil, what the recording says is still to be shown.
+    let mut entry = match html::entry(&set, &options) {
+        Ok(entry) => entry,
+        Err(error) => html::failed(&own.name, &format!("{error:#}")),
+    };
+    entry.data["own"] = mount(&own);
+    Ok(entry.data)
+}
+
+/// The recording's steps as CSV.
+///
+/// # Errors
+/// Names what no scan can be made of.
+pub fn table(files: &Files, data: &[u8]) -> Result<Value> {
+    let (_, set) = input::recordings(files, data)?;
+    let scans = scans::of(&set, &input::options(&files.settings)?, false)?;
+    let table = tables::write(&scans, tables::Table::Steps)?;
+    let table = String::from_utf8(table).context("table of steps")?;
+    Ok(json!({"csv": table}))
+}
+
+/// The mount as the recording states it; null where it has no mirror.
+fn mount(recording: &Recording) -> Value {
+    let Some(mirror) = &recording.meta.mirror else {
+        return Value::Null;
+    };
+    json!({
+        "plane": input::word(mirror.plane),
+        "mount_height_m": mirror.mount_height_m,
+        "mirror_offset_m": mirror.offset_m,
+        "beamwidth_deg": mirror.beamwidth_deg,
+    })
+}
