@@ -3,6 +3,7 @@
 //! | module | does |
 //! |---|---|
 //! | `staircase` | a hypothesis: a staircase up, a ramp, a drop, level ground; and where it contradicts an answer |
+//! | `normal`, `sight` | the normal distribution and its tail; what an edge leaves in sight |
 //! | `feature`, `places` | classes of point features, where a staircase shows them, and what can be seen of it |
 //! | `points` | the measurement model: likelihood of the echoes under a hypothesis |
 //! | `treads` | the measurement model of stairs going down: likelihood of the echoes on treads seen from above |
@@ -13,9 +14,11 @@
 pub mod chart;
 mod feature;
 pub mod lines;
+mod normal;
 mod places;
 mod points;
 pub(crate) mod prior;
+mod sight;
 mod staircase;
 pub mod surfaces;
 pub mod treads;
@@ -24,11 +27,11 @@ pub mod treads;
 pub(crate) mod tests;
 
 pub use feature::{Class, FeaturePlace, before};
-pub use places::{sight_m, tread_begins_m};
+pub use normal::{logistic, tailed};
 pub use points::{
-    BEHIND_M, EchoSums, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen,
-    level_density, logistic, tailed,
+    BEHIND_M, EchoSums, LEAST_DB, LEAST_SEEN, MAX_SEEN, MOST_SEEN, Model, NEAR, Seen, level_density,
 };
+pub use sight::{sight_m, tread_begins_m};
 pub use staircase::{
     Edge, GroundKind, MAX_STEPS, RIGHT_M, SAME_M, Sigmas, Staircase, ToldDrop, ToldStep, View,
 };

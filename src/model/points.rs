@@ -13,8 +13,9 @@
 //! one echo. What one feature has claimed of an echo, the next one cannot have.
 
 use super::feature::{Class, FeaturePlace, before};
-use super::places::sight_m;
+use super::normal::{above, logistic, tailed};
 use super::prior::ln;
+use super::sight::sight_m;
 use super::staircase::{GroundKind, Staircase, View};
 use super::surfaces::Surfaces;
 use crate::math;
@@ -47,10 +48,6 @@ const GATE_M: f32 = 0.06;
 const CROSS_GATE_M: f32 = 0.20;
 /// Echoes near one riser.
 pub const NEAR: usize = 16;
-/// So many standard deviations off leave nothing.
-const SURE: f32 = 6.0;
-/// Beyond this squared deviation only the tails are left.
-const CORE: f32 = 25.0;
 /// Beyond this one an echo is no part of a face.
 const FACE_REACH: f32 = 100.0;
 /// Below a brink echoes are so many times as dense as in the air.
@@ -134,32 +131,6 @@ pub struct LevelReading<'e> {
     pub sigma_m: f32,
     /// Whether a flash beside it covers what the feature shows of its own.
     pub masked: bool,
-}
-
-/// Logistic function.
-pub fn logistic(x: f32) -> f32 {
-    1.0 / (1.0 + math::exp(-x))
-}
-
-/// Upper tail of the normal distribution by the logistic function: within 0.01 of it.
-pub fn above(z: f32) -> f32 {
-    if z.abs() > SURE {
-        return if z > 0.0 { 0.0 } else { 1.0 };
-    }
-    logistic(-number::NORMAL_SLOPE * z)
-}
-
-/// A Gaussian with wide tails, not normalised by its standard deviations.
-pub fn tailed(z2: f32) -> f32 {
-    if z2 > number::TAIL_END_Z2 {
-        return number::TAIL_END;
-    }
-    let wide = 1.0 / (1.0 + z2 / number::TAIL_Z2);
-    let wide = number::TAIL_SHARE * (wide * wide) * (wide * wide);
-    if z2 > CORE {
-        return wide;
-    }
-    number::CORE_SHARE * math::exp(-0.5 * z2) + wide
 }
 
 /// Density of a level, cut off at the detection threshold, with a flat share.

@@ -1,7 +1,7 @@
 //! A staircase as a hypothesis: where its risers stand and how high their tops are.
 
-use super::places::tread_begins_m;
-use super::points::above;
+use super::normal::above;
+use super::sight::tread_begins_m;
 use crate::config::Plane;
 use crate::estimate::COVERAGE_FACTOR;
 pub use crate::estimate::RIGHT_M;

@@ -13,9 +13,9 @@
 //! each is where one tread ends and the sight line to the next begins. So the likelihood of all edges' places is a product
 //! of functions of one place, and with equal goings but for small departures it is summed up over first edge and going.
 
-use super::places::tread_begins_m;
-use super::points::above;
+use super::normal::above;
 use super::prior::{GOES_ON, departure, ln};
+use super::sight::tread_begins_m;
 use super::staircase::{MAX_STEPS, View};
 use crate::estimate::{COVERAGE_FACTOR, Estimate};
 use crate::math;
