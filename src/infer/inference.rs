@@ -19,6 +19,8 @@ pub struct Inferred {
     pub flight: Option<Flight>,
     /// Log-odds of the likeliest staircase against ground without one, nats.
     pub odds: f32,
+    /// How much likelier the likeliest outline is than any other, nats.
+    pub lead: f32,
     /// Its steps.
     pub measured: Option<Measured>,
     /// How sure that is, and what may stand there besides.
@@ -40,7 +42,7 @@ impl Inferred {
         let mut told: Option<Staircase> = None;
         for _ in 0..ROUNDS {
             let likeliest = posterior.likeliest(past.as_deref());
-            self.odds = likeliest.odds;
+            (self.odds, self.lead) = (likeliest.odds, likeliest.lead);
             if likeliest.is_like(told.as_ref()) {
                 break;
             }
@@ -75,7 +77,7 @@ impl Inferred {
         bias_sigma_rad: f32,
     ) {
         let likeliest = Likeliest::of(best.as_ref());
-        self.odds = likeliest.odds;
+        (self.odds, self.lead) = (likeliest.odds, likeliest.lead);
         self.flight = best.map(|flight| with_rise(search, flight).0);
         if let Some(staircase) = &likeliest.staircase {
             self.measure(search, posterior, staircase, bias_sigma_rad);

@@ -405,7 +405,11 @@ fn descend(
         roles,
         rivals: Rivals {
             lead: likeliest.lead,
-            close: likeliest.odds,
+            close: if measured.is_some() {
+                likeliest.lead
+            } else {
+                likeliest.odds
+            },
         },
         open: false,
         measured: &measured,
@@ -423,14 +427,14 @@ struct Rivals {
     /// Of stairs: how much likelier they are than the next best explanation, nats; else how much likelier the best stairs
     /// are than ground without any, by the search.
     lead: f32,
-    /// Of ground without stairs: log-odds of the likeliest stairs against it, nats.
+    /// By the posterior: how much likelier stairs are than the next best outline, nats; of ground without stairs, log-odds of
+    /// the likeliest stairs against it.
     close: f32,
 }
 
 impl Rivals {
     /// Of an answer going up.
     fn of(search: &Search<'_, '_>, inferred: &Inferred) -> Self {
-        let p = search.stairs.scene().params;
         let measured = inferred.measured.as_ref();
         let stairs = measured.is_some_and(|m| !m.supports.is_empty());
         // A flight that was accepted and then found to be a box or a threshold is no rival.
@@ -451,8 +455,7 @@ impl Rivals {
         };
         Self {
             lead: rival.score - others,
-            // Close is what the posterior hardly rejects, or what explains more than level ground to the search.
-            close: math::max(inferred.odds, rival.score - p.clear_lead_nats),
+            close: if stairs { inferred.lead } else { inferred.odds },
         }
     }
 }
@@ -547,7 +550,13 @@ impl Ended<'_> {
         } else {
             let pairs = scene.marks.iter().zip(&self.roles);
             let against = pairs.filter(|(_, role)| role.contradicts()).map(|(m, _)| m);
-            weak = weak.and(support::judge(&answer.steps, lead, &supports, against, p));
+            weak = weak.and(support::judge(
+                &answer.steps,
+                self.rivals.close,
+                &supports,
+                against,
+                p,
+            ));
         }
         answer.link();
         let ground = Ground {

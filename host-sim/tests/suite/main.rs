@@ -10,6 +10,7 @@ mod committed_recordings;
 mod common;
 mod convergence;
 mod doctor;
+mod documents;
 mod faults;
 mod firmware;
 mod fitted;
