@@ -42,13 +42,22 @@ pub fn encoded<M: Message>(message: &M) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
+/// A time, as a part of definitions.
+pub const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
 const DURATION: (&str, &str) = ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n");
-const HEADER: (&str, &str) = (
+/// A header, as a part of definitions.
+pub const HEADER: (&str, &str) = (
     "std_msgs/Header",
     "builtin_interfaces/Time stamp\nstring frame_id\n",
 );
-const POINT: (&str, &str) = ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n");
+/// A place, as a part of definitions.
+pub const POINT: (&str, &str) = ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n");
+
+const VECTOR: (&str, &str) = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n");
+const QUATERNION: (&str, &str) = (
+    "geometry_msgs/Quaternion",
+    "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
+);
 
 /// Seconds and nanoseconds: a time or a duration.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -303,11 +312,8 @@ impl Message for MarkerArray {
             "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n",
         ),
         POINT,
-        (
-            "geometry_msgs/Quaternion",
-            "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
-        ),
-        ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+        QUATERNION,
+        VECTOR,
         (
             "std_msgs/ColorRGBA",
             "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n",
@@ -364,6 +370,18 @@ impl Message for DiagnosticArray {
     ];
 }
 
+/// `std_msgs/msg/Float32`.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Float32 {
+    pub data: f32,
+}
+
+impl Message for Float32 {
+    const NAME: &'static str = "std_msgs/msg/Float32";
+    const FIELDS: &'static str = "float32 data\n";
+    const PARTS: &'static [(&'static str, &'static str)] = &[];
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -374,6 +392,9 @@ mod tests {
         let fields = M::PARTS.iter().map(|(_, fields)| *fields);
         for line in fields.chain([M::FIELDS]).flat_map(str::lines) {
             let kind = line.split_whitespace().next().unwrap();
+            if kind.starts_with('#') {
+                continue;
+            }
             let kind = kind.trim_end_matches("[]");
             let told = names.iter().filter(|name| **name == kind).count();
             assert!(
@@ -391,6 +412,7 @@ mod tests {
         whole::<Image>();
         whole::<MarkerArray>();
         whole::<DiagnosticArray>();
+        whole::<crate::convert::staircase::Staircase>();
     }
 
     /// The encoding of a message, worked out by hand: sizes before what varies, numbers on multiples of

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::net::SocketAddr;
 
-use crate::convert::messages::Topic;
+use crate::convert::messages::{FRAME, Topic};
 use crate::convert::scans::{self, SECOND_NS};
 use crate::emulate::image::workspace;
 use crate::recording::Recording;
@@ -98,7 +98,7 @@ fn a_recording_is_played_over_and_over_with_the_messages_of_mcap_files() {
         for topic in Topic::ALL {
             let (message, stamp_ns) = &kept.of(Stream::Scan(topic))[pass];
             assert_eq!(*stamp_ns, begin_ns + SECOND_NS);
-            let expected = topic.message(&scan).unwrap().unwrap();
+            let expected = topic.message(&scan, FRAME).unwrap().unwrap();
             assert!(*message == expected, "{topic:?} of pass {pass}");
         }
     }
