@@ -7,7 +7,7 @@ use byteorder::LittleEndian;
 use serde::Serialize;
 
 /// What stands before every encoded message: CDR, little-endian, no options.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 /// What stands between a definition and those that it rests on, as rosbag2 writes them.
 const RULE: &str =
     "================================================================================";
@@ -382,6 +382,39 @@ impl Message for Float32 {
     const PARTS: &'static [(&'static str, &'static str)] = &[];
 }
 
+/// `geometry_msgs/msg/TransformStamped`: a frame, moved and turned, as its parent sees it.
+#[derive(Clone, Debug, Serialize)]
+pub struct TransformStamped {
+    pub header: Header,
+    pub child_frame_id: String,
+    pub transform: Pose,
+}
+
+/// `tf2_msgs/msg/TFMessage`.
+#[derive(Clone, Debug, Serialize)]
+pub struct TfMessage {
+    pub transforms: Vec<TransformStamped>,
+}
+
+impl Message for TfMessage {
+    const NAME: &'static str = "tf2_msgs/msg/TFMessage";
+    const FIELDS: &'static str = "geometry_msgs/TransformStamped[] transforms\n";
+    const PARTS: &'static [(&'static str, &'static str)] = &[
+        (
+            "geometry_msgs/TransformStamped",
+            "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
+        ),
+        HEADER,
+        TIME,
+        (
+            "geometry_msgs/Transform",
+            "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n",
+        ),
+        VECTOR,
+        QUATERNION,
+    ];
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -412,6 +445,7 @@ mod tests {
         whole::<Image>();
         whole::<MarkerArray>();
         whole::<DiagnosticArray>();
+        whole::<TfMessage>();
         whole::<crate::convert::staircase::Staircase>();
     }
 

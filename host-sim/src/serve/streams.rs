@@ -69,6 +69,16 @@ pub trait Outlet {
     }
 }
 
+/// An outlet that is open to others until it is stopped.
+pub trait Service: Outlet {
+    /// Where others find it, in words.
+    fn place(&self) -> String;
+    /// The warning that belongs to it.
+    fn warning(&self) -> Option<String>;
+    /// Ends it in good order.
+    fn stop(self: Box<Self>);
+}
+
 /// Publishes those messages of a scan that are wanted.
 ///
 /// # Errors
