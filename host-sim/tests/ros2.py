@@ -198,6 +198,9 @@ def stamp_of(message):
 
 def collected(client, topics, count):
     """The messages of `count` whole scans by their time, and those without a time in the order in which they came."""
+    # From here on every reader gets everything.
+    for topic in [*topics, "/stairscan/free"]:
+        client.message(topic)
     scans, free = {}, []
     until = time.monotonic() + PATIENCE + 10 * count
     whole = lambda: [stamp for stamp, scan in scans.items() if len(scan) == len(topics)]
