@@ -26,15 +26,13 @@ from mcap_ros2.decoder import DecoderFactory
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
-from interchange import lines, run, same, samples, table
+from interchange import lines, pictures, run, same, samples
 
-SCAN_TOPICS = ["/stairscan/answer", "/stairscan/echoes", "/stairscan/stairs", "/stairscan/status"]
-PORT_TOPICS = ["/stairscan/answer", "/stairscan/stairs", "/stairscan/status"]
+PORT_TOPICS = [f"/stairscan/{name}" for name in ("answer", "free", "staircase", "stairs", "status")]
+SCAN_TOPICS = [*PORT_TOPICS, "/stairscan/echoes"]
 ON_REQUEST = ["/stairscan/chirp", "/stairscan/map"]
 SUBPROTOCOL = "foxglove.sdk.v1"
 MESSAGE_DATA = 1
-# Level of full scale in the map, and decibels of a level (docs/live.md).
-FULL_SCALE, DB_PER_UNIT = 247, 0.3762875
 # True speed: a message comes so long after its time at most, seconds. For a busy machine.
 LATE = 2.0
 # Longest wait for a message, and for the server's beginning and end, seconds.
@@ -242,22 +240,6 @@ def on_request(program, client, recording, scratch):
     pictures(program, recording, scratch, [maps[stamp] for stamp in sorted(maps)])
     client.unsubscribe(ON_REQUEST)
     quiet(client)
-
-
-def pictures(program, recording, scratch, images):
-    """The pixels against the cells of `convert`."""
-    rows = table(program, recording, scratch, "map")
-    for number, image in enumerate(images, 1):
-        same("encoding", (image.encoding, image.step), ("mono8", image.width))
-        cells = [row for row in rows if row["scan"] == str(number)]
-        pixels = np.frombuffer(bytes(image.data), dtype=np.uint8).reshape(image.height, image.width)
-        lost = sorted(set(range(image.height)) - {int(row["row"]) for row in cells})
-        same("lost rows are black", bool(pixels[lost].any()), False)
-        pixels = np.delete(pixels, lost, axis=0).ravel()
-        power = np.array([row["power_dbfs"] for row in cells], dtype=np.float32)
-        same("cells", len(pixels), len(power))
-        levels = (pixels.astype(np.float32) - np.float32(FULL_SCALE)) * np.float32(DB_PER_UNIT)
-        same("pixels are levels", bool(np.array_equal(levels, power)), True)
 
 
 def quiet(client):

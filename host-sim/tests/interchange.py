@@ -20,9 +20,14 @@ from pathlib import Path
 import numpy as np
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
-from rosbags.typesys import Stores, get_typestore
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 FLOAT32 = 7
+TOPICS = [f"/stairscan/{name}" for name in ("answer", "echoes", "stairs", "status", "staircase", "free")]
+# Definitions of this project's own messages.
+PACKAGE = Path(__file__).resolve().parent / "../../ros2/stairscan_msgs/msg"
+# Level of full scale in the map, and decibels of a level (docs/live.md).
+FULL_SCALE, DB_PER_UNIT = 247, 0.3762875
 LEVELS = {"ok": 0, "degraded": 1, "fault": 2}
 
 
@@ -148,6 +153,48 @@ def status(message, answer):
             sys.exit(f"{reason}: no meaning in {values}")
 
 
+def typestore(store):
+    """The messages of a distribution, and this project's own."""
+    types = get_typestore(store)
+    for path in PACKAGE.glob("*.msg"):
+        types.register(get_types_from_msg(path.read_text(), f"stairscan_msgs/msg/{path.stem}"))
+    return types
+
+
+def staircase(message, answer):
+    """The answer with its covariances, and NaN for `null`."""
+    same("status", message.status, LEVELS[answer["status"]])
+    same("direction", message.direction, {"up": 1, "none": 0, "down": -1}[answer["direction"]])
+    same("reasons", list(message.reasons), answer["reasons"])
+    same("steps", len(message.steps), len(answer["steps"]))
+    for step, told in zip(message.steps, answer["steps"]):
+        same("left end", (step.start.x, step.start.y, step.start.z), (told["distance_m"], 0.4, told["height_m"]))
+        same("right end", (step.end.x, step.end.y, step.end.z), (told["distance_m"], -0.4, told["height_m"]))
+        covariance(step.covariance, told["distance_sigma_m"], told["height_sigma_m"])
+        found = [step.tread, step.riser, step.quality]
+        alike("step", found, [told["tread_m"], told["riser_m"], told["quality"]])
+    same("drops", len(message.drops), 1 if answer["drop"] else 0)
+    for drop in message.drops:
+        told = answer["drop"]
+        alike("drop", [drop.edge.x, drop.depth, drop.probability], [told["distance_m"], told["depth_m"], told["probability"]])
+        covariance(drop.covariance, told["distance_sigma_m"], 0.0)
+    alike("ends", [message.horizon, message.confidence], [answer["horizon_m"], answer["confidence"]])
+    same("free", message.free, answer["free_m"] or 0.0)
+    same("numbers", (message.scan, message.lost_rows), (answer["scan"], answer["lost_rows"]))
+
+
+def alike(what, found, expected):
+    for value, told in zip(found, expected, strict=True):
+        if not (math.isnan(value) if told is None else value == told):
+            sys.exit(f"{what}: found {found}, expected {expected}")
+
+
+def covariance(found, sigma_x, sigma_z):
+    expected = [0.0] * 9
+    expected[0], expected[8] = sigma_x * sigma_x, sigma_z * sigma_z
+    same("covariance", list(found), expected)
+
+
 def messages(program, recording, scratch):
     """MCAP by its own reader, with ROS 2's messages decoded from the schemas in the file."""
     out = scratch / "scans.mcap"
@@ -162,12 +209,12 @@ def messages(program, recording, scratch):
                 same("schema", schema.encoding, "jsonschema")
                 found.setdefault(channel.topic, []).append((message.log_time, json.loads(message.data)))
         for _, channel, message, decoded in reader.iter_decoded_messages(
-            topics=["/stairscan/echoes", "/stairscan/stairs", "/stairscan/status"]
+            topics=[topic for topic in TOPICS if topic != "/stairscan/answer"]
         ):
             found.setdefault(channel.topic, []).append((message.log_time, decoded))
     distributions(out)
-    topics = ["/stairscan/answer", "/stairscan/echoes", "/stairscan/stairs", "/stairscan/status"]
-    same("topics", sorted(found), topics)
+    topics = TOPICS
+    same("topics", sorted(found), sorted(topics))
     for topic in topics:
         same(f"messages on {topic}", len(found[topic]), len(answers))
         times = [time for time, _ in found[topic]]
@@ -178,8 +225,10 @@ def messages(program, recording, scratch):
         echoes(told[1], inspection["scatterers"])
         stairs(told[2], answer)
         status(told[3], answer)
+        staircase(told[4], answer)
+        same("free", np.float32(told[5].data), np.float32(answer["free_m"] or 0.0))
         time = found[topics[0]][k][0]
-        for message in (told[1], told[3], told[2].markers[0]):
+        for message in (told[1], told[3], told[2].markers[0], told[4]):
             stamp = message.header.stamp
             same("stamp", stamp.sec * 10**9 + stamp.nanosec, time)
             same("frame", message.header.frame_id, "stairscan")
@@ -189,7 +238,7 @@ def messages(program, recording, scratch):
 def distributions(out):
     """The messages by the definitions that ROS 2's distributions ship, not those in the file: the same bytes."""
     for store in (Stores.ROS2_HUMBLE, Stores.ROS2_JAZZY):
-        types = get_typestore(store)
+        types = typestore(store)
         with out.open("rb") as stream:
             for schema, channel, message in make_reader(stream).iter_messages():
                 if channel.message_encoding != "cdr":
@@ -256,6 +305,22 @@ def cells(rows, maps):
         same("detections", [row["detected"] == "true" for row in mine], [bool(hit) for hit in hits[: len(levels)]])
         k += len(levels)
     same("cells of all scans", len(rows), k)
+
+
+def pictures(program, recording, scratch, images):
+    """The pixels against the cells of `convert`."""
+    rows = table(program, recording, scratch, "map")
+    for number, image in enumerate(images, 1):
+        same("encoding", (image.encoding, image.step), ("mono8", image.width))
+        cells = [row for row in rows if row["scan"] == str(number)]
+        pixels = np.frombuffer(bytes(image.data), dtype=np.uint8).reshape(image.height, image.width)
+        lost = sorted(set(range(image.height)) - {int(row["row"]) for row in cells})
+        same("lost rows are black", bool(pixels[lost].any()), False)
+        pixels = np.delete(pixels, lost, axis=0).ravel()
+        power = np.array([row["power_dbfs"] for row in cells], dtype=np.float32)
+        same("cells", len(pixels), len(power))
+        levels = (pixels.astype(np.float32) - np.float32(FULL_SCALE)) * np.float32(DB_PER_UNIT)
+        same("pixels are levels", bool(np.array_equal(levels, power)), True)
 
 
 def main(program, *recordings):

@@ -91,6 +91,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "live --demo recordings/stair_a",
             "live /dev/ttyUSB0 --foxglove",
             "live --play recordings/stair_a --foxglove 8766",
+            "live --play recordings/stair_a --ros2 --domain 7",
         ],
     ),
     (

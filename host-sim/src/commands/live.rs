@@ -1,5 +1,7 @@
-//! `live PORT`: the scanner as it reports, in a terminal, and on request to Foxglove.
+//! `live PORT`: the scanner as it reports, in a terminal, and on request to Foxglove or ROS 2.
 
+#[cfg(any(feature = "foxglove", feature = "ros2"))]
+mod offered;
 mod serving;
 mod watching;
 
@@ -16,8 +18,8 @@ pub use watching::{Args, begin};
 /// Shows the port, or the demonstration, or lists the ports.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let started = Instant::now();
-    if let Some(address) = args.foxglove {
-        return serving::run(args, address, started);
+    if let Some(served) = serving::run(args, started)? {
+        return Ok(served);
     }
     let Some((source, state)) = watching::source(args, started)? else {
         return list();

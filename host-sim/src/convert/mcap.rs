@@ -7,7 +7,7 @@ use anyhow::{Context, Result};
 use mcap::WriteOptions;
 use mcap::records::MessageHeader;
 
-use super::messages::Topic;
+use super::messages::{FRAME, Topic};
 use super::scans::Scan;
 
 /// The file of these scans.
@@ -31,7 +31,7 @@ pub fn write(scans: &[Scan]) -> Result<Vec<u8>> {
     }
     for (k, scan) in scans.iter().enumerate() {
         for &(topic, channel_id) in &topics {
-            let Some(message) = topic.message(scan)? else {
+            let Some(message) = topic.message(scan, FRAME)? else {
                 continue;
             };
             let header = MessageHeader {

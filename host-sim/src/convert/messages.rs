@@ -1,4 +1,4 @@
-//! Messages of a scan: what MCAP files hold, and `live --foxglove` publishes.
+//! Messages of a scan: those of MCAP files, of `live --foxglove` and of `live --ros2`.
 //!
 //! | topic | schema | holds |
 //! |---|---|---|
@@ -6,6 +6,8 @@
 //! | `/stairscan/echoes` | `sensor_msgs/msg/PointCloud2` | the echoes with their errors |
 //! | `/stairscan/stairs` | `visualization_msgs/msg/MarkerArray` | steps, 2σ, horizon, what may stand there |
 //! | `/stairscan/status` | `diagnostic_msgs/msg/DiagnosticArray` | status, with each reason in words |
+//! | `/stairscan/staircase` | `stairscan_msgs/msg/Staircase` | the answer with covariances |
+//! | `/stairscan/free` | `std_msgs/msg/Float32` | free distance, metres; 0 where none is promised |
 //!
 //! Frame `stairscan`: x forward, y to the left, z up, metres; its origin lies on the ground under the
 //! mirror's centre as it stood at the scan's last row. The radar sees one plane, y = 0: the width of what is
@@ -14,20 +16,18 @@
 use anyhow::Result;
 use plotters::style::RGBColor;
 use serde_json::{Value, json};
-use stairscan::verdict::Status;
 
 use super::ros::{
-    Colour, DiagnosticArray, DiagnosticStatus, Header, KeyValue, Marker, MarkerArray, Message,
-    Point, PointCloud2, PointField, Pose, Time, definition, encoded,
+    Colour, DiagnosticArray, DiagnosticStatus, Float32, Header, KeyValue, Marker, MarkerArray,
+    Message, Point, PointCloud2, PointField, Pose, Time, definition, encoded,
 };
 use super::scans::Scan;
+use super::staircase::{Staircase, across, free_m, level, number};
 use super::tables::SCAN;
 use crate::plots::colour;
 
-/// The frame of all coordinates.
+/// Name of the frame of all coordinates, where no other one is wanted.
 pub const FRAME: &str = "stairscan";
-/// Half of the width with which steps are drawn, metres.
-const HALF_WIDTH_M: f64 = 0.4;
 /// Depth with which a step is drawn whose tread was not measured, metres.
 const TREAD_M: f64 = 0.28;
 /// Width of lines and height of letters, metres.
@@ -95,11 +95,22 @@ pub enum Topic {
     Stairs,
     /// Status and reasons.
     Status,
+    /// The answer with covariances.
+    Staircase,
+    /// The free distance.
+    Free,
 }
 
 impl Topic {
     /// All topics, in the order in which a scan's messages are written.
-    pub const ALL: [Self; 4] = [Self::Answer, Self::Echoes, Self::Stairs, Self::Status];
+    pub const ALL: [Self; 6] = [
+        Self::Answer,
+        Self::Echoes,
+        Self::Stairs,
+        Self::Status,
+        Self::Staircase,
+        Self::Free,
+    ];
 
     /// Name and schema.
     pub fn channel(self) -> Channel {
@@ -108,15 +119,17 @@ impl Topic {
             Self::Echoes => Channel::ros::<PointCloud2>("/stairscan/echoes"),
             Self::Stairs => Channel::ros::<MarkerArray>("/stairscan/stairs"),
             Self::Status => Channel::ros::<DiagnosticArray>("/stairscan/status"),
+            Self::Staircase => Channel::ros::<Staircase>("/stairscan/staircase"),
+            Self::Free => Channel::ros::<Float32>("/stairscan/free"),
         }
     }
 
-    /// The scan's message, encoded, with its stamp; `None` where the scan has none.
+    /// The scan's message, encoded, with its stamp and the name of its frame; `None` where the scan has none.
     ///
     /// # Errors
     /// None that these messages can bring about.
-    pub fn message(self, scan: &Scan) -> Result<Option<Vec<u8>>> {
-        let header = header(scan.stamp_ns);
+    pub fn message(self, scan: &Scan, frame: &str) -> Result<Option<Vec<u8>>> {
+        let header = header(scan.stamp_ns, frame);
         Ok(Some(match self {
             Self::Answer => scan.told.to_string().into_bytes(),
             Self::Echoes => match &scan.echoes {
@@ -127,15 +140,19 @@ impl Topic {
                 markers: markers(&header, &scan.told),
             })?,
             Self::Status => encoded(&diagnostics(&header, scan))?,
+            Self::Staircase => encoded(&Staircase::of(&header, scan))?,
+            Self::Free => encoded(&Float32 {
+                data: free_m(scan) as f32,
+            })?,
         }))
     }
 }
 
-/// The header of a message with this stamp, nanoseconds since 1970.
-pub(crate) fn header(stamp_ns: u64) -> Header {
+/// The header of a message with this stamp, nanoseconds since 1970, and this frame.
+pub(crate) fn header(stamp_ns: u64, frame: &str) -> Header {
     Header {
         stamp: Time::from_nanos(stamp_ns),
-        frame_id: FRAME.to_owned(),
+        frame_id: frame.to_owned(),
     }
 }
 
@@ -190,11 +207,6 @@ fn schema() -> Value {
             "reasons": {"type": "array", "items": {"type": "string"}},
         },
     })
-}
-
-/// A number of a JSON object.
-fn number(value: &Value, key: &str) -> f64 {
-    value[key].as_f64().unwrap_or(f64::NAN)
 }
 
 /// The echoes, each number the 32-bit one next to the JSON's.
@@ -276,7 +288,7 @@ fn markers(header: &Header, told: &Value) -> Vec<Marker> {
         below = number(step, "height_m");
     }
     if let Some(x) = told["horizon_m"].as_f64().filter(|x| *x > 0.0) {
-        let line = at_both_sides(x, 0.0).to_vec();
+        let line = across(x, 0.0).to_vec();
         markers.push(lines(header, "horizon", 1, colour::MEASURED, line));
     }
     if told["drop"].is_object() {
@@ -300,7 +312,7 @@ fn markers(header: &Header, told: &Value) -> Vec<Marker> {
 /// Where the ground ends: a line across the way, and its 3σ band on the ground.
 fn edge(header: &Header, drop: &Value) -> [Marker; 2] {
     let (x, sigma) = (number(drop, "distance_m"), number(drop, "distance_sigma_m"));
-    let band = [x - 3.0 * sigma, x + 3.0 * sigma].map(|x| at_both_sides(x, 0.0));
+    let band = [x - 3.0 * sigma, x + 3.0 * sigma].map(|x| across(x, 0.0));
     let [near, far] = band;
     let around = vec![
         near[0], near[1], far[0], far[1], near[0], far[0], near[1], far[1],
@@ -311,15 +323,10 @@ fn edge(header: &Header, drop: &Value) -> [Marker; 2] {
             "drop",
             1,
             colour::CONCLUDED,
-            at_both_sides(x, 0.0).to_vec(),
+            across(x, 0.0).to_vec(),
         ),
         lines(header, "drop 3 sigma", 1, colour::MEASURED, around),
     ]
-}
-
-/// A line across the way.
-fn at_both_sides(x: f64, z: f64) -> [Point; 2] {
-    [HALF_WIDTH_M, -HALF_WIDTH_M].map(|y| Point { x, y, z })
 }
 
 /// Step `k`, whose foot stands at the height `below` and whose tread ends where the next one begins: its
@@ -327,19 +334,19 @@ fn at_both_sides(x: f64, z: f64) -> [Point; 2] {
 fn drawn(header: &Header, k: usize, step: &Value, below: f64, next: Option<f64>) -> [Marker; 3] {
     let (x, z) = (number(step, "distance_m"), number(step, "height_m"));
     let end = next.unwrap_or(x + step["tread_m"].as_f64().unwrap_or(TREAD_M));
-    let [foot, top] = [at_both_sides(x, below), at_both_sides(x, z)];
-    let back = at_both_sides(end, z);
+    let [foot, top] = [across(x, below), across(x, z)];
+    let back = across(end, z);
     let mut edges = vec![foot[0], foot[1], top[0], top[1], back[0], back[1]];
     for side in 0..2 {
         edges.extend([foot[side], top[side], top[side], back[side]]);
     }
-    let (across, up) = (
+    let (along, up) = (
         2.0 * number(step, "distance_sigma_m"),
         2.0 * number(step, "height_sigma_m"),
     );
     let cross = vec![
-        at(x - across, z),
-        at(x + across, z),
+        at(x - along, z),
+        at(x + along, z),
         at(x, z - up),
         at(x, z + up),
     ];
@@ -389,11 +396,7 @@ fn diagnostics(header: &Header, scan: &Scan) -> DiagnosticArray {
     DiagnosticArray {
         header: header.clone(),
         status: vec![DiagnosticStatus {
-            level: match answer.scan.status {
-                Status::Ok => 0,
-                Status::Degraded => 1,
-                Status::Fault => 2,
-            },
+            level: level(answer.scan.status),
             name: "stairscan: scan".to_owned(),
             message: answer.summary(),
             hardware_id: answer.recording.clone(),

@@ -11,6 +11,7 @@
 //! | `tables.rs` | CSV of steps, echoes and map, out |
 //! | `mcap.rs` | MCAP, out |
 //! | `messages.rs`, `ros.rs` | topics and messages of a scan, in MCAP and live; ROS 2's definitions and encoding |
+//! | `staircase.rs` | the answer with covariances, as a message of ROS 2 |
 //! | `samples.rs`, `keys.rs` | numbers to 16 bits; what an input does not say of itself |
 //! | `scans.rs` | what the scanner makes of a recording, for the outputs |
 //!
@@ -34,6 +35,8 @@ pub mod scans;
 pub mod sigmf;
 #[cfg(feature = "program")]
 mod source;
+#[cfg(feature = "program")]
+mod staircase;
 pub mod tables;
 
 use std::path::Path;

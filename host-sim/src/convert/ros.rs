@@ -7,7 +7,7 @@ use byteorder::LittleEndian;
 use serde::Serialize;
 
 /// What stands before every encoded message: CDR, little-endian, no options.
-const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
+pub const ENCAPSULATION: [u8; 4] = [0, 1, 0, 0];
 /// What stands between a definition and those that it rests on, as rosbag2 writes them.
 const RULE: &str =
     "================================================================================";
@@ -42,13 +42,22 @@ pub fn encoded<M: Message>(message: &M) -> Result<Vec<u8>> {
     Ok(bytes)
 }
 
-const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
+/// A time, as a part of definitions.
+pub const TIME: (&str, &str) = ("builtin_interfaces/Time", "int32 sec\nuint32 nanosec\n");
 const DURATION: (&str, &str) = ("builtin_interfaces/Duration", "int32 sec\nuint32 nanosec\n");
-const HEADER: (&str, &str) = (
+/// A header, as a part of definitions.
+pub const HEADER: (&str, &str) = (
     "std_msgs/Header",
     "builtin_interfaces/Time stamp\nstring frame_id\n",
 );
-const POINT: (&str, &str) = ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n");
+/// A place, as a part of definitions.
+pub const POINT: (&str, &str) = ("geometry_msgs/Point", "float64 x\nfloat64 y\nfloat64 z\n");
+
+const VECTOR: (&str, &str) = ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n");
+const QUATERNION: (&str, &str) = (
+    "geometry_msgs/Quaternion",
+    "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
+);
 
 /// Seconds and nanoseconds: a time or a duration.
 #[derive(Clone, Copy, Debug, Default, Serialize)]
@@ -303,11 +312,8 @@ impl Message for MarkerArray {
             "geometry_msgs/Point position\ngeometry_msgs/Quaternion orientation\n",
         ),
         POINT,
-        (
-            "geometry_msgs/Quaternion",
-            "float64 x 0\nfloat64 y 0\nfloat64 z 0\nfloat64 w 1\n",
-        ),
-        ("geometry_msgs/Vector3", "float64 x\nfloat64 y\nfloat64 z\n"),
+        QUATERNION,
+        VECTOR,
         (
             "std_msgs/ColorRGBA",
             "float32 r\nfloat32 g\nfloat32 b\nfloat32 a\n",
@@ -364,6 +370,51 @@ impl Message for DiagnosticArray {
     ];
 }
 
+/// `std_msgs/msg/Float32`.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Float32 {
+    pub data: f32,
+}
+
+impl Message for Float32 {
+    const NAME: &'static str = "std_msgs/msg/Float32";
+    const FIELDS: &'static str = "float32 data\n";
+    const PARTS: &'static [(&'static str, &'static str)] = &[];
+}
+
+/// `geometry_msgs/msg/TransformStamped`: a frame, moved and turned, as its parent sees it.
+#[derive(Clone, Debug, Serialize)]
+pub struct TransformStamped {
+    pub header: Header,
+    pub child_frame_id: String,
+    pub transform: Pose,
+}
+
+/// `tf2_msgs/msg/TFMessage`.
+#[derive(Clone, Debug, Serialize)]
+pub struct TfMessage {
+    pub transforms: Vec<TransformStamped>,
+}
+
+impl Message for TfMessage {
+    const NAME: &'static str = "tf2_msgs/msg/TFMessage";
+    const FIELDS: &'static str = "geometry_msgs/TransformStamped[] transforms\n";
+    const PARTS: &'static [(&'static str, &'static str)] = &[
+        (
+            "geometry_msgs/TransformStamped",
+            "std_msgs/Header header\nstring child_frame_id\ngeometry_msgs/Transform transform\n",
+        ),
+        HEADER,
+        TIME,
+        (
+            "geometry_msgs/Transform",
+            "geometry_msgs/Vector3 translation\ngeometry_msgs/Quaternion rotation\n",
+        ),
+        VECTOR,
+        QUATERNION,
+    ];
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -374,6 +425,9 @@ mod tests {
         let fields = M::PARTS.iter().map(|(_, fields)| *fields);
         for line in fields.chain([M::FIELDS]).flat_map(str::lines) {
             let kind = line.split_whitespace().next().unwrap();
+            if kind.starts_with('#') {
+                continue;
+            }
             let kind = kind.trim_end_matches("[]");
             let told = names.iter().filter(|name| **name == kind).count();
             assert!(
@@ -391,6 +445,8 @@ mod tests {
         whole::<Image>();
         whole::<MarkerArray>();
         whole::<DiagnosticArray>();
+        whole::<TfMessage>();
+        whole::<crate::convert::staircase::Staircase>();
     }
 
     /// The encoding of a message, worked out by hand: sizes before what varies, numbers on multiples of

@@ -1,4 +1,4 @@
-//! Where to listen: an address and a port in, with what is to be said of them.
+//! Where to listen: an address and a port, or an interface and a domain of ROS 2, with what is to be said of them.
 
 use std::net::{IpAddr, Ipv4Addr, SocketAddr};
 
@@ -46,4 +46,57 @@ pub fn trouble(address: SocketAddr, error: &std::io::Error) -> String {
         _ => return format!("--foxglove {address}: {error}"),
     };
     format!("--foxglove {address}: {help}")
+}
+
+/// The interface of this machine only.
+pub const HERE: &str = "127.0.0.1";
+/// Largest domain whose ports are below 65536.
+const LAST_DOMAIN: u16 = 232;
+/// Variable that names the domain of ROS 2's programs.
+pub const DOMAIN_VARIABLE: &str = "ROS_DOMAIN_ID";
+
+/// Reads the address of an interface of this machine.
+///
+/// # Errors
+/// Says what was expected.
+pub fn interface(text: &str) -> Result<Ipv4Addr, String> {
+    let local = if text == "localhost" { HERE } else { text };
+    local.parse().map_err(|_| {
+        format!(
+            "expected the IPv4 address of an interface of this machine, such as {HERE}, or 0.0.0.0 for all; a \
+             serial port stands before --ros2"
+        )
+    })
+}
+
+/// The domain: that of the flag, else that of the variable, else 0.
+///
+/// # Errors
+/// Names the variable and its value where that is no domain.
+pub fn domain(flag: Option<u16>, variable: Option<&str>) -> Result<u16, String> {
+    match (flag, variable) {
+        (Some(domain), _) => Ok(domain),
+        (None, None | Some("")) => Ok(0),
+        (None, Some(text)) => {
+            parse_domain(text).map_err(|error| format!("{DOMAIN_VARIABLE}={text}: {error}"))
+        }
+    }
+}
+
+/// Reads a domain.
+///
+/// # Errors
+/// Says what was expected.
+pub fn parse_domain(text: &str) -> Result<u16, String> {
+    let domain = text.parse().ok().filter(|domain| *domain <= LAST_DOMAIN);
+    domain.ok_or_else(|| format!("expected a domain from 0 to {LAST_DOMAIN}"))
+}
+
+/// The warning that belongs to an interface which other machines reach.
+pub fn interface_warning(interface: Ipv4Addr) -> Option<String> {
+    (!interface.is_loopback()).then(|| {
+        "warning: open to other machines: whoever reaches this one can read along and set the node's parameters, \
+         without password and encryption"
+            .to_owned()
+    })
 }

@@ -10,14 +10,13 @@ use foxglove::{
 };
 
 use super::address;
-use super::streams::{Outlet, Stream};
+use super::streams::{Outlet, Service, Stream};
 
 /// A server that listens.
 pub struct Server {
     handle: WebSocketServerHandle,
     channels: Vec<(Stream, Arc<RawChannel>)>,
-    /// Where it listens.
-    pub address: SocketAddr,
+    address: SocketAddr,
     // Channels are closed when it goes.
     _context: Arc<Context>,
 }
@@ -58,11 +57,6 @@ impl Server {
         })
     }
 
-    /// Closes the connections, and waits until they are closed.
-    pub fn stop(self) {
-        self.handle.stop().wait_blocking();
-    }
-
     fn channel(&self, stream: Stream) -> Option<&RawChannel> {
         let found = self.channels.iter().find(|(of, _)| *of == stream);
         found.map(|(_, channel)| &**channel)
@@ -78,5 +72,20 @@ impl Outlet for Server {
         if let Some(channel) = self.channel(stream) {
             channel.log_with_meta(message, PartialMetadata::with_log_time(stamp_ns));
         }
+    }
+}
+
+impl Service for Server {
+    fn place(&self) -> String {
+        format!("Foxglove: open the connection ws://{}", self.address)
+    }
+
+    fn warning(&self) -> Option<String> {
+        address::warning(self.address)
+    }
+
+    /// Closes the connections, and waits until they are closed.
+    fn stop(self: Box<Self>) {
+        self.handle.stop().wait_blocking();
     }
 }

@@ -10,7 +10,7 @@ use anyhow::Result;
 use serde_json::{Value, json};
 use stairscan::signal::grid::PolarMap;
 
-use crate::convert::messages::{Channel, Topic, header};
+use crate::convert::messages::{Channel, FRAME, Topic, header};
 use crate::convert::ros::{Image, encoded};
 use crate::convert::scans::Scan;
 use crate::recording::Recording;
@@ -28,19 +28,23 @@ pub enum Stream {
 
 impl Stream {
     /// Topics of a recording.
-    pub const OF_RECORDINGS: [Self; 6] = [
+    pub const OF_RECORDINGS: [Self; 8] = [
         Self::Scan(Topic::Answer),
         Self::Scan(Topic::Echoes),
         Self::Scan(Topic::Stairs),
         Self::Scan(Topic::Status),
+        Self::Scan(Topic::Staircase),
+        Self::Scan(Topic::Free),
         Self::Map,
         Self::Chirp,
     ];
     /// Topics of a report port, whose sentences hold neither echoes nor samples.
-    pub const OF_PORTS: [Self; 3] = [
+    pub const OF_PORTS: [Self; 5] = [
         Self::Scan(Topic::Answer),
         Self::Scan(Topic::Stairs),
         Self::Scan(Topic::Status),
+        Self::Scan(Topic::Staircase),
+        Self::Scan(Topic::Free),
     ];
 
     /// Name and schema.
@@ -59,6 +63,20 @@ pub trait Outlet {
     fn wanted(&self, stream: Stream) -> bool;
     /// Takes an encoded message that belongs to `stamp_ns`, nanoseconds since 1970.
     fn publish(&self, stream: Stream, message: &[u8], stamp_ns: u64);
+    /// Name of the frame of coordinates.
+    fn frame(&self) -> String {
+        FRAME.to_owned()
+    }
+}
+
+/// An outlet that is open to others until it is stopped.
+pub trait Service: Outlet {
+    /// Where others find it, in words.
+    fn place(&self) -> String;
+    /// The warning that belongs to it.
+    fn warning(&self) -> Option<String>;
+    /// Ends it in good order.
+    fn stop(self: Box<Self>);
 }
 
 /// Publishes those messages of a scan that are wanted.
@@ -66,10 +84,11 @@ pub trait Outlet {
 /// # Errors
 /// None that these messages can bring about.
 pub fn publish_scan(outlet: &dyn Outlet, scan: &Scan) -> Result<()> {
+    let frame = outlet.frame();
     for topic in Topic::ALL {
         let stream = Stream::Scan(topic);
         if outlet.wanted(stream)
-            && let Some(message) = topic.message(scan)?
+            && let Some(message) = topic.message(scan, &frame)?
         {
             outlet.publish(stream, &message, scan.stamp_ns);
         }
@@ -101,9 +120,9 @@ impl Picture {
     }
 
     /// The message.
-    fn image(&self, stamp_ns: u64) -> Image {
+    fn image(&self, stamp_ns: u64, frame: &str) -> Image {
         Image {
-            header: header(stamp_ns),
+            header: header(stamp_ns, frame),
             height: (self.cells.len() / self.width.max(1)) as u32,
             width: self.width as u32,
             encoding: "mono8".to_owned(),
@@ -120,7 +139,8 @@ impl Picture {
 /// None that this message can bring about.
 pub fn publish_map(outlet: &dyn Outlet, picture: &Picture, stamp_ns: u64) -> Result<()> {
     if outlet.wanted(Stream::Map) {
-        outlet.publish(Stream::Map, &encoded(&picture.image(stamp_ns))?, stamp_ns);
+        let image = picture.image(stamp_ns, &outlet.frame());
+        outlet.publish(Stream::Map, &encoded(&image)?, stamp_ns);
     }
     Ok(())
 }

@@ -3,7 +3,7 @@
 use std::cell::RefCell;
 use std::net::SocketAddr;
 
-use crate::convert::messages::Topic;
+use crate::convert::messages::{FRAME, Topic};
 use crate::convert::scans::{self, SECOND_NS};
 use crate::emulate::image::workspace;
 use crate::recording::Recording;
@@ -11,6 +11,7 @@ use crate::replay::Options;
 use serde_json::Value;
 
 use super::address;
+use super::frames::Frames;
 use super::player::{self, Clock};
 use super::streams::{Outlet, Stream};
 
@@ -98,7 +99,7 @@ fn a_recording_is_played_over_and_over_with_the_messages_of_mcap_files() {
         for topic in Topic::ALL {
             let (message, stamp_ns) = &kept.of(Stream::Scan(topic))[pass];
             assert_eq!(*stamp_ns, begin_ns + SECOND_NS);
-            let expected = topic.message(&scan).unwrap().unwrap();
+            let expected = topic.message(&scan, FRAME).unwrap().unwrap();
             assert!(*message == expected, "{topic:?} of pass {pass}");
         }
     }
@@ -211,4 +212,46 @@ fn a_place_that_is_taken_is_told_with_its_address() {
         text.starts_with("--foxglove 127.0.0.1:9000: in use"),
         "{text}"
     );
+}
+
+#[test]
+fn interfaces_and_domains_are_read_and_bad_ones_explained() {
+    assert!(address::interface("localhost").unwrap().is_loopback());
+    assert!(address::interface("0.0.0.0").unwrap().is_unspecified());
+    for text in ["", "/dev/ttyUSB0", "127.0.0.1:7400", "eth0", "::1"] {
+        let error = address::interface(text).unwrap_err();
+        assert!(error.contains("IPv4 address"), "{text}: {error}");
+    }
+    let warned = |text: &str| address::interface_warning(text.parse().unwrap()).is_some();
+    assert!(warned("0.0.0.0") && warned("192.0.2.1") && !warned("127.0.0.1"));
+    assert_eq!(address::domain(Some(7), Some("9")), Ok(7));
+    assert_eq!(address::domain(None, Some("9")), Ok(9));
+    assert_eq!(address::domain(None, Some("")), Ok(0));
+    assert_eq!(address::domain(None, None), Ok(0));
+    for text in ["233", "-1", "one", "65536"] {
+        let error = address::domain(None, Some(text)).unwrap_err();
+        assert!(
+            error.starts_with(&format!("ROS_DOMAIN_ID={text}: ")) && error.contains("232"),
+            "{error}"
+        );
+    }
+}
+
+#[test]
+fn the_frame_of_coordinates_lies_on_the_ground_below_the_mirror() {
+    let frames = Frames {
+        frame: "front".to_owned(),
+        base: "chair".to_owned(),
+        mount: [0.3, -0.1, 0.45],
+    };
+    let [mirror, ground] = &frames.message(SECOND_NS).transforms[..] else {
+        panic!("two transforms");
+    };
+    assert_eq!(mirror.header.frame_id, "chair");
+    assert_eq!(mirror.child_frame_id, "front_mirror");
+    assert_eq!(ground.header.frame_id, mirror.child_frame_id);
+    assert_eq!(ground.child_frame_id, "front");
+    let [up, down] = [mirror, ground].map(|part| part.transform.position);
+    assert_eq!([up.x, up.y, up.z], frames.mount);
+    assert_eq!([down.x, down.y, down.z], [0.0, 0.0, -0.45]);
 }

@@ -1,140 +1,56 @@
-//! `live --foxglove`: a port or a recording, served to Foxglove.
+//! `live --foxglove` and `live --ros2`: the service that is asked for, or the program that has it.
 
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr};
 use std::process::ExitCode;
 use std::time::Instant;
 
-use anyhow::Result;
+use anyhow::{Error, Result};
 
+#[cfg(any(feature = "foxglove", feature = "ros2"))]
+use super::offered::{self, Offer};
 use super::watching::Args;
+use crate::serve::address;
+#[cfg(not(all(feature = "foxglove", feature = "ros2")))]
+use crate::serve::other_build;
 
-/// Builds and starts the program with the server in place of this one.
+/// Serves until the session is ended; `None` where no service is asked for.
+pub fn run(args: &Args, started: Instant) -> Result<Option<ExitCode>> {
+    Ok(match (args.foxglove, args.ros2) {
+        (Some(address), _) => Some(foxglove(args, started, address)?),
+        (None, Some(interface)) => {
+            let variable = std::env::var(address::DOMAIN_VARIABLE).ok();
+            let domain = address::domain(args.domain, variable.as_deref()).map_err(Error::msg)?;
+            Some(ros2(args, started, (interface, domain))?)
+        }
+        (None, None) => None,
+    })
+}
+
 #[cfg(not(feature = "foxglove"))]
-pub fn run(_: &Args, _: SocketAddr, _: Instant) -> Result<ExitCode> {
-    match crate::serve::other_build::start()? {}
-}
-
-/// Serves until the session is ended.
-#[cfg(feature = "foxglove")]
-pub fn run(args: &Args, address: SocketAddr, started: Instant) -> Result<ExitCode> {
-    with_server::run(args, address, started)
+fn foxglove(_: &Args, _: Instant, _: SocketAddr) -> Result<ExitCode> {
+    match other_build::start("foxglove")? {}
 }
 
 #[cfg(feature = "foxglove")]
-mod with_server {
-    use std::path::Path;
-    use std::sync::Arc;
-    use std::sync::atomic::{AtomicBool, Ordering};
-    use std::time::{Duration, SystemTime, UNIX_EPOCH};
-
-    use anyhow::Context as _;
-
-    use super::super::watching::{interrupted, source, watch};
-    use super::*;
-    use crate::answer::Answer;
-    use crate::commands::emit;
-    use crate::convert::scans::Scan;
-    use crate::playback::Playback;
-    use crate::recording::Recording;
-    use crate::serve::address;
-    use crate::serve::player::{self, Clock};
+fn foxglove(args: &Args, started: Instant, address: SocketAddr) -> Result<ExitCode> {
     use crate::serve::server::Server;
-    use crate::serve::streams::{Stream, publish_scan};
 
-    /// A session is looked at so often for its end.
-    const GRAIN: Duration = Duration::from_millis(50);
+    offered::run(args, started, &|offer: &Offer| {
+        Ok(Box::new(Server::start(address, offer.streams)?))
+    })
+}
 
-    pub fn run(args: &Args, address: SocketAddr, started: Instant) -> Result<ExitCode> {
-        match &args.play {
-            Some(path) => play(args, path, address),
-            None => port(args, address, started),
-        }
-    }
+#[cfg(not(feature = "ros2"))]
+fn ros2(_: &Args, _: Instant, _: (Ipv4Addr, u16)) -> Result<ExitCode> {
+    match other_build::start("ros2")? {}
+}
 
-    /// A server, with its address told on stderr.
-    fn listen(address: SocketAddr, streams: &[Stream]) -> Result<Server> {
-        let server = Server::start(address, streams)?;
-        if let Some(warning) = address::warning(server.address) {
-            eprintln!("{warning}");
-        }
-        eprintln!("Foxglove: open the connection ws://{}", server.address);
-        Ok(server)
-    }
+#[cfg(feature = "ros2")]
+fn ros2(args: &Args, started: Instant, (interface, domain): (Ipv4Addr, u16)) -> Result<ExitCode> {
+    use crate::serve::node::RosNode;
 
-    /// A recording at its true speed, until it is interrupted.
-    fn play(args: &Args, path: &Path, address: SocketAddr) -> Result<ExitCode> {
-        let recording = Recording::read(path)?;
-        let options = args.settings.options(args.settings.config()?);
-        // A recording that no scan can be made of is told before anything is served.
-        Playback::new(&recording, &options.config)?;
-        let server = listen(address, &Stream::OF_RECORDINGS)?;
-        let mut clock = Wall::new(interrupted()?);
-        let told = &mut |scan: &Scan| {
-            emit(&format!(
-                "{}: {}\n",
-                scan.answer.name(),
-                scan.answer.summary()
-            ));
-        };
-        let played = player::play(recording, &options, &server, &mut clock, told);
-        server.stop();
-        played.map(|()| ExitCode::SUCCESS)
-    }
-
-    /// The answers of a report port, or of the demonstration.
-    fn port(args: &Args, address: SocketAddr, started: Instant) -> Result<ExitCode> {
-        let (source, mut state) = source(args, started)?.context("no port")?;
-        let server = listen(address, &Stream::OF_PORTS)?;
-        state.note(0, &format!("Foxglove: ws://{}", server.address));
-        let look = &mut |answer: &Answer| {
-            let scan = Scan::heard(answer, unix_ns());
-            if let Err(error) = publish_scan(&server, &scan) {
-                eprintln!("error: {error:#}");
-            }
-        };
-        let watched = watch(args, (started, &source, state), look, false);
-        server.stop();
-        watched
-    }
-
-    /// Now, nanoseconds since 1970.
-    fn unix_ns() -> u64 {
-        let since = SystemTime::now().duration_since(UNIX_EPOCH);
-        since.unwrap_or_default().as_nanos() as u64
-    }
-
-    /// The time of day when playing began, carried on by the steady clock.
-    struct Wall {
-        stop: Arc<AtomicBool>,
-        begun: Instant,
-        begun_ns: u64,
-    }
-
-    impl Wall {
-        fn new(stop: Arc<AtomicBool>) -> Self {
-            Self {
-                stop,
-                begun: Instant::now(),
-                begun_ns: unix_ns(),
-            }
-        }
-    }
-
-    impl Clock for Wall {
-        fn now_ns(&self) -> u64 {
-            self.begun_ns + self.begun.elapsed().as_nanos() as u64
-        }
-
-        fn wait_until(&mut self, ns: u64) -> bool {
-            loop {
-                if self.stop.load(Ordering::Relaxed) {
-                    return false;
-                }
-                match Duration::from_nanos(ns.saturating_sub(self.now_ns())) {
-                    Duration::ZERO => return true,
-                    left => std::thread::sleep(left.min(GRAIN)),
-                }
-            }
-        }
-    }
+    offered::run(args, started, &|offer: &Offer| {
+        let node = RosNode::start(interface, domain, offer.streams, offer.mount_height_m)?;
+        Ok(Box::new(node))
+    })
 }

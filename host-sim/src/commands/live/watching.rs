@@ -1,7 +1,7 @@
 //! A scanner watched, on a screen or without: arguments, source and session of `live`.
 
 use std::io::{IsTerminal as _, stdout};
-use std::net::SocketAddr;
+use std::net::{Ipv4Addr, SocketAddr};
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -37,19 +37,27 @@ pub struct Args {
     /// Show a scanner on this machine that scans this recording
     #[arg(long, value_name = "REC", group = "source")]
     pub demo: Option<PathBuf>,
-    /// Play this recording to Foxglove at its true speed, over and over, with echoes, map and chirps
+    /// Play this recording to Foxglove or ROS 2 at its true speed, over and over, with echoes, map and (Foxglove) chirps
     #[arg(
         long,
         value_name = "REC",
         group = "source",
-        requires = "foxglove",
+        requires = "service",
         conflicts_with = "record"
     )]
     pub play: Option<PathBuf>,
     /// Serve the answers to Foxglove, at port 8765 of this machine or at this address; works without a terminal, too
     #[arg(long, value_name = "[ADDRESS:]PORT", num_args = 0..=1, default_missing_value = address::DEFAULT,
-        value_parser = address::parse, requires = "source")]
+        value_parser = address::parse, requires = "source", group = "service")]
     pub foxglove: Option<SocketAddr>,
+    /// Publish the answers as a node of ROS 2, on this machine only or on the interface with this address (0.0.0.0: all);
+    /// works without a terminal, too
+    #[arg(long, value_name = "ADDRESS", num_args = 0..=1, default_missing_value = address::HERE,
+        value_parser = address::interface, requires = "source", group = "service")]
+    pub ros2: Option<Ipv4Addr>,
+    /// Domain of ROS 2, 0 to 232; without it ROS_DOMAIN_ID, else 0
+    #[arg(long, value_name = "ID", value_parser = address::parse_domain, requires = "ros2")]
+    pub domain: Option<u16>,
     /// Keep every sentence with its time in a new file of this directory
     #[arg(long, value_name = "DIR")]
     pub record: Option<PathBuf>,

@@ -1,0 +1,160 @@
+//! `stairscan_msgs/msg/Staircase`: an answer with covariances.
+//!
+//! Each step is a line with two ends and a covariance, as packages that model stairs from depth cameras publish it.
+//! The definitions are the files of `ros2/stairscan_msgs/`, from which ROS 2 builds the package.
+
+use serde::Serialize;
+use serde_json::Value;
+use stairscan::answer::Direction;
+use stairscan::verdict::Status;
+
+use super::ros::{HEADER, Header, Message, POINT, Point, TIME};
+use super::scans::Scan;
+
+/// Half of the width with which steps are drawn, metres.
+pub const HALF_WIDTH_M: f64 = 0.4;
+
+const STEP: &str = include_str!("../../../ros2/stairscan_msgs/msg/Step.msg");
+const DROP: &str = include_str!("../../../ros2/stairscan_msgs/msg/Drop.msg");
+
+/// One step.
+#[derive(Clone, Debug, Serialize)]
+struct Step {
+    start: Point,
+    end: Point,
+    covariance: [f64; 9],
+    tread: f64,
+    riser: f64,
+    quality: f64,
+}
+
+/// Where the ground ends.
+#[derive(Clone, Debug, Serialize)]
+struct Drop {
+    edge: Point,
+    covariance: [f64; 9],
+    depth: f64,
+    probability: f64,
+}
+
+/// The answer.
+#[derive(Clone, Debug, Serialize)]
+pub struct Staircase {
+    header: Header,
+    scan: u32,
+    status: u8,
+    direction: i8,
+    reasons: Vec<String>,
+    steps: Vec<Step>,
+    drops: Vec<Drop>,
+    horizon: f64,
+    free: f64,
+    confidence: f64,
+    lost_rows: u32,
+}
+
+impl Message for Staircase {
+    const NAME: &'static str = "stairscan_msgs/msg/Staircase";
+    const FIELDS: &'static str = include_str!("../../../ros2/stairscan_msgs/msg/Staircase.msg");
+    const PARTS: &'static [(&'static str, &'static str)] = &[
+        HEADER,
+        TIME,
+        ("stairscan_msgs/Step", STEP),
+        POINT,
+        ("stairscan_msgs/Drop", DROP),
+    ];
+}
+
+impl Staircase {
+    /// The answer of a scan.
+    pub fn of(header: &Header, scan: &Scan) -> Self {
+        let (answer, told) = (&scan.answer, &scan.told);
+        let steps = told["steps"].as_array().map_or(&[][..], Vec::as_slice);
+        Self {
+            header: header.clone(),
+            scan: told["scan"].as_u64().unwrap_or(0) as u32,
+            status: level(answer.scan.status),
+            direction: match answer.scan.direction {
+                Direction::Up => 1,
+                Direction::Down => -1,
+                Direction::None => 0,
+            },
+            reasons: (answer.scan.reasons.iter())
+                .map(|reason| reason.as_str().to_owned())
+                .collect(),
+            steps: steps.iter().map(Step::of).collect(),
+            drops: Some(&told["drop"])
+                .filter(|drop| drop.is_object())
+                .map(Drop::of)
+                .into_iter()
+                .collect(),
+            horizon: number(told, "horizon_m"),
+            free: free_m(scan),
+            confidence: number(told, "confidence"),
+            lost_rows: told["lost_rows"].as_u64().unwrap_or(0) as u32,
+        }
+    }
+}
+
+impl Step {
+    fn of(step: &Value) -> Self {
+        let [start, end] = across(number(step, "distance_m"), number(step, "height_m"));
+        Self {
+            start,
+            end,
+            covariance: covariance(
+                number(step, "distance_sigma_m"),
+                number(step, "height_sigma_m"),
+            ),
+            tread: number(step, "tread_m"),
+            riser: number(step, "riser_m"),
+            quality: number(step, "quality"),
+        }
+    }
+}
+
+impl Drop {
+    fn of(drop: &Value) -> Self {
+        Self {
+            edge: Point {
+                x: number(drop, "distance_m"),
+                ..Point::default()
+            },
+            covariance: covariance(number(drop, "distance_sigma_m"), 0.0),
+            depth: number(drop, "depth_m"),
+            probability: number(drop, "probability"),
+        }
+    }
+}
+
+/// Level of a status, in this message and in diagnostics.
+pub fn level(status: Status) -> u8 {
+    match status {
+        Status::Ok => 0,
+        Status::Degraded => 1,
+        Status::Fault => 2,
+    }
+}
+
+/// Free distance of a scan, metres; 0 where none is promised, so that no comparison takes it for free.
+pub fn free_m(scan: &Scan) -> f64 {
+    scan.told["free_m"].as_f64().unwrap_or(0.0)
+}
+
+/// A number of a JSON object; NaN where it is `null`.
+pub fn number(value: &Value, key: &str) -> f64 {
+    value[key].as_f64().unwrap_or(f64::NAN)
+}
+
+/// Left and right end of a line across the way.
+pub fn across(x: f64, z: f64) -> [Point; 2] {
+    [HALF_WIDTH_M, -HALF_WIDTH_M].map(|y| Point { x, y, z })
+}
+
+/// Covariance of x, y and z from the standard deviations of x and z.
+fn covariance(sigma_x: f64, sigma_z: f64) -> [f64; 9] {
+    let mut matrix = [0.0; 9];
+    matrix[0] = sigma_x * sigma_x;
+    matrix[8] = sigma_z * sigma_z;
+    matrix
+}

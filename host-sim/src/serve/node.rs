@@ -1,0 +1,272 @@
+//! The node: the crate `ros2-client` as a [`Service`].
+//!
+//! Messages come encoded and go out unchanged, under the names of their types: no second set of structures.
+
+use std::cell::RefCell;
+use std::net::{Ipv4Addr, UdpSocket};
+use std::thread::JoinHandle;
+
+use anyhow::{Context as _, Result, anyhow};
+use ros2_client::dds::rustdds::DomainParticipantBuilder;
+use ros2_client::qos::{Durability, History};
+use ros2_client::{
+    Context, MessageTypeName, Name, Node, NodeName, NodeOptions, ParameterValue, Publisher,
+    QosProfile,
+};
+use serde::ser::{Serialize, SerializeTuple as _, Serializer};
+
+use super::address;
+use super::frames::Frames;
+use super::streams::{Outlet, Service, Stream};
+use crate::convert::messages::{FRAME, Topic};
+use crate::convert::ros::{ENCAPSULATION, Message, TfMessage, encoded};
+
+/// Name of the node.
+const NODE: &str = "stairscan";
+/// Messages that a publisher keeps for readers which have not acknowledged them.
+const DEPTH: usize = 10;
+/// Topic of diagnostics where ROS 2's own tools look for them.
+const DIAGNOSTICS: &str = "/diagnostics";
+/// Parameters: names of the frames, and the place of the mirror's centre, metres.
+const FRAME_ID: &str = "frame_id";
+const BASE_FRAME_ID: &str = "base_frame_id";
+const MOUNT: [&str; 3] = ["mount_x", "mount_y", "mount_height"];
+/// Longest name of a frame, bytes.
+const LONGEST_NAME: usize = 100;
+/// Largest distance of the mirror from the chair's origin, metres.
+const FARTHEST_M: f64 = 100.0;
+
+/// An encoded message without its encapsulation, which the writer puts before it.
+struct Body(Vec<u8>);
+
+impl Serialize for Body {
+    /// The bytes one after the other, without a length.
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut tuple = serializer.serialize_tuple(self.0.len())?;
+        for byte in &self.0 {
+            tuple.serialize_element(byte)?;
+        }
+        tuple.end()
+    }
+}
+
+/// A node with its publishers.
+pub struct RosNode {
+    // Before the node, whose end ends the spinner.
+    publishers: Vec<(Stream, Publisher<Body>)>,
+    transforms: Publisher<Body>,
+    node: Node,
+    spinner: JoinHandle<()>,
+    /// The transforms that were published last.
+    published: RefCell<Option<Frames>>,
+    interface: Ipv4Addr,
+}
+
+impl RosNode {
+    /// Joins `domain` on `interface` and offers those of `streams` that ROS 2 has a type for.
+    ///
+    /// # Errors
+    /// Names interface and domain.
+    pub fn start(
+        interface: Ipv4Addr,
+        domain: u16,
+        streams: &[Stream],
+        mount_height_m: f64,
+    ) -> Result<Self> {
+        let mut node = join(interface, domain, mount_height_m)
+            .with_context(|| format!("--ros2 {interface}, domain {domain}"))?;
+        let mut publishers = Vec::new();
+        for &stream in streams {
+            for topic in topics(stream) {
+                let kind = stream.channel().schema;
+                publishers.push((stream, publisher(&mut node, topic, kind, &live())?));
+            }
+        }
+        let kept = live()
+            .durability(Durability::TransientLocal)
+            .history(History::KeepLast { depth: 1 });
+        let transforms = publisher(&mut node, "/tf_static", TfMessage::NAME, &kept)?;
+        let spinning = node.spinner()?.spin();
+        let spinner = std::thread::spawn(move || {
+            if let Err(error) = futures_executor::block_on(spinning) {
+                eprintln!("error: --ros2: the node's parameters are not served: {error}");
+            }
+        });
+        let started = Self {
+            publishers,
+            transforms,
+            node,
+            spinner,
+            published: RefCell::default(),
+            interface,
+        };
+        started.publish_frames(0)?;
+        Ok(started)
+    }
+
+    /// The frames as the parameters have them.
+    fn frames(&self) -> Frames {
+        let text = |name: &str| match self.node.get_parameter(name) {
+            Some(ParameterValue::String(text)) => text,
+            _ => String::new(),
+        };
+        let number = |name: &str| match self.node.get_parameter(name) {
+            Some(ParameterValue::Double(number)) => number,
+            _ => 0.0,
+        };
+        Frames {
+            frame: text(FRAME_ID),
+            base: text(BASE_FRAME_ID),
+            mount: MOUNT.map(number),
+        }
+    }
+
+    /// Publishes the transforms unless they are those that were published last.
+    fn publish_frames(&self, stamp_ns: u64) -> Result<()> {
+        let frames = self.frames();
+        let mut published = self.published.borrow_mut();
+        if published.as_ref() != Some(&frames) {
+            send(&self.transforms, &encoded(&frames.message(stamp_ns))?);
+            *published = Some(frames);
+        }
+        Ok(())
+    }
+}
+
+impl Outlet for RosNode {
+    fn wanted(&self, stream: Stream) -> bool {
+        let mut mine = self.publishers.iter().filter(|(of, _)| *of == stream);
+        mine.any(|(_, publisher)| publisher.get_subscription_count(&self.node) > 0)
+    }
+
+    fn publish(&self, stream: Stream, message: &[u8], stamp_ns: u64) {
+        if let Err(error) = self.publish_frames(stamp_ns) {
+            eprintln!("error: {error:#}");
+        }
+        for (of, publisher) in &self.publishers {
+            if *of == stream {
+                send(publisher, message);
+            }
+        }
+    }
+
+    fn frame(&self) -> String {
+        self.frames().frame
+    }
+}
+
+impl Service for RosNode {
+    fn place(&self) -> String {
+        format!(
+            "ROS 2: node {} on {}, domain {}",
+            self.node.fully_qualified_name(),
+            self.interface,
+            self.node.domain_id()
+        )
+    }
+
+    fn warning(&self) -> Option<String> {
+        address::interface_warning(self.interface)
+    }
+
+    /// Takes publishers and node out of the graph, and waits until that is done.
+    fn stop(self: Box<Self>) {
+        let Self {
+            publishers,
+            transforms,
+            node,
+            spinner,
+            ..
+        } = *self;
+        drop((publishers, transforms, node));
+        if spinner.join().is_err() {
+            eprintln!("error: --ros2: the thread of the node's parameters failed");
+        }
+    }
+}
+
+/// Reliable, for those who read now.
+fn live() -> QosProfile {
+    QosProfile::publisher_default().history(History::KeepLast { depth: DEPTH })
+}
+
+/// Topics of a stream; none where ROS 2 has no type for it.
+fn topics(stream: Stream) -> Vec<&'static str> {
+    let channel = stream.channel();
+    if channel.encoding != "cdr" {
+        return Vec::new();
+    }
+    let more = (stream == Stream::Scan(Topic::Status)).then_some(DIAGNOSTICS);
+    std::iter::once(channel.topic).chain(more).collect()
+}
+
+/// The node in its domain.
+fn join(interface: Ipv4Addr, domain: u16, mount_height_m: f64) -> Result<Node> {
+    // The participant itself would go on without any interface.
+    UdpSocket::bind((interface, 0)).context("no interface of this machine")?;
+    let mut participant = DomainParticipantBuilder::new(domain);
+    if !interface.is_unspecified() {
+        participant = participant.with_only_networks([interface]);
+    }
+    let context = Context::from_domain_participant(participant.build()?)?;
+    let [x, y, height] = MOUNT;
+    let options = NodeOptions::new()
+        .declare_parameter(FRAME_ID, ParameterValue::String(FRAME.to_owned()))
+        .declare_parameter(
+            BASE_FRAME_ID,
+            ParameterValue::String("base_link".to_owned()),
+        )
+        .declare_parameter(x, ParameterValue::Double(0.0))
+        .declare_parameter(y, ParameterValue::Double(0.0))
+        .declare_parameter(height, ParameterValue::Double(mount_height_m))
+        .parameter_validator(Box::new(valid));
+    let node = context.new_node(NodeName::new("/", NODE)?, options);
+    node.map_err(|error| anyhow!("{error:?}"))
+}
+
+/// Whether a parameter may have this value.
+fn valid(name: &str, value: &ParameterValue) -> Result<(), String> {
+    match value {
+        ParameterValue::String(text) => {
+            let letters = text
+                .chars()
+                .all(|c| c.is_ascii_alphanumeric() || "_/-.".contains(c));
+            let fits = (1..=LONGEST_NAME).contains(&text.len());
+            (letters && fits && !text.starts_with('/'))
+                .then_some(())
+                .ok_or_else(|| {
+                    format!(
+                        "{name}: expected 1 to {LONGEST_NAME} letters, digits, _, -, . and / without a leading /"
+                    )
+                })
+        }
+        ParameterValue::Double(number) => (number.abs() <= FARTHEST_M)
+            .then_some(())
+            .ok_or_else(|| format!("{name}: expected at most {FARTHEST_M} m")),
+        _ => Ok(()),
+    }
+}
+
+/// A publisher of messages of this type, `PACKAGE/msg/TYPE`.
+fn publisher(
+    node: &mut Node,
+    topic: &str,
+    kind: &str,
+    qos: &QosProfile,
+) -> Result<Publisher<Body>> {
+    let (package, name) = kind.split_once("/msg/").context("no message of ROS 2")?;
+    let topic = node.create_topic(
+        &Name::parse(topic)?,
+        MessageTypeName::new(package, name),
+        qos,
+    )?;
+    Ok(node.create_publisher(&topic, None)?)
+}
+
+/// Sends an encoded message. One that the writer cannot take is lost, which stderr tells.
+fn send(publisher: &Publisher<Body>, message: &[u8]) {
+    let body = message.get(ENCAPSULATION.len()..).unwrap_or_default();
+    if publisher.publish(Body(body.to_vec())).is_err() {
+        eprintln!("error: --ros2: a message was lost: a reader has not taken the last {DEPTH}");
+    }
+}
