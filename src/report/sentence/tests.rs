@@ -51,6 +51,7 @@ fn every_sentence_survives_the_way_out_and_back() {
         maybes: 2,
         settings: 0x0123_abcd,
         drops: 1,
+        plane: None,
     };
     for sentence in [
         Sentence::Scan(scan),
@@ -180,6 +181,7 @@ fn a_scan_with_every_reason_keeps_what_follows_them() {
         maybes: u8::MAX,
         settings: u32::MAX,
         drops: u8::MAX,
+        plane: Some(crate::config::Plane::Height),
     };
     let line = Sentence::Scan(written).write();
     let Ok(Sentence::Scan(read)) = Sentence::parse(&line) else {
