@@ -224,7 +224,10 @@ fn garbled_lines_are_refused() {
             "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,256",
             "drops",
         ),
-        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,", "end"),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,",
+            "plane",
+        ),
         ("PSTR,DROP,x,900.0,10.0,,97.0", "scan"),
         ("PSTR,DROP,1,,10.0,,97.0", "distance"),
         ("PSTR,DROP,1,900.0,,,97.0", "distance-sigma"),
