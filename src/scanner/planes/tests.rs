@@ -69,6 +69,27 @@ fn the_height_plane_reaches_to_its_last_beam_or_to_the_end_of_the_range() {
     assert_eq!(reach_m(&both(400_000)), 0.0);
 }
 
+/// The table of `docs/hardware.md`.
+#[test]
+fn the_document_says_how_far_the_height_plane_sees() {
+    let text = include_str!("../../../docs/hardware.md");
+    for (first, step, count, row) in [
+        (-20_000, 250, 281, "| 110° … 40° | −25° … 115° | "),
+        (-20_000, 250, 361, "| 110° … 20° | −25° … 115° | "),
+        (-80_000, 500, 281, "| 170° … 30° | −85° … 175° | "),
+    ] {
+        let told = text.lines().find(|line| line.contains(row)).unwrap();
+        for height in [40_000, 120_000] {
+            let mut config = both(height);
+            config.sweep.first_angle = first;
+            (config.sweep.angle_step, config.sweep.angle_count) = (step, count);
+            assert!(check_planes(&config).is_ok());
+            let reach = std::format!("| {:.2} m", reach_m(&config));
+            assert!(told.contains(&reach), "{reach}: {told}");
+        }
+    }
+}
+
 #[test]
 fn a_near_drop_before_a_standing_chair_asks_for_it() {
     let config = both(120_000);
