@@ -228,6 +228,14 @@ fn garbled_lines_are_refused() {
             "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,",
             "plane",
         ),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,both",
+            "plane",
+        ),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,depth,",
+            "end",
+        ),
         ("PSTR,DROP,x,900.0,10.0,,97.0", "scan"),
         ("PSTR,DROP,1,,10.0,,97.0", "distance"),
         ("PSTR,DROP,1,900.0,,,97.0", "distance-sigma"),
@@ -379,5 +387,27 @@ proptest! {
             Ok(Sentence::Step(back)) => prop_assert_eq!(back.distance, Tenths(tenths)),
             other => prop_assert!(false, "{:?}", other),
         }
+    }
+}
+
+/// The field is there or not, and both are read as they were written.
+#[test]
+fn only_a_scanner_of_both_planes_tells_the_plane() {
+    use crate::config::Plane;
+    let outcome = Outcome::silent();
+    let told = |plane| {
+        Sentence::Scan(ScanLine {
+            plane,
+            ..ScanLine::new(7, 0, &outcome, 0)
+        })
+    };
+    for (plane, end) in [
+        (None, ",0*"),
+        (Some(Plane::Depth), ",0,depth*"),
+        (Some(Plane::Height), ",0,height*"),
+    ] {
+        let line = told(plane).write();
+        assert!(line.contains(end), "{line}");
+        assert_eq!(Sentence::parse(&line), Ok(told(plane)));
     }
 }
