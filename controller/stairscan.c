@@ -3,7 +3,7 @@
 
 #define COUNT(array) (sizeof(array) / sizeof((array)[0]))
 #define TAIL 11u          /* '*', eight digits, CR LF */
-#define AFTER_REASONS 33u /* room for what follows the reasons of a SCAN */
+#define AFTER_REASONS 40u /* room for what follows the reasons of a SCAN */
 #define STEEPEST 45000    /* 0.001 degrees */
 
 /* ---- words ---- */
@@ -20,6 +20,7 @@ static const char *const MEASURES[] = {STAIRSCAN_MEASURES(STAIRSCAN_X)};
 #undef STAIRSCAN_X
 static const char *const STATUSES[] = {"ok", "degraded", "fault"};
 static const char *const DIRECTIONS[] = {"none", "up", "down"};
+static const char *const PLANES[] = {"", "depth", "height"};
 /* In the order of enum stairscan_command. */
 static const char *const COMMANDS[] = {"start",    "stop", "scan",  "status", "version", "selftest",
                                        "save",     "reset", "get",  "set",    "calibrate",
@@ -251,7 +252,8 @@ enum type {
     STATUS,      /* uint32_t */
     DIRECTION,   /* uint32_t */
     REASON,      /* uint32_t */
-    REASON_SET   /* uint64_t */
+    REASON_SET,  /* uint64_t */
+    MAY_PLANE    /* uint32_t; the last field, with its comma, may be missing */
 };
 
 struct field {
@@ -280,7 +282,8 @@ static const struct field SCAN[] = {
     F("confidence", MAY_PERCENT, scan.confidence),
     F("maybes", U8, scan.maybes),
     F("settings", HASH, scan.settings),
-    F("drops", U8, scan.drops)};
+    F("drops", U8, scan.drops),
+    F("plane", MAY_PLANE, scan.plane)};
 static const struct field STEP[] = {
     F("scan", U32, step.scan),
     F("index", U8, step.index),
@@ -466,6 +469,8 @@ static bool store(stairscan_text_t text, enum type type, void *place) {
         return store_word(text, REASONS, COUNT(REASONS), (uint32_t *)place);
     case REASON_SET:
         return read_reasons(text, (uint64_t *)place);
+    case MAY_PLANE:
+        return store_word(text, PLANES, COUNT(PLANES), (uint32_t *)place) && text.length > 0;
     }
     return false;
 }
@@ -476,6 +481,10 @@ static const char *read_fields(struct cursor *cursor, const struct field *fields
     size_t k;
     for (k = 0; k < count; k++) {
         stairscan_text_t text = {NULL, 0};
+        if (fields[k].type == MAY_PLANE && !cursor->more) {
+            *(uint32_t *)(void *)((unsigned char *)base + fields[k].at) = STAIRSCAN_PLANE_AS_SET;
+            break;
+        }
         if (fields[k].type == REST) {
             if (!take_rest(cursor, &text)) {
                 return fields[k].name;
@@ -692,6 +701,9 @@ static void push_field(stairscan_line_t *line, enum type type, const void *place
     case REASON_SET:
         push_reasons(line, *(const uint64_t *)place);
         return;
+    case MAY_PLANE:
+        push_word(line, word_at(PLANES, COUNT(PLANES), *number));
+        return;
     }
 }
 
@@ -705,7 +717,12 @@ static void push_fields(stairscan_line_t *line, const struct field *fields, size
                         const void *base) {
     size_t k;
     for (k = 0; k < count; k++) {
-        push_field(line, fields[k].type, (const unsigned char *)base + fields[k].at);
+        const unsigned char *place = (const unsigned char *)base + fields[k].at;
+        if (fields[k].type == MAY_PLANE &&
+            *(const uint32_t *)(const void *)place == STAIRSCAN_PLANE_AS_SET) {
+            return;
+        }
+        push_field(line, fields[k].type, place);
     }
 }
 
@@ -898,6 +915,7 @@ void stairscan_init(stairscan_t *scanner, const stairscan_rules_t *rules) {
     scanner->rules = *rules;
     scanner->has_answer = scanner->collecting = scanner->heard = false;
     scanner->faulty = scanner->doubtful = scanner->aged = scanner->skipping = false;
+    scanner->edge_known = false;
     scanner->damaged = scanner->dropped = 0;
     scanner->got_steps = scanner->got_drops = scanner->got_maybes = scanner->last_scan = 0;
     scanner->heard_ms = scanner->uptime_ms = 0;
@@ -921,6 +939,7 @@ static void drop(stairscan_t *scanner) {
 static void forget(stairscan_t *scanner) {
     drop(scanner);
     scanner->has_answer = scanner->faulty = scanner->doubtful = scanner->aged = false;
+    scanner->edge_known = false;
 }
 
 static void restarted(stairscan_t *scanner) {
@@ -939,6 +958,20 @@ static void pass(stairscan_t *scanner, uint32_t now_ms) {
     }
 }
 
+/* Nearest place of a drop's edge. */
+static int64_t brink(const stairscan_drop_t *edge) {
+    return edge->distance - 3 * (int64_t)edge->distance_sigma;
+}
+
+/* Keeps the drop of an answer of the depth plane: the height plane's answer behind it takes nothing of it back. */
+static void keep_edge(stairscan_t *scanner) {
+    const stairscan_answer_t *coming = &scanner->coming;
+    if (coming->head.plane != STAIRSCAN_PLANE_HEIGHT) {
+        scanner->edge_known = coming->head.drops > 0;
+        scanner->edge = scanner->edge_known ? brink(&coming->drop) + coming->travel : 0;
+    }
+}
+
 /* Whether the answer that is coming in is whole; then it is the answer. */
 static bool complete(stairscan_t *scanner) {
     const stairscan_scan_t *head = &scanner->coming.head;
@@ -946,6 +979,7 @@ static bool complete(stairscan_t *scanner) {
         scanner->got_maybes < head->maybes) {
         return false;
     }
+    keep_edge(scanner);
     scanner->answer = scanner->coming;
     scanner->has_answer = true;
     scanner->collecting = scanner->aged = scanner->doubtful = scanner->faulty = false;
@@ -964,10 +998,15 @@ static bool take_head(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
         scanner->last_scan = head->scan;
     }
     scanner->collecting = true;
+    scanner->edge_known = scanner->edge_known && head->plane == STAIRSCAN_PLANE_HEIGHT;
     scanner->got_steps = scanner->got_drops = scanner->got_maybes = 0;
     scanner->coming.head = *head;
     scanner->coming.came_ms = now_ms;
     scanner->coming.travel = travel;
+    if (head->plane == STAIRSCAN_PLANE_HEIGHT && !scanner->edge_known) {
+        drop(scanner); /* the answer that told the drop was lost */
+        return false;
+    }
     if (head->steps > STAIRSCAN_MAX_STEPS || head->drops > 1 || head->maybes > STAIRSCAN_MAX_MAYBES ||
         (head->status == STAIRSCAN_FAULT && (head->steps > 0 || head->drops > 0 || head->maybes > 0))) {
         drop(scanner);
@@ -1119,11 +1158,6 @@ static int64_t nearer(const stairscan_step_t *step) {
     return beyond > 0 ? beyond : 0;
 }
 
-/* Nearest place of a drop's edge. */
-static int64_t brink(const stairscan_drop_t *edge) {
-    return edge->distance - 3 * (int64_t)edge->distance_sigma;
-}
-
 stairscan_optional_t stairscan_free(const stairscan_answer_t *answer) {
     stairscan_optional_t way = {false, 0};
     int64_t end = answer->head.horizon.value;
@@ -1141,11 +1175,11 @@ stairscan_optional_t stairscan_free(const stairscan_answer_t *answer) {
     return way;
 }
 
-/* What the answer vouches for from where the chair is now, and how much of that is level ground. */
-static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone) {
+/* What the answer vouches for from where the chair is now, and how much of that is level ground: to `edge` at most. */
+static stairscan_permit_t go(const stairscan_answer_t *answer, int64_t gone, int64_t edge) {
     stairscan_permit_t permit = {STAIRSCAN_GO, STAIRSCAN_WHY_OK, 0, 0};
     int64_t vouched = answer->head.horizon.value - gone;
-    int64_t clear = vouched;
+    int64_t clear = edge < vouched ? edge : vouched;
     if (answer->head.steps > 0) {
         int64_t step = answer->steps[0].distance - nearer(&answer->steps[0]) - gone;
         clear = step < clear ? step : clear;
@@ -1175,6 +1209,7 @@ static stairscan_permit_t no_go(enum stairscan_action action, enum stairscan_why
 stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
     const stairscan_answer_t *answer = &scanner->answer;
     const stairscan_rules_t *rules = &scanner->rules;
+    int64_t edge = INT64_MAX;
     int64_t gone;
     pass(scanner, now_ms);
     if (!scanner->heard) {
@@ -1203,5 +1238,8 @@ stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t 
     if (!answer->head.horizon.present) {
         return no_go(STAIRSCAN_HINT, STAIRSCAN_WHY_NO_HORIZON);
     }
-    return go(answer, gone + rules->margin);
+    if (scanner->edge_known) {
+        edge = scanner->edge - travel - rules->margin;
+    }
+    return go(answer, gone + rules->margin, edge);
 }

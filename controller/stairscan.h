@@ -190,6 +190,9 @@ const char *stairscan_reason_meaning(uint32_t reason);
 enum stairscan_status { STAIRSCAN_OK, STAIRSCAN_DEGRADED, STAIRSCAN_FAULT };
 enum stairscan_direction { STAIRSCAN_NONE, STAIRSCAN_UP, STAIRSCAN_DOWN };
 
+/* The plane that a scan was made in. AS_SET: the one that the setting `plane` names, and no field of SCAN. */
+enum stairscan_plane { STAIRSCAN_PLANE_AS_SET, STAIRSCAN_PLANE_DEPTH, STAIRSCAN_PLANE_HEIGHT };
+
 /* ---- sentences of the report ---- */
 
 /* Text within the line that was parsed: not closed with a zero, gone with the line. */
@@ -223,6 +226,7 @@ typedef struct {
     uint32_t maybes;                 /* MAYBE sentences that follow */
     uint32_t settings;               /* hash of the settings */
     uint32_t drops;                  /* DROP sentences that follow: 0 or 1 */
+    uint32_t plane;                  /* enum stairscan_plane */
 } stairscan_scan_t;
 
 /* STEP: one step of an answer, 0.1 mm. */
@@ -458,7 +462,7 @@ typedef struct {
     int32_t travel;                                 /* the chair's travel then */
 } stairscan_answer_t;
 
-/* What is known of a scanner: some 2.3 KB. Fields not named here are the parser's own. */
+/* What is known of a scanner: some 2.4 KB. Fields not named here are the parser's own. */
 typedef struct {
     stairscan_rules_t rules;
     bool has_answer;
@@ -471,7 +475,8 @@ typedef struct {
     bool collecting;
     uint32_t got_steps, got_drops, got_maybes;
     uint32_t last_scan;
-    bool heard, faulty, doubtful, aged;
+    bool heard, faulty, doubtful, aged, edge_known;
+    int64_t edge; /* 0.1 mm of travel: nearest place of the drop that the depth plane told last */
     uint32_t heard_ms, uptime_ms;
     bool skipping;
     size_t length;

@@ -14,7 +14,7 @@ use std::fs;
 
 use serde_json::Value;
 use stairscan::Iq;
-use stairscan::config::{Config, Plane, to_fixed};
+use stairscan::config::{Config, Planes, to_fixed};
 use stairscan::pipeline::Pipeline;
 use stairscan::scanner::DataPath;
 
@@ -45,8 +45,8 @@ fn config(meta: &Value) -> Result<Config, Box<dyn Error>> {
     config.mount.mount_height = fixed(global, "stairscan:mount_height_m", METRES)?;
     config.mount.beamwidth = fixed(global, "stairscan:beamwidth_deg", DEGREES)?;
     config.mount.plane = match global["stairscan:scan_plane"].as_str() {
-        Some("depth") => Plane::Depth,
-        Some("height") => Plane::Height,
+        Some("depth") => Planes::Depth,
+        Some("height") => Planes::Height,
         _ => return Err("stairscan:scan_plane: expected depth or height".into()),
     };
     config.sweep.first_angle = angle(0)?;

@@ -91,7 +91,51 @@ pub enum Plane {
     Height,
 }
 
-words!(Plane: "depth" Plane::Depth, "height" Plane::Height);
+/// The planes of a scanner's scans: the setting `plane`.
+///
+/// A single scan is of one [`Plane`]; what makes the second one follow the first under `both` says
+/// `scanner::planes`.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Planes {
+    /// Every scan in the depth plane.
+    #[default]
+    Depth,
+    /// Every scan in the height plane.
+    Height,
+    /// The depth plane, and the height plane where a chair stands before a drop.
+    Both,
+}
+
+words!(Planes: "depth" Planes::Depth, "height" Planes::Height, "both" Planes::Both);
+
+impl Planes {
+    /// The plane of every scan that does not follow another: with `both` the depth plane.
+    pub const fn first(self) -> Plane {
+        match self {
+            Self::Depth | Self::Both => Plane::Depth,
+            Self::Height => Plane::Height,
+        }
+    }
+}
+
+impl From<Plane> for Planes {
+    fn from(plane: Plane) -> Self {
+        match plane {
+            Plane::Depth => Self::Depth,
+            Plane::Height => Self::Height,
+        }
+    }
+}
+
+impl Plane {
+    /// Its name in settings, sentences and recordings.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::Depth => "depth",
+            Self::Height => "height",
+        }
+    }
+}
 
 settings! {
     /// How the scanner is mounted.
@@ -99,8 +143,8 @@ settings! {
     pub struct MountConfig
     parts {}
     rows {
-        /// Plane that the mirror sweeps.
-        plane: Plane = Plane::Depth, "plane" "" [] Answer;
+        /// Plane that the mirror sweeps; `both`: the depth plane, and the height plane where a chair stands before a drop.
+        plane: Planes = Planes::Depth, "plane" "" [] Answer;
         /// Radar lens to mirror centre.
         mirror_offset: i32 = 22_000, "mirror-offset" "0.01 mm" [0 to 200_000] Answer;
         /// Range of the mirror's own echo when the scanner was calibrated; 0: never.
@@ -295,11 +339,11 @@ settings! {
     /// What a scan is.
     ///
     /// ```
-    /// use stairscan::config::{Config, Plane, to_fixed};
+    /// use stairscan::config::{Config, Planes, to_fixed};
     ///
     /// // The paper's scanner on a pole, looking down: lengths in 0.01 mm, angles in 0.001°.
     /// let mut config = Config::default();
-    /// config.mount.plane = Plane::Height;
+    /// config.mount.plane = Planes::Height;
     /// config.mount.mount_height = to_fixed(1.2, 1e-5).unwrap();
     /// assert!(config.validate().is_ok());
     ///

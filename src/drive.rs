@@ -25,6 +25,8 @@ pub enum Retention {
     Anew,
     /// Neither used nor kept.
     Off,
+    /// Neither used nor changed: a scan of the other plane comes in between.
+    Aside,
 }
 
 /// What became of the motion input during a scan.

@@ -153,12 +153,22 @@ impl Pipeline {
     ) -> Option<Sight> {
         let drive = Drive {
             // What an instrument in doubt says is not carried on.
-            memory: if well { drive.memory } else { Retention::Off },
+            memory: match drive.memory {
+                Retention::Aside => Retention::Aside,
+                memory if well => memory,
+                _ => Retention::Off,
+            },
             stood: self.stood(drive),
             ..*drive
         };
         let scan = (self.scan, &drive);
-        let past = Some(&mut self.past);
+        let past = match drive.memory {
+            Retention::Aside => {
+                self.past.pass_over(self.scan);
+                None
+            }
+            _ => Some(&mut self.past),
+        };
         self.finder
             .finish(&self.config, scan, past, observer, answer)
     }

@@ -61,14 +61,16 @@ impl Schedule {
         plane: Plane::Depth,
     };
 
-    /// The schedule of a configuration, if the shaft can turn so far.
+    /// The schedule of a configuration, if the shaft can turn so far; with `plane both` that of its first plane.
     pub fn new(config: &Config) -> Result<Self, ConfigError> {
-        config.sweep.validate()?;
-        let schedule = Self {
-            sweep: config.sweep,
-            plane: config.mount.plane,
-        };
-        let last = config.sweep.angle_count.saturating_sub(1);
+        Self::in_plane(config.sweep, config.mount.plane.first())
+    }
+
+    /// The schedule of a sweep in `plane`, if the shaft can turn so far.
+    pub fn in_plane(sweep: SweepConfig, plane: Plane) -> Result<Self, ConfigError> {
+        sweep.validate()?;
+        let schedule = Self { sweep, plane };
+        let last = sweep.angle_count.saturating_sub(1);
         let within = |row| (-SHAFT_LIMIT..=SHAFT_LIMIT).contains(&schedule.scheduled_shaft(row));
         check(
             within(0) && within(last),
@@ -155,7 +157,7 @@ mod tests {
     #[test]
     fn height_plane_turns_the_other_way_from_straight_down() {
         let mut config = Config::default();
-        config.mount.plane = Plane::Height;
+        config.mount.plane = crate::config::Planes::Height;
         let schedule = Schedule::new(&config).unwrap();
         assert_eq!(schedule.scheduled_shaft(80), 90_000);
         assert_eq!(schedule.position(80), 12_800);

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use stairscan::Iq;
 use stairscan::answer::Direction;
-use stairscan::config::{Config, EstimatorKind, MountConfig, Plane};
+use stairscan::config::{Config, EstimatorKind, MountConfig, Planes};
 use stairscan::pipeline::Pipeline;
 use stairscan::scanner::DataPath;
 use stairscan::verdict::{Outcome, Status};
@@ -34,7 +34,7 @@ fn config(estimator: EstimatorKind) -> Config {
 
 fn descending() -> Config {
     let mount = MountConfig {
-        plane: Plane::Height,
+        plane: Planes::Height,
         mount_height: 120_000,
         ..MountConfig::default()
     };

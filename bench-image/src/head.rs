@@ -1,7 +1,7 @@
 //! What stands before each scan in the file of chirps: the part of its configuration that
 //! recordings bring.
 
-use stairscan::config::{Config, Plane};
+use stairscan::config::{Config, Planes};
 
 /// Bytes of a head.
 pub const SIZE: usize = 32;
@@ -14,7 +14,7 @@ pub fn encode(config: &Config) -> [u8; SIZE] {
         config.mount.mirror_offset as u32,
         config.mount.mount_height as u32,
         config.mount.beamwidth as u32,
-        u32::from(config.mount.plane == Plane::Height),
+        u32::from(config.mount.plane == Planes::Height),
         config.sweep.first_angle as u32,
         config.sweep.angle_step as u32 | u32::from(config.sweep.angle_count) << 16,
     ];
@@ -37,9 +37,9 @@ pub fn decode(bytes: &[u8; SIZE]) -> Config {
     config.mount.mount_height = word(3) as i32;
     config.mount.beamwidth = word(4) as i32;
     config.mount.plane = if word(5) == 0 {
-        Plane::Depth
+        Planes::Depth
     } else {
-        Plane::Height
+        Planes::Height
     };
     config.sweep.first_angle = word(6) as i32;
     config.sweep.angle_step = (word(7) & 0xffff) as i32;
@@ -54,7 +54,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read() {
         let mut config = Config::default();
-        config.mount.plane = Plane::Height;
+        config.mount.plane = Planes::Height;
         config.sweep.first_angle = -12_345;
         config.radar.real = true;
         assert_eq!(decode(&encode(&config)), config);

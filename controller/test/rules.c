@@ -161,6 +161,32 @@ static void the_way_ends_at_a_drop(void) {
     CHECK(scanner.dropped == 1);
 }
 
+/* With `plane both`: an answer of the height plane stands behind the one that told the drop. */
+static void the_height_plane_takes_no_drop_back(void) {
+    start();
+    CHECK(send("PSTR,SCAN,1,ok,none,0,0,,1100.0,99.1,0,01234567,1,depth") == STAIRSCAN_SENTENCE);
+    CHECK(send("PSTR,DROP,1,1100.0,10.0,,97.5") == STAIRSCAN_ANSWER);
+    CHECK(scanner.answer.head.plane == STAIRSCAN_PLANE_DEPTH);
+    CHECK(stairscan_may(&scanner, now, travel).clear == 11000 - 300 - 600);
+    CHECK(send("PSTR,SCAN,2,ok,none,0,0,,1400.0,99.1,0,01234567,0,height") == STAIRSCAN_ANSWER);
+    CHECK(scanner.answer.head.plane == STAIRSCAN_PLANE_HEIGHT);
+    CHECK(stairscan_may(&scanner, now, travel).clear == 11000 - 300 - 600);
+    CHECK(stairscan_may(&scanner, now, travel + 1000).clear == 11000 - 300 - 600 - 1000);
+    /* It may end the way nearer. */
+    CHECK(send("PSTR,SCAN,3,ok,down,1,0,,1400.0,99.1,0,01234567,0,height") == STAIRSCAN_SENTENCE);
+    CHECK(send("PSTR,STEP,3,1,1,1050.0,-170.0,,170.0,5.0,2.0,100") == STAIRSCAN_ANSWER);
+    CHECK(stairscan_may(&scanner, now, travel).clear == 10500 - 600);
+    /* The next one of the depth plane counts by itself. */
+    CHECK(send("PSTR,SCAN,4,ok,none,0,0,,1500.0,99.1,0,01234567,0,depth") == STAIRSCAN_ANSWER);
+    CHECK(stairscan_may(&scanner, now, travel).clear == 15000 - 600);
+    /* Without an answer that told a drop there is nothing that it could be read with. */
+    CHECK(send("PSTR,SCAN,5,ok,none,0,0,,1400.0,99.1,0,01234567,0,height") == STAIRSCAN_SENTENCE);
+    CHECK(scanner.answer.head.scan == 4 && scanner.dropped == 1);
+    CHECK(send("PSTR,SCAN,6,ok,none,0,0,,1100.0,99.1,0,01234567,1,depth") == STAIRSCAN_SENTENCE);
+    CHECK(send("PSTR,SCAN,7,ok,none,0,0,,1400.0,99.1,0,01234567,0,height") == STAIRSCAN_SENTENCE);
+    CHECK(scanner.answer.head.scan == 4);
+}
+
 static void a_degraded_one_is_a_hint(void) {
     ok();
     CHECK(send(DEGRADED("2")) == STAIRSCAN_SENTENCE);
@@ -432,6 +458,7 @@ int main(void) {
     a_vague_step_may_stand_nearer();
     a_maybe_is_not_clear();
     the_way_ends_at_a_drop();
+    the_height_plane_takes_no_drop_back();
     a_degraded_one_is_a_hint();
     a_fault_stops();
     silence_stops_and_stays();

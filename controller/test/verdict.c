@@ -78,6 +78,7 @@ static void say_scan(struct out *out, const stairscan_scan_t *s) {
     whole(out, " maybes=", s->maybes);
     whole(out, " settings=", s->settings);
     whole(out, " drops=", s->drops);
+    whole(out, " plane=", s->plane);
 }
 
 static void say_step(struct out *out, const stairscan_step_t *s) {

@@ -177,7 +177,7 @@ impl Answer {
                 "probability": f64::from(m.probability) / 1000.0,
             })
         };
-        json!({
+        let mut object = json!({
             "recording": self.recording,
             "scan": self.part.unwrap_or(self.scan.scan),
             "status": self.scan.status.as_str(),
@@ -190,7 +190,12 @@ impl Answer {
             "maybe": self.maybes.iter().map(maybe).collect::<Vec<_>>(),
             "lost_rows": self.scan.lost_rows,
             "reasons": self.scan.reasons.iter().map(|r| r.as_str()).collect::<Vec<_>>(),
-        })
+        });
+        // As in the sentence: only of a scanner that changes planes.
+        if let Some(plane) = self.scan.plane {
+            object["plane"] = json!(plane.as_str());
+        }
+        object
     }
 
     /// Sentences and a table for people.
@@ -255,6 +260,9 @@ impl Answer {
             (_, Direction::Up, n) => format!("{n} step{} up", if n == 1 { "" } else { "s" }),
             (_, Direction::Down, n) => format!("{n} step{} down", if n == 1 { "" } else { "s" }),
         };
+        let plane = self.scan.plane.map_or(String::new(), |plane| {
+            format!(" in the {} plane", plane.as_str())
+        });
         let vouched = match (self.horizon_m, self.scan.confidence) {
             (Some(horizon), Some(tenths)) if horizon > 0.0 => format!(
                 ", vouched for up to {horizon:.1} m ({:.1} %)",
@@ -264,7 +272,7 @@ impl Answer {
             _ => String::new(),
         };
         format!(
-            "{}{because}: {what}{lost}{vouched}",
+            "{}{because}: {what}{plane}{lost}{vouched}",
             self.scan.status.as_str()
         )
     }
@@ -324,6 +332,22 @@ mod tests {
         let text = answer.text();
         let words = "  drop     91.2 cm: the ground ends, not before 86.7 cm, 18 cm deep (97 %)\n";
         assert!(text.contains(words), "{text}");
+    }
+
+    #[test]
+    fn the_plane_stands_where_the_sentence_tells_it() {
+        let mut lines = sentences();
+        let one = Answer::parse("brink", lines.clone()).unwrap();
+        assert_eq!(one.json().get("plane"), None);
+        assert!(!one.summary().contains("plane"));
+        let head = Sentence::Scan(ScanLine {
+            plane: Some(stairscan::config::Plane::Depth),
+            ..one.scan
+        });
+        lines[0] = head.write().trim_end().to_owned();
+        let both = Answer::parse("brink", lines).unwrap();
+        assert_eq!(both.json()["plane"], "depth");
+        assert!(both.summary().contains(": no stairs in the depth plane, "));
     }
 
     #[test]

@@ -164,7 +164,7 @@ impl<'a> Playback<'a> {
 /// The row of a scan with `config` that is seen with the shaft at `shaft_angle` (0.001°); `None` above
 /// the first one.
 pub fn row_at(config: &Config, shaft_angle: i32) -> Option<usize> {
-    let beam = match config.mount.plane {
+    let beam = match config.mount.plane.first() {
         Plane::Depth => shaft_angle,
         Plane::Height => 90_000 - shaft_angle,
     };

@@ -199,7 +199,7 @@ pub fn config(recording: &Recording, scan: usize, base: &Config) -> Result<(Conf
             mirror_offset: fixed(mirror.offset_m, 1e-5, "stairscan:mirror_offset_m")?,
             mount_height: fixed(mirror.mount_height_m, 1e-5, "stairscan:mount_height_m")?,
             beamwidth: fixed(mirror.beamwidth_deg, 1e-3, "stairscan:beamwidth_deg")?,
-            plane: mirror.plane,
+            plane: mirror.plane.into(),
             // What a calibration leaves, which no recording knows.
             ..base.mount
         },

@@ -270,6 +270,14 @@ impl Odometry {
         })
     }
 
+    /// The scan has seen its last row, and stands aside: the way of the next one counts from the scan before.
+    pub fn finish_aside(&mut self, now: Micros) {
+        let before = self.end;
+        self.finish(now);
+        self.end = before;
+        (self.since_s, self.moved_m) = (None, None);
+    }
+
     /// The scan has seen its last row.
     pub fn finish(&mut self, now: Micros) {
         let last_row = self.waiting.back().map(|&(_, at)| at);

@@ -8,7 +8,7 @@
 
 use super::odometer::{SAME_PLACE_M, same_place_m};
 use crate::config::{Config, Plane};
-use crate::drive::{Drive, Input, Mode};
+use crate::drive::{Drive, Input, Mode, Retention};
 use crate::math;
 use crate::signal::echoes::{Echo, Ride, row_of};
 use crate::signal::grid::PolarMap;
@@ -161,7 +161,8 @@ impl Sweeps {
     }
 
     /// Puts the echoes where they lie from the mirror at the last row, as far as the motion is known
-    /// or can be seen, and compares them with those of the sweep before.
+    /// or can be seen, and compares them with those of the sweep before. A sweep of the other plane that comes in between
+    /// is compared with none and does not become the one before.
     #[inline(never)]
     pub fn compare(
         &mut self,
@@ -182,7 +183,9 @@ impl Sweeps {
         let mut ride = Ride::along(track, drive, &config.radar);
         let marks = marks(echoes, map, &ride, known);
         let plane = map.geometry().plane;
-        let comparable = !self.marks.is_empty() && self.plane == plane && self.placed == known;
+        let aside = drive.memory == Retention::Aside;
+        let same = self.plane == plane && self.placed == known;
+        let comparable = !self.marks.is_empty() && same && !aside;
         let finding = match (comparable, known, drive.moved_m, drive.since_s) {
             (true, true, Some(moved_m), _) => self.driven(&marks, moved_m),
             (true, false, _, Some(since_s)) => {
@@ -197,9 +200,11 @@ impl Sweeps {
         if known || ride.creep.is_some() {
             echoes.iter_mut().for_each(|echo| ride.place(echo, map));
         }
-        self.marks = marks;
-        self.plane = plane;
-        self.placed = known;
+        if !aside {
+            self.marks = marks;
+            self.plane = plane;
+            self.placed = known;
+        }
         let missing = drive.mode == Mode::Required && !known;
         let finding = if missing { Finding::Missing } else { finding };
         Agreement { finding, input }

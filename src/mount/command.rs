@@ -425,7 +425,7 @@ pub fn calibrate(
     wall_m: f32,
 ) -> Result<Mounting, Refusal> {
     let p = current();
-    if config.mount.plane != Plane::Depth {
+    if config.mount.plane.first() != Plane::Depth {
         return Err(Refusal::Plane);
     }
     if !WALL_M.contains(&wall_m) {

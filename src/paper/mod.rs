@@ -347,7 +347,7 @@ fn join(cloud: &mut PointCloud, extents: &mut [Extent], shapes: &mut [ClusterSha
 mod tests {
     use super::*;
     use crate::answer::Direction;
-    use crate::config::Plane;
+    use crate::config::Planes;
     use crate::verdict::{Reason, Reasons, Status};
     use proptest::prelude::*;
 
@@ -524,7 +524,7 @@ mod tests {
             config.sweep.first_angle = first_angle;
             config.sweep.angle_step = angle_step;
             config.sweep.angle_count = angle_count;
-            config.mount.plane = if height { Plane::Height } else { Plane::Depth };
+            config.mount.plane = if height { Planes::Height } else { Planes::Depth };
             config.particles = ParticleConfig {
                 particles, modes, rounds, spread, mode_sigma, vigilance,
             };

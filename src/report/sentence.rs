@@ -7,7 +7,7 @@
 //!
 //! | sentence | fields |
 //! |---|---|
-//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence; maybes; settings; drops |
+//! | `SCAN` | number; `ok`, `degraded` or `fault`; `none`, `up` or `down`; steps; lost rows; reasons joined by `+`; horizon; confidence; maybes; settings; drops; with `plane both` the plane, else left out |
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
 //! | `DROP` | scan number; distance; σ of distance; depth; probability |
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |

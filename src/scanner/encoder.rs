@@ -61,8 +61,8 @@ const REST_US: u32 = 10_000;
 const READINGS: u8 = 3;
 /// Two places are one within this, microsteps: a tenth of a degree.
 const SAME_PLACE: u32 = (MICROSTEPS_PER_TURN / 3600) as u32;
-/// Home, and both ends of a sweep.
-const PLACES: usize = 3;
+/// Home, and both ends of a sweep in each plane.
+const PLACES: usize = 5;
 
 /// 1/65536 turn of a microstep, as a ratio in lowest terms.
 const MICROSTEP: (i32, i32) = (32, 25);

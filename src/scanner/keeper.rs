@@ -1,6 +1,7 @@
 //! The settings in force: whether somebody vouches for them, and whether memory still holds them.
 
-use crate::config::{ConfigError, RadarConfig};
+use super::planes::plane_of;
+use crate::config::{ConfigError, Plane, Planes, RadarConfig};
 use crate::drive::Mode;
 use crate::scanner::record::MOUNTING;
 use crate::scanner::settings::{Settings, Switch};
@@ -121,18 +122,35 @@ pub(super) struct ScanSettings {
     pub fusion: Switch,
     /// Duration of a chirp.
     pub chirp_us: u32,
+    /// Which planes there are.
+    pub planes: Planes,
+    /// The plane that it is made in.
+    pub plane: Plane,
 }
 
 impl ScanSettings {
-    /// Those that a scan begins with now.
-    pub fn of(keeper: &Keeper) -> Self {
+    /// Those that a scan begins with now; `below` says that the answer before asks for the height plane.
+    pub fn of(keeper: &Keeper, below: bool) -> Self {
+        let planes = keeper.get().config.mount.plane;
         Self {
+            planes,
+            plane: plane_of(planes, below),
             hash: keeper.hash(),
             configured: keeper.configured(),
             motion: keeper.get().motion,
             fusion: keeper.get().fusion,
             chirp_us: keeper.get().timing.chirp_duration,
         }
+    }
+
+    /// Whether it comes in between scans of the other plane.
+    pub fn stands_aside(&self) -> bool {
+        self.plane != self.planes.first()
+    }
+
+    /// The plane, where settings alone do not say it.
+    pub fn told_plane(&self) -> Option<Plane> {
+        (self.planes == Planes::Both).then_some(self.plane)
     }
 }
 

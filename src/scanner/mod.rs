@@ -27,6 +27,7 @@
 //! | `commands` | lines of the report port, carried out on the machine; `LIVE` | `states`, `reports`, `pulse` |
 //! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::mount::command`] |
 //! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`record`] |
+//! | `planes` | which plane a scan is made in, with `plane both` | [`crate::drive`], [`crate::verdict`] |
 //! | `fitness` | whether processor, memory, clock and supply are fit to scan | |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`outbox`] |
 //! | `pulse` | when `LIVE` is due, and its times | [`crate::time`] |
@@ -62,6 +63,7 @@ mod keeper;
 pub mod mirror;
 pub mod outbox;
 pub mod pace;
+mod planes;
 mod pulse;
 pub mod pulser;
 pub mod ramp;

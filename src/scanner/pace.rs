@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn both_ways_have_the_same_ends() {
         let mut settings = Settings::default();
-        for plane in [crate::config::Plane::Depth, crate::config::Plane::Height] {
+        for plane in [crate::config::Planes::Depth, crate::config::Planes::Height] {
             settings.config.mount.plane = plane;
             let schedule = Schedule::new(&settings.config).unwrap();
             let cruise = Cruise::new(&settings, &schedule, Wire::default()).unwrap();

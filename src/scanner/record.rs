@@ -97,7 +97,7 @@ mod tests {
     fn values_that_are_not_valid_are_not_used() {
         let good = Settings::default().words();
         for (key, word) in [
-            ("plane", 2),
+            ("plane", 3),
             ("estimator", 100),
             ("cfar-guard", 256),
             ("angle-count", 2),

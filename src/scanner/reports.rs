@@ -1,5 +1,6 @@
 //! What the scanner says: which sentences tell a scan, a state, the answer to a command.
 
+use crate::config::Plane;
 use crate::port::BytePort;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
 use crate::report::{LiveLine, ScanLine, Sentence};
@@ -23,6 +24,8 @@ pub(super) struct Telling {
     pub scan: u32,
     /// Hash of the settings that it was made with.
     pub settings: u32,
+    /// The plane that it was made in, where settings alone do not say it.
+    pub plane: Option<Plane>,
     /// Rows that were lost.
     pub lost: u16,
     /// Whether hardware ended the scan, or did not let it begin.
@@ -126,7 +129,10 @@ impl Reports {
     /// Queues the answer's sentences as they fit; true when all are queued.
     pub(super) fn tell(&mut self, telling: &mut Telling) -> bool {
         let of = (telling.scan, telling.settings);
-        while let Some(sentence) = of_scan(of, telling.lost, &self.outcome, telling.queued) {
+        while let Some(mut sentence) = of_scan(of, telling.lost, &self.outcome, telling.queued) {
+            if let Sentence::Scan(head) = &mut sentence {
+                head.plane = telling.plane;
+            }
             if !self.outbox.push(&sentence) {
                 return false;
             }

@@ -8,9 +8,10 @@ mod found;
 mod motor;
 mod words;
 
+use super::planes::check_planes;
 use crate::config::{Config, ConfigError, SAMPLES, check};
 use crate::motion;
-use crate::schedule::{SHAFT_LIMIT, Schedule};
+use crate::schedule::SHAFT_LIMIT;
 pub use crate::setting::ValueText;
 pub(crate) use crate::setting::number;
 use crate::setting::{SettingRow, Value, settings};
@@ -180,7 +181,7 @@ impl Settings {
     pub fn validate(&self) -> Result<(), ConfigError> {
         self.limits()?;
         self.config.validate()?;
-        Schedule::new(&self.config)?;
+        check_planes(&self.config)?;
         self.check_map()?;
         self.check_module()?;
         self.motor.validate()?;

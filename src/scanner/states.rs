@@ -3,8 +3,9 @@
 use core::task::Poll;
 
 use super::keeper::{Keeper, ScanSettings};
+use super::planes::asks_below;
 use super::reports::{Reports, Telling};
-use crate::config::ConfigError;
+use crate::config::{ConfigError, Planes};
 use crate::crc;
 use crate::drive::{Drive, Retention};
 use crate::motion::Odometry;
@@ -88,6 +89,8 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     booted: Option<Micros>,
     /// Whether the next answer shall be a first one.
     forgets: bool,
+    /// Whether the last answer asks for a scan in the height plane.
+    below: bool,
     /// When the last row of an answer was worked off, until that is noted.
     pub answered: Option<Micros>,
     /// Requests that the module did not answer as it should.
@@ -176,7 +179,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         let stored = stored.filter(|settings| settings.calibrated.fits(chip));
         let settings = Keeper::new(stored, hardware.board.settings_before());
         let mut machine = Self {
-            scan: ScanSettings::of(&settings),
+            scan: ScanSettings::of(&settings, false),
             booted: Some(now),
             hardware,
             data,
@@ -191,6 +194,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             reasons: identity.reasons(),
             deadline: now.plus(POLL_US),
             forgets: false,
+            below: false,
             answered: None,
             link_errors: 0,
             calibration: None,
@@ -233,6 +237,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.hardware.board.set_stopped(true);
         self.hardware.mirror.disable();
         self.calibration = None;
+        self.below = false;
         self.state = ScannerState::Idle;
         self.reports.done("stop");
     }
@@ -295,9 +300,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         }
     }
 
-    /// Scans on unless told to stand still.
+    /// Scans on unless told to stand still; the scan in the height plane that an answer asks for belongs to it.
     fn resume(&mut self, now: Micros) {
-        if self.hardware.board.stopped() {
+        if self.hardware.board.stopped() && !self.below {
             self.state = ScannerState::Idle;
             self.deadline = now.plus(POLL_US);
         } else {
@@ -309,6 +314,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     #[inline(never)]
     pub(super) fn begin(&mut self, now: Micros, errand: Errand) {
         self.deadline = now.plus(POLL_US);
+        let below = core::mem::take(&mut self.below);
         let unfit = self.identity.fitness.fault(self.settings.get()).is_some();
         self.hardware.mirror.check(&self.settings.get().motor);
         if unfit || !self.hardware.mirror.homed() || !self.connected {
@@ -316,7 +322,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             return;
         }
         self.scans = self.scans.wrapping_add(1);
-        self.scan = ScanSettings::of(&self.settings);
+        self.scan = ScanSettings::of(&self.settings, below);
         if !self.settings.intact() {
             return self.report_broken(Reason::SettingsDamaged, Conditions::GOOD, 0);
         }
@@ -326,12 +332,16 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             Sweeping::Backward => true,
         };
         let (mirror, link) = (&mut self.hardware.mirror, &mut self.hardware.link);
-        match Sweep::start(now, self.settings.get(), self.scans, backward, mirror, link) {
+        let scan = (self.scans, self.scan.plane);
+        match Sweep::start(now, self.settings.get(), scan, backward, mirror, link) {
             Ok(sweep) => {
                 let settings = self.settings.get();
                 self.odometry.allow(settings.timing.motion_timeout);
                 self.odometry.begin(settings.config.sweep.angle_count);
-                self.backward = !backward;
+                // A scan in between goes the way of the next one, whose beginning then is near.
+                if !self.scan.stands_aside() {
+                    self.backward = !backward;
+                }
                 self.state = ScannerState::Scanning(sweep);
             }
             Err(reason) => self.report_broken(reason, Conditions::GOOD, 0),
@@ -474,7 +484,11 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     /// From the last row to the outcome.
     #[inline(never)]
     fn conclude(&mut self, now: Micros, rows: Rows) {
-        self.odometry.finish(now);
+        let aside = self.scan.stands_aside();
+        match aside {
+            true => self.odometry.finish_aside(now),
+            false => self.odometry.finish(now),
+        }
         if let Some(task) = self.calibration.take() {
             self.calibrated(&rows, task);
             return self.resume(now);
@@ -483,6 +497,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             motion,
             fusion,
             chirp_us,
+            planes,
             ..
         } = self.scan;
         let conditions = Conditions {
@@ -494,17 +509,20 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             return self.report_broken(reason, conditions, rows.lost);
         }
         let memory = match fusion {
+            _ if aside => Retention::Aside,
             Switch::Off => Retention::Off,
             Switch::On if self.forgets => Retention::Anew,
             Switch::On => Retention::Kept,
         };
         self.odometry.remember(memory);
-        self.forgets = false;
+        self.forgets &= aside;
         let drive = self.odometry.drive(motion, chirp_us);
         let outcome = self.data.conclude(&drive, conditions);
         if outcome.status() != Status::Fault {
             self.answered = Some(now);
         }
+        let may = planes == Planes::Both && !aside;
+        self.below = may && asks_below(&self.settings.get().config, &outcome, &drive);
         self.enter_reporting(outcome, rows.lost, false);
     }
 
@@ -522,6 +540,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.state = ScannerState::Reporting(Telling {
             scan: self.scans,
             settings: self.scan.hash,
+            plane: self.scan.told_plane(),
             lost,
             broken,
             queued: 0,

@@ -23,6 +23,7 @@ use super::chain::DataPath;
 use super::mirror::{Mirror, Motion};
 use super::pace::Cruise;
 use super::settings::{Settings, SweepMode};
+use crate::config::Plane;
 use crate::schedule::{Schedule, shaft_angle};
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
@@ -68,19 +69,20 @@ pub struct Sweep {
 }
 
 impl Sweep {
-    /// Begins scan number `scan`, from the last row to the first if `backward`.
+    /// Begins scan number `scan` in `plane`, from the last row to the first if `backward`.
     ///
     /// `settings` must be valid; they are copied, so that what a command changes meanwhile is for
     /// the next scan.
     pub fn start(
         now: Micros,
         settings: &Settings,
-        scan: u32,
+        (scan, plane): (u32, Plane),
         backward: bool,
         mirror: &mut impl Mirror,
         link: &mut impl RadarModule,
     ) -> Result<Self, Reason> {
-        let schedule = Schedule::new(&settings.config).map_err(|_| Reason::ModuleConfig)?;
+        let schedule = Schedule::in_plane(settings.config.sweep, plane);
+        let schedule = schedule.map_err(|_| Reason::ModuleConfig)?;
         let mut sweep = Self {
             settings: *settings,
             schedule,
@@ -102,6 +104,7 @@ impl Sweep {
             rest: None,
             turning: None,
         };
+        sweep.settings.config.mount.plane = plane.into();
         sweep.plan(link);
         let target = sweep.target();
         sweep.start_move(now, mirror, target);

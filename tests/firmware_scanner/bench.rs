@@ -6,7 +6,8 @@ use std::rc::Rc;
 use std::task::Poll;
 
 use stairscan::Iq;
-use stairscan::config::{Config, ConfigError, RadarConfig};
+use stairscan::answer::DropEdge;
+use stairscan::config::{Config, ConfigError, Plane, RadarConfig};
 use stairscan::motion::{Agreement, Drive, Odometry};
 use stairscan::mount::Mounting;
 use stairscan::report::{ScanLine, Sentence};
@@ -55,6 +56,10 @@ pub struct World {
     pub rows: Vec<u16>,
     pub lost: Vec<u16>,
     pub begun: Vec<u32>,
+    /// In which plane each scan began.
+    pub planes: Vec<Plane>,
+    /// Where the depth plane sees the ground end, metres.
+    pub drop_m: Option<f32>,
     pub arithmetic_broken: bool,
     pub row_worked_while_still: bool,
 }
@@ -195,7 +200,9 @@ pub struct Data(Shared, [Iq; 200]);
 impl DataPath for Data {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
         assert_eq!(Some(config.radar), self.0.0.borrow().radar);
-        self.0.0.borrow_mut().begun.push(scan);
+        let mut w = self.0.0.borrow_mut();
+        w.begun.push(scan);
+        w.planes.push(config.mount.plane.first());
         Ok(())
     }
     fn samples(&mut self) -> &mut [Iq] {
@@ -217,6 +224,14 @@ impl DataPath for Data {
             ..Sight::nothing(Agreement::STANDING)
         };
         let mut outcome = Outcome::silent();
+        let w = self.0.0.borrow();
+        let seen = w.planes.last() == Some(&Plane::Depth);
+        outcome.answer.drop = w.drop_m.filter(|_| seen).map(|distance_m| DropEdge {
+            distance_m,
+            distance_sigma_m: 0.01,
+            depth_m: None,
+            probability: 0.99,
+        });
         outcome.decide(&Evidence {
             conditions,
             sight: Some(sight),

@@ -3,6 +3,7 @@
 mod bench;
 mod driver;
 mod encoder;
+mod planes;
 mod settings;
 
 use bench::{Bench, IDENTITY, World};

@@ -1,6 +1,7 @@
 //! What the Rust parsers make of a line, in the words of `controller/test/verdict.c`.
 
 use stairscan::answer::Direction;
+use stairscan::config::Plane;
 use stairscan::motion::Reading;
 use stairscan::report::{
     DropLine, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
@@ -86,9 +87,14 @@ fn of_scan(scan: &ScanLine) -> String {
         Direction::Up => 1,
         Direction::Down => 2,
     };
+    let plane = match scan.plane {
+        None => 0,
+        Some(Plane::Depth) => 1,
+        Some(Plane::Height) => 2,
+    };
     format!(
         "SCAN scan={} status={status} direction={direction} steps={} lost={} reasons={} horizon={} \
-         confidence={} maybes={} settings={} drops={}",
+         confidence={} maybes={} settings={} drops={} plane={plane}",
         scan.scan,
         scan.steps,
         scan.lost_rows,

@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use stairscan::answer::Direction;
+use stairscan::config::Plane;
 use stairscan::motion::Reading;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{
@@ -97,6 +98,7 @@ fn scans() -> Vec<ScanLine> {
         maybes: 1,
         settings: 0x4285_B47E,
         drops: 0,
+        plane: None,
     };
     let every = Reason::ALL
         .iter()
@@ -111,6 +113,7 @@ fn scans() -> Vec<ScanLine> {
         maybes: u8::MAX,
         settings: u32::MAX,
         drops: u8::MAX,
+        plane: Some(Plane::Height),
         ..ok
     };
     let degraded = |reasons| ScanLine {
@@ -142,7 +145,12 @@ fn scans() -> Vec<ScanLine> {
         maybes: 0,
         ..ok
     };
-    let drop = ScanLine { drops: 1, ..clear };
+    let plane = Some(Plane::Depth);
+    let drop = ScanLine {
+        drops: 1,
+        plane,
+        ..clear
+    };
     let fixed = [ok, clear, drop, largest, fault, degraded(pair)];
     fixed.into_iter().chain(each).collect()
 }
@@ -300,6 +308,8 @@ const BAD_BODIES: &[&str] = &[
     "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000",
     "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,",
     "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,256",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,both",
+    "PSTR,SCAN,1,ok,none,0,0,,,,0,00000000,0,depth,",
     "PSTR,DROP",
     "PSTR,DROP,1,,1.0,,97.0",
     "PSTR,DROP,1,900.0,,,97.0",

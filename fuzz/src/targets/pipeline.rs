@@ -19,7 +19,7 @@
 
 use stairscan::Iq;
 use stairscan::answer::{Answer, DropEdge};
-use stairscan::config::{Config, EstimatorKind, Plane};
+use stairscan::config::{Config, EstimatorKind, Planes};
 use stairscan::motion::{Drive, Mode};
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
@@ -56,7 +56,7 @@ pub fn setup(input: &mut Input<'_>) -> Config {
     config.sweep.angle_step = 10 * i32::from(input.byte());
     let bits = input.byte();
     if bits & 1 != 0 {
-        config.mount.plane = Plane::Height;
+        config.mount.plane = Planes::Height;
     }
     if bits & 2 != 0 {
         config.estimator = EstimatorKind::Paper;
@@ -88,7 +88,7 @@ fn points(input: &mut Input<'_>) -> Vec<Point> {
 
 /// What row `row` shows of the points.
 fn show(points: &[Point], config: &Config, row: u16, chirp: &mut [Iq]) {
-    let depth = config.mount.plane == Plane::Depth;
+    let depth = config.mount.plane == Planes::Depth;
     let angle = (config.sweep.angle(row) as f32 / 1000.0).to_radians();
     let angle = if depth {
         angle

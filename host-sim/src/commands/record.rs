@@ -317,7 +317,7 @@ fn ask_module(
         sweep,
         ..Config::default()
     };
-    config.mount.plane = args.said.plane.unwrap_or(Plane::Depth);
+    config.mount.plane = args.said.plane.unwrap_or(Plane::Depth).into();
     let schedule = Schedule::new(&config).map_err(|error| anyhow!("--angles: {error}"))?;
     let mut angles: Vec<i32> = (0..schedule.rows())
         .map(|row| shaft_angle(schedule.position(row)))

@@ -21,6 +21,7 @@ fn scan(number: u32, status: Status, reasons: &[Reason]) -> ScanLine {
         maybes: 0,
         settings: 0,
         drops: 0,
+        plane: None,
     }
 }
 

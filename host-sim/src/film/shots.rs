@@ -67,7 +67,7 @@ impl Film {
         let angles = scanned.recording().meta.angles_deg;
         let ends = angles.first().zip(angles.last());
         // In the height plane angles count from straight down.
-        let below = |angle: f64| match scanned.config.mount.plane {
+        let below = |angle: f64| match scanned.config.mount.plane.first() {
             Plane::Depth => angle,
             Plane::Height => 90.0 - angle,
         };

@@ -148,7 +148,7 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
         let wrong = first_wrong(&answer, &truth, &listener.cells);
         Ok(Lesson {
             name: recording.name.clone(),
-            plane: scanned.config.mount.plane,
+            plane: scanned.config.mount.plane.first(),
             cells: listener.cells,
             stairs: !answer.steps.is_empty(),
             wrong,

@@ -130,7 +130,7 @@ pub fn write_scan((outputs, dir): (&Outputs, &Path), scan: &ScanView<'_>) -> Res
     let words = of("Clusters after rejection");
     let picture = particles::clusters(&plane, &words, &paper.kept);
     keep("fig08-clusters-kept", picture)?;
-    let words = of(match scan.config.mount.plane {
+    let words = of(match scan.config.mount.plane.first() {
         Plane::Depth => "Heights by the 3 dB beam model",
         Plane::Height => "Distances by the 3 dB beam model",
     });
@@ -143,7 +143,7 @@ pub fn write_scan((outputs, dir): (&Outputs, &Path), scan: &ScanView<'_>) -> Res
         legend: Vec::new(),
     };
     let picture = staircase::draw(&plane, &words, (scan.answer, scan.posterior), truth);
-    let what = match scan.config.mount.plane {
+    let what = match scan.config.mount.plane.first() {
         Plane::Depth => "fig13-staircase",
         Plane::Height => "fig14-staircase",
     };

@@ -181,7 +181,7 @@ pub mod tests {
     /// A map of `plane` with `level` everywhere and one bright, detected cell.
     pub fn map_with_spot(plane: Plane, level: u8, spot: (usize, usize)) -> Box<PolarMap> {
         let mut config = Config::default();
-        config.mount.plane = plane;
+        config.mount.plane = plane.into();
         let mut map = Box::new(PolarMap::new());
         map.begin(&config).unwrap();
         for k in 0..map.rows() {

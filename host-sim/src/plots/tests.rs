@@ -79,6 +79,7 @@ fn answer(status: Status, steps: &[(i32, i32)]) -> Answer {
             maybes: 0,
             settings: 0,
             drops: 0,
+            plane: None,
             scan: 1,
             status,
             direction: if steps.is_empty() {

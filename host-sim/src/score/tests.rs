@@ -28,6 +28,7 @@ fn answer(status: Status, steps: &[(f64, f64)]) -> Answer {
             maybes: 0,
             settings: 0,
             drops: 0,
+            plane: None,
             scan: 1,
             status,
             direction: if steps.is_empty() {

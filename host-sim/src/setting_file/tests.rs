@@ -57,12 +57,13 @@ fn people_s_units_are_written() {
         ("link-rate", "3000000", "3 Mbaud"),
         ("calibrated", "20261122", "2026-11-22"),
         ("plane", "depth", "depth"),
+        ("plane", "both", "both"),
         ("angle-count", "281", "281"),
     ] {
         assert_eq!(spoken(key, value), text, "{key} {value}");
     }
     assert_eq!(table::row("mount-height").unwrap().range(), "0.01 m to 5 m");
-    assert_eq!(table::row("plane").unwrap().range(), "depth, height");
+    assert_eq!(table::row("plane").unwrap().range(), "depth, height, both");
 }
 
 /// What is written is read as the same bits, at both limits, at the default and at odd values.
@@ -138,7 +139,7 @@ fn every_wrong_line_is_named_with_its_value_and_range() {
     for words in [
         "chair.toml:1: mount-height = 0.4: expected a number and its unit (m, cm, mm), such as \"1 m\"; 0.01 m to 5 m",
         "chair.toml:2: mirror-offset = 9 m: expected 0 m to 2 m",
-        "chair.toml:4: plane = sideways: expected depth, height",
+        "chair.toml:4: plane = sideways: expected depth, height, both",
         "chair.toml:5: retries = 11: expected 0 to 10",
         "chair.toml:6: seed = -1: expected a whole number within its type",
         "chair.toml:7: mount_height: no such setting; did you mean mount-height?",

@@ -134,7 +134,7 @@ pub fn mounting(said: &Said, beside: &Beside) -> (Mounting, Option<String>) {
         offset_m: mirror_offset.unwrap_or(metres(mount.mirror_offset)),
         beamwidth_deg: beamwidth.unwrap_or(f64::from(mount.beamwidth) / 1000.0),
         mount_height_m: mount_height.unwrap_or(metres(mount.mount_height)),
-        plane: plane.unwrap_or(mount.plane),
+        plane: plane.unwrap_or(mount.plane.first()),
     };
     let all = mount_height.and(mirror_offset).and(beamwidth).is_some() && plane.is_some();
     let note = (!told && !all).then(|| {

@@ -77,6 +77,7 @@ fn telling(
             maybes: 0,
             settings: 0,
             drops: 0,
+            plane: None,
         }))
     };
     let says = move || {

@@ -20,6 +20,7 @@ mod modules;
 mod motion;
 mod outputs;
 mod particles;
+mod planes;
 mod processor;
 mod real;
 mod report;

@@ -96,6 +96,14 @@ impl History {
         self.view = view;
     }
 
+    /// Scan number `scan` stands aside: the one after it follows on the one before it.
+    pub fn pass_over(&mut self, scan: u32) {
+        let before = scan.wrapping_sub(1);
+        if let Some(last) = self.scan.as_mut().filter(|last| **last == before) {
+            *last = scan;
+        }
+    }
+
     /// Forgets everything: the next scan is a first one.
     pub fn forget(&mut self) {
         self.scan = None;

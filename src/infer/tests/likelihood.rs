@@ -79,7 +79,7 @@ fn over_an_edge() -> Config {
     Config {
         mount: crate::config::MountConfig {
             mount_height: 110_000,
-            plane: Plane::Height,
+            plane: crate::config::Planes::Height,
             ..Default::default()
         },
         ..Config::default()
@@ -256,7 +256,7 @@ proptest! {
         config.sweep.angle_count = rows.min(281);
         config.seed = seed as u32;
         if height {
-            config.mount.plane = Plane::Height;
+            config.mount.plane = crate::config::Planes::Height;
         }
         let map = blocks(&config, seed, low, span);
         let outcome = estimate(&map, &config, false);

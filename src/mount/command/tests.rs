@@ -154,6 +154,6 @@ fn scenes_that_do_not_fit_are_refused() {
         "{inclined:?}"
     );
     let mut config = Config::default();
-    config.mount.plane = Plane::Height;
+    config.mount.plane = crate::config::Planes::Height;
     assert_eq!(calibrate(&whole, &config, MIRROR, 1.5), Err(Refusal::Plane));
 }

@@ -66,6 +66,11 @@ impl<'a> Fields<'a> {
         }
     }
 
+    /// Whether all have been taken.
+    pub fn ended(&self) -> bool {
+        self.0.clone().next().is_none()
+    }
+
     /// One word of eight hex digits.
     pub fn hash(&mut self, field: &'static str) -> Result<u32, ParseError> {
         let [word] = self.hex(field)?;

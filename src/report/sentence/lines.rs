@@ -4,6 +4,7 @@ use super::fields::{Fields, ParseError};
 use super::frame::{Line, Tenths};
 use super::writer::Writer;
 use crate::answer::{Direction, DropEdge, Maybe, Step};
+use crate::config::Plane;
 use crate::verdict::{Outcome, Reasons, Status};
 
 /// One step as its sentence carries it.
@@ -111,6 +112,8 @@ pub struct ScanLine {
     pub settings: u32,
     /// Number of `DROP` sentences that follow: 0 or 1.
     pub drops: u8,
+    /// The plane that the scan was made in: of a scanner that changes planes. A field that is left out elsewhere.
+    pub plane: Option<Plane>,
 }
 
 /// Where the ground ends, as its sentence carries it.
@@ -272,12 +275,13 @@ impl ScanLine {
             },
             settings,
             drops: u8::from(told && outcome.answer.drop.is_some()),
+            plane: None,
         }
     }
 
     /// The sentence, with its CRC and line end.
     pub(super) fn write(&self) -> Line {
-        Writer::new("SCAN")
+        let line = Writer::new("SCAN")
             .number(self.scan)
             .text(self.status.as_str())
             .text(self.direction.as_str())
@@ -288,8 +292,12 @@ impl ScanLine {
             .length(self.confidence.map(|tenths| Tenths(tenths.into())))
             .number(u32::from(self.maybes))
             .hex(&[self.settings])
-            .number(u32::from(self.drops))
-            .finish()
+            .number(u32::from(self.drops));
+        match self.plane {
+            Some(plane) => line.text(plane.as_str()),
+            None => line,
+        }
+        .finish()
     }
 
     /// From the fields behind the name.
@@ -314,6 +322,12 @@ impl ScanLine {
             maybes: fields.number("maybes")?,
             settings: fields.hash("settings")?,
             drops: fields.number("drops")?,
+            plane: match fields.ended() {
+                true => None,
+                false => {
+                    Some(fields.word("plane", &[Plane::Depth, Plane::Height], |p| p.as_str())?)
+                }
+            },
         })
     }
 }

@@ -51,6 +51,7 @@ fn every_sentence_survives_the_way_out_and_back() {
         maybes: 2,
         settings: 0x0123_abcd,
         drops: 1,
+        plane: None,
     };
     for sentence in [
         Sentence::Scan(scan),
@@ -180,6 +181,7 @@ fn a_scan_with_every_reason_keeps_what_follows_them() {
         maybes: u8::MAX,
         settings: u32::MAX,
         drops: u8::MAX,
+        plane: Some(crate::config::Plane::Height),
     };
     let line = Sentence::Scan(written).write();
     let Ok(Sentence::Scan(read)) = Sentence::parse(&line) else {
@@ -222,7 +224,18 @@ fn garbled_lines_are_refused() {
             "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,256",
             "drops",
         ),
-        ("PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,", "end"),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,",
+            "plane",
+        ),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,both",
+            "plane",
+        ),
+        (
+            "PSTR,SCAN,1,ok,none,0,0,,1000.0,99.1,0,01234567,0,depth,",
+            "end",
+        ),
         ("PSTR,DROP,x,900.0,10.0,,97.0", "scan"),
         ("PSTR,DROP,1,,10.0,,97.0", "distance"),
         ("PSTR,DROP,1,900.0,,,97.0", "distance-sigma"),
@@ -374,5 +387,27 @@ proptest! {
             Ok(Sentence::Step(back)) => prop_assert_eq!(back.distance, Tenths(tenths)),
             other => prop_assert!(false, "{:?}", other),
         }
+    }
+}
+
+/// The field is there or not, and both are read as they were written.
+#[test]
+fn only_a_scanner_of_both_planes_tells_the_plane() {
+    use crate::config::Plane;
+    let outcome = Outcome::silent();
+    let told = |plane| {
+        Sentence::Scan(ScanLine {
+            plane,
+            ..ScanLine::new(7, 0, &outcome, 0)
+        })
+    };
+    for (plane, end) in [
+        (None, ",0*"),
+        (Some(Plane::Depth), ",0,depth*"),
+        (Some(Plane::Height), ",0,height*"),
+    ] {
+        let line = told(plane).write();
+        assert!(line.contains(end), "{line}");
+        assert_eq!(Sentence::parse(&line), Ok(told(plane)));
     }
 }

@@ -12,9 +12,9 @@ pub struct Writer {
 impl Writer {
     /// Room kept for `*`, the CRC and the line end.
     const TAIL: usize = 11;
-    /// Room kept for horizon, confidence, number of maybes, settings and number of drops, which follow a scan's
+    /// Room kept for horizon, confidence, number of maybes, settings, number of drops and plane, which follow a scan's
     /// reasons.
-    const AFTER_REASONS: usize = 33;
+    const AFTER_REASONS: usize = 40;
 
     pub fn new(name: &str) -> Self {
         Self::behind(PREFIX, name)

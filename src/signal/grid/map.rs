@@ -102,7 +102,7 @@ impl PolarMap {
             mount_height_m: config.mount.mount_height_m(),
             step_rad: config.sweep.angle_step as f32 * 1e-3 * math::RAD_PER_DEG,
             beamwidth_rad: config.mount.beamwidth_rad(),
-            plane: config.mount.plane,
+            plane: config.mount.plane.first(),
         };
         self.present.fill(0);
         self.cells.fill(0);

@@ -51,6 +51,7 @@ fn scan(number: u32, status: Status, reasons: &[Reason]) -> String {
         maybes: 0,
         settings: 7,
         drops: 0,
+        plane: None,
     }))
 }
 

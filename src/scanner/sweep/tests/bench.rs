@@ -459,8 +459,9 @@ impl Bench {
         while link.settings(time()).is_pending() {
             self.world.0.borrow_mut().advance(u64::from(SPARE) * MHZ);
         }
+        let scan = (1, settings.config.mount.plane.first());
         let (start, asked) = (time(), self.world.0.borrow().now);
-        let began = Sweep::start(start, settings, 1, backward, &mut mirror, &mut link);
+        let began = Sweep::start(start, settings, scan, backward, &mut mirror, &mut link);
         let mut sweep = began.unwrap();
         let (mut fired, mut polls) = (Vec::new(), 0_usize);
         let fault = loop {

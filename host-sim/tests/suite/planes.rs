@@ -1,0 +1,234 @@
+//! `plane both`: one scene seen by the scanner's own loop in the depth plane, and in the height plane where the chair
+//! stands before a drop.
+//!
+//! The simulator renders a scene in one plane at a time, so that each scene is two recordings: the same surfaces seen by
+//! one shaft, which turns from row to row of either.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::task::Poll;
+
+use host_sim::playback::{Playback, SimShaft};
+use host_sim::recording::Recording;
+use host_sim::scene::Scene;
+use host_sim::volatile::{Volatile, identity};
+use stairscan::Iq;
+use stairscan::answer::Direction;
+use stairscan::config::{Config, Plane, Planes, RadarConfig};
+use stairscan::motion::{Mode, Odometry};
+use stairscan::pipeline::Pipeline;
+use stairscan::report::{ScanLine, Sentence, StepLine};
+use stairscan::scanner::command::framed;
+use stairscan::scanner::{BytePort, Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::{LinkError, RadarModule};
+
+/// A scene 0.4 m below the mirror in one plane, seen from 20° above the horizontal, or behind straight down, to 70°.
+fn recording(plane: &str, ground: &str) -> Recording {
+    let scene = Scene::parse(&format!(
+        "[mount]\nheight_m = 0.40\nplane = \"{plane}\"\n[sweep]\nfirst_deg = -20.0\nlast_deg = 70.0\n{ground}"
+    ));
+    scene.unwrap().simulate(plane, 0)
+}
+
+/// Four steps down, 60 cm ahead.
+const DOWN: &str = "[[floor]]\nmaterial = \"concrete\"\nto_m = 0.6\n[[stairs]]\ndirection = \"down\"\ndistance_m = 0.6\n\
+                    count = 4\nrise_m = 0.16\ngoing_m = 0.30\nnosing_radius_m = 0.004\nlanding_m = 2.5\nmaterial = \"concrete\"\n";
+/// Nothing but ground, up to a wall.
+const LEVEL: &str =
+    "[[floor]]\nmaterial = \"concrete\"\n[[wall]]\nat_m = 1.6\nmaterial = \"concrete\"\n";
+
+/// Both recordings of a scene, each answering in the scans that begin with one of its own ends.
+struct TwoPlanes<'a> {
+    planes: [&'a Playback<'a>; 2],
+    recordings: [&'a Recording; 2],
+    /// Of the scan under way; none before its first row.
+    plane: Option<usize>,
+    shaft_angle: i32,
+    /// Planes of the scans that have begun.
+    begun: Rc<RefCell<Vec<usize>>>,
+}
+
+impl RadarModule for TwoPlanes<'_> {
+    fn program(&mut self, _: Micros, _: &Wish, _: u32) {
+        self.plane = None;
+    }
+
+    fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        Poll::Ready(Ok(self.planes[0].radar()))
+    }
+
+    fn trigger(&mut self, _: Micros, shaft_angle: i32, _: u32) {
+        self.shaft_angle = shaft_angle;
+        // Within half a microstep.
+        let begins = |end: i32| (shaft_angle - end).abs() < 10;
+        let height = usize::from(begins(110_000) || begins(20_000));
+        if self.plane.is_none() {
+            assert!(
+                height == 1 || begins(-20_000) || begins(70_000),
+                "{shaft_angle}"
+            );
+            self.plane = Some(height);
+            self.begun.borrow_mut().push(height);
+        }
+    }
+
+    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        let plane = self.plane.unwrap();
+        let chirp = self.planes[plane].chirp(0, self.shaft_angle).unwrap();
+        samples.copy_from_slice(self.recordings[plane].chirp(chirp).unwrap());
+        Poll::Ready(Ok(()))
+    }
+}
+
+/// What is typed, and what is said.
+#[derive(Default)]
+struct Lines {
+    typed: Vec<u8>,
+    said: Vec<u8>,
+}
+
+impl BytePort for Lines {
+    fn read(&mut self) -> Option<u8> {
+        (!self.typed.is_empty()).then(|| self.typed.remove(0))
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> usize {
+        self.said.extend(bytes);
+        bytes.len()
+    }
+}
+
+/// An answer: its head and its steps.
+type Told = (ScanLine, Vec<StepLine>);
+
+/// The chair that the scanner is on.
+#[derive(Clone, Copy, PartialEq)]
+enum Chair {
+    /// Known to stand.
+    Standing,
+    /// Its controller says that it does.
+    SaidToStand,
+    /// Its controller says that it drives.
+    Driving,
+}
+
+/// The answers to the first `scans` scans of `ground`.
+fn answers(ground: &str, chair: Chair, scans: usize) -> Vec<Told> {
+    let (depth, height) = (recording("depth", ground), recording("height", ground));
+    let planes = [&depth, &height].map(|r| Playback::new(r, &Config::default()).unwrap());
+    let mut settings = planes[0].settings();
+    settings.config.mount.plane = Planes::Both;
+    settings.motion = match chair {
+        Chair::Standing => Mode::Standing,
+        _ => Mode::Auto,
+    };
+    settings.validate().unwrap();
+    let begun = Rc::new(RefCell::new(Vec::new()));
+    let link = TwoPlanes {
+        planes: [&planes[0], &planes[1]],
+        recordings: [&depth, &height],
+        plane: None,
+        shaft_angle: 0,
+        begun: Rc::clone(&begun),
+    };
+    let told = run(link, settings, chair, scans);
+    let planes: Vec<usize> = (told.iter())
+        .map(|(head, _)| usize::from(head.plane == Some(Plane::Height)))
+        .collect();
+    assert_eq!(begun.borrow()[..scans], planes, "as told, and as turned");
+    told
+}
+
+/// Scans until `scans` answers have been told.
+fn run(link: TwoPlanes<'_>, settings: Settings, chair: Chair, scans: usize) -> Vec<Told> {
+    let (mut reports, mut odometry) = (Reports::new(), Odometry::new());
+    let mut pipeline = Box::new(Pipeline::new());
+    let hardware = Hardware {
+        mirror: SimShaft::default(),
+        link,
+        port: Lines::default(),
+        board: Volatile::SCANNING,
+    };
+    let mut scanner = Scanner::new(
+        hardware,
+        &mut *pipeline,
+        (&mut reports, &mut odometry),
+        Some(settings),
+        identity("test"),
+        Micros(0),
+    );
+    let mut sequence = 0u32;
+    for step in 0..200_000u32 {
+        let now = Micros(1_000 * step);
+        if chair != Chair::Standing && step % 20 == 0 {
+            let travel = if chair == Chair::Driving { sequence } else { 0 };
+            let [number, way] = [sequence.to_string(), format!("{travel}.0")];
+            let line = framed(&["MOTION", &number, &way, ""]);
+            scanner.port_mut().typed.extend(line.bytes());
+            sequence += 1;
+        }
+        scanner.step(now);
+        if scanner.scans() as usize > scans {
+            break;
+        }
+    }
+    let said = String::from_utf8(std::mem::take(&mut scanner.port_mut().said)).unwrap();
+    let mut told: Vec<Told> = Vec::new();
+    for line in said.lines() {
+        match Sentence::parse(line).unwrap() {
+            Sentence::Scan(head) => told.push((head, Vec::new())),
+            Sentence::Step(step) => told.last_mut().unwrap().1.push(step),
+            _ => {}
+        }
+    }
+    assert!(told.len() >= scans, "{said}");
+    told.truncate(scans);
+    told
+}
+
+#[test]
+fn before_a_flight_going_down_a_standing_chair_looks_down_it() {
+    for chair in [Chair::Standing, Chair::SaidToStand] {
+        let told = answers(DOWN, chair, 4);
+        let planes: Vec<_> = told.iter().map(|(head, _)| head.plane.unwrap()).collect();
+        let (depth, height) = (Plane::Depth, Plane::Height);
+        assert_eq!(planes, [depth, height, depth, height]);
+        let numbers: Vec<u32> = told.iter().map(|(head, _)| head.scan).collect();
+        assert_eq!(numbers, [1, 2, 3, 4]);
+        for (head, steps) in &told {
+            if head.plane == Some(depth) {
+                assert_eq!((head.drops, head.steps), (1, 0));
+                continue;
+            }
+            assert_eq!((head.direction, head.drops), (Direction::Down, 0));
+            let heights: Vec<i32> = steps.iter().map(|step| step.height.0).collect();
+            assert_eq!(heights.len(), 4);
+            for (told, true_height) in heights.iter().zip([-1600, -3200, -4800, -6400]) {
+                assert!((told - true_height).abs() < 100, "{heights:?}");
+            }
+        }
+    }
+}
+
+/// The depth plane's history goes on over the scan in between: what a second sweep confirms stays confirmed.
+#[test]
+fn a_scan_in_between_leaves_the_depth_plane_as_it_was() {
+    let both = answers(DOWN, Chair::SaidToStand, 5);
+    let answered = |k: usize| (both[k].0.status, both[k].0.horizon, both[k].0.reasons);
+    assert_eq!(answered(2), answered(4));
+}
+
+#[test]
+fn a_chair_that_drives_keeps_looking_ahead() {
+    for (head, _) in answers(DOWN, Chair::Driving, 3) {
+        assert_eq!((head.plane, head.drops), (Some(Plane::Depth), 1));
+    }
+}
+
+#[test]
+fn level_ground_asks_for_nothing() {
+    for (head, _) in answers(LEVEL, Chair::Standing, 3) {
+        assert_eq!((head.plane, head.drops), (Some(Plane::Depth), 0));
+    }
+}

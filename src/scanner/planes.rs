@@ -1,0 +1,109 @@
+//! Depth plane and height plane of one scanner: which of them a scan is made in, with the setting `plane both`.
+//!
+//! The depth plane sees that the ground ends, and hardly anything of the treads below: they lie in the shadow of the
+//! edge. The height plane sees treads from above, and nothing far ahead. So every scan is made in the depth plane, but
+//! for the one after an answer of the depth plane that tells a drop, if the height plane sees as far as that drop
+//! ([`reach_m`]) and the chair stands ([`asks_below`]). It stands aside of the others: it is compared with none of them
+//! and leaves what they said as it is ([`Retention::Aside`](crate::drive::Retention)).
+
+use crate::config::{Config, ConfigError, EstimatorKind, Plane, Planes, check};
+use crate::drive::{Drive, Input, Mode};
+use crate::math;
+use crate::params::current;
+use crate::schedule::Schedule;
+use crate::signal::grid::BinWindow;
+use crate::verdict::{Outcome, Reason};
+
+/// From this angle on the height plane sees ground that the depth plane sees, too, 0.001°: H tan α > H / tan α.
+const COMMON_GROUND: i32 = 45_000;
+
+/// The plane of a scan; `below` says that the answer before asks for the height plane.
+pub(super) fn plane_of(planes: Planes, below: bool) -> Plane {
+    match planes {
+        Planes::Both if below => Plane::Height,
+        _ => planes.first(),
+    }
+}
+
+/// Fails unless the shaft can turn to every row of every plane, and unless `both` can ever lead to a scan in the height
+/// plane.
+pub(super) fn check_planes(config: &Config) -> Result<(), ConfigError> {
+    Schedule::new(config)?;
+    if config.mount.plane != Planes::Both {
+        return Ok(());
+    }
+    let turned = Schedule::in_plane(config.sweep, Plane::Height);
+    check(
+        turned.is_ok(),
+        "first-angle",
+        "-80000 or more with plane both: the height plane turns the shaft to 90 degrees less the angle",
+    )?;
+    let last = config
+        .sweep
+        .angle(config.sweep.angle_count.saturating_sub(1));
+    check(
+        last > COMMON_GROUND,
+        "angle-count",
+        "with plane both angles beyond 45 degrees: else neither plane sees ground of the other",
+    )?;
+    let (height_m, range_m) = (config.mount.mount_height_m(), range_m(config));
+    check(
+        2.0 * height_m * height_m < range_m * range_m,
+        "mount-height",
+        "with plane both less than 0.7 of the range beyond the mirror",
+    )?;
+    check(
+        config.estimator == EstimatorKind::Likelihood,
+        "estimator",
+        "likelihood with plane both: no other tells drops",
+    )
+}
+
+/// Farthest range that the map keeps, metres from the mirror.
+fn range_m(config: &Config) -> f32 {
+    let window = BinWindow::of_scan(config);
+    let end = f32::from(window.first.saturating_add(window.count));
+    end * config.radar.bin_spacing_m() - config.mount.mirror_offset_m()
+}
+
+/// How far ahead of the mirror the height plane sees the ground, metres: to where the beam of its last row meets it, or
+/// to the end of the range.
+pub(super) fn reach_m(config: &Config) -> f32 {
+    let last = config.sweep.angle_count.saturating_sub(1);
+    let (_, cos) = math::sin_cos(config.sweep.angle(last) as f32 * 1e-3 * math::RAD_PER_DEG);
+    let (height_m, range_m) = (config.mount.mount_height_m(), range_m(config));
+    let slant_m = if height_m < cos * range_m {
+        height_m / cos
+    } else {
+        range_m
+    };
+    math::sqrt(slant_m * slant_m - height_m * height_m)
+}
+
+/// Whether an answer of the depth plane asks for a scan in the height plane: it tells a drop that the height plane sees,
+/// and the chair stands.
+pub(super) fn asks_below(config: &Config, outcome: &Outcome, drive: &Drive<'_>) -> bool {
+    let near = |m: f32| m <= reach_m(config);
+    let edge = outcome.answer.drop.as_ref();
+    edge.is_some_and(|edge| near(edge.distance_m)) && stands(outcome, drive)
+}
+
+/// Whether the chair stands: it is known to, its controller says so, or, where there never was a controller that says
+/// anything, two sweeps agree from one place.
+fn stands(outcome: &Outcome, drive: &Drive<'_>) -> bool {
+    let reasons = outcome.reasons();
+    match (drive.mode, drive.input) {
+        (Mode::Standing, _) => true,
+        (_, Input::Good) => drive.track.is_some_and(|track| {
+            let p = current();
+            !track.moves(p.stood_m, p.stood_rad)
+        }),
+        (Mode::Auto, Input::Absent) => {
+            !reasons.has(Reason::Unconfirmed) && !reasons.has(Reason::Moving)
+        }
+        _ => false,
+    }
+}
+
+#[cfg(test)]
+mod tests;
