@@ -9,6 +9,7 @@ samples at their times, and the map the cells of `convert --table map`. Ends wit
 """
 
 import json
+import math
 import signal
 import socket
 import struct
@@ -147,6 +148,8 @@ def plain(value, time_ns):
     """A decoded message as dictionaries and lists; the stamp in each header that names a frame must be `time_ns`."""
     if isinstance(value, (list, tuple)):
         return [plain(part, time_ns) for part in value]
+    if isinstance(value, float) and math.isnan(value):
+        return "nan"
     if not hasattr(value, "__slots__"):
         return value
     fields = {name: getattr(value, name) for name in value.__slots__}
