@@ -40,7 +40,7 @@ pub fn tables(kinds: &[(Kind, SetScore, Share)], all: &SetScore) -> String {
         let _ = writeln!(out, "| {name} | {of} | {hits} | {bound} |");
     }
     out.push('\n');
-    out.push_str(&weighted::table(kinds));
+    out.push_str(&weighted::table(kinds, &told));
     if all.drops > 0 {
         for (kind, set, _) in kinds
             .iter()

@@ -51,8 +51,8 @@ impl Weighted {
     }
 }
 
-/// Each type of answer, its kinds weighted alike and as they are met.
-pub fn table(kinds: &[(Kind, SetScore, Share)]) -> String {
+/// Each type of answer that is `told`, its kinds weighted alike and as they are met.
+pub fn table(kinds: &[(Kind, SetScore, Share)], told: &dyn Fn(AnswerType) -> bool) -> String {
     let mut out = String::from(
         "The same by type, but that each kind of scene counts as if it were met as often as every other (alike), or as \
          often as a chair meets it (met; an assumption, in `host-sim/src/commands/accuracy/weighted.rs`): share of the \
@@ -61,7 +61,8 @@ pub fn table(kinds: &[(Kind, SetScore, Share)]) -> String {
          | type of answer | alike | met |\n\
          |---|---|---|\n",
     );
-    for (k, kind) in AnswerType::ALL.into_iter().enumerate() {
+    let types = AnswerType::ALL.into_iter().enumerate();
+    for (k, kind) in types.filter(|(_, kind)| told(*kind)) {
         let by = |weight: &dyn Fn(Kind) -> f64| {
             let answers: Vec<(f64, Share)> = kinds
                 .iter()
