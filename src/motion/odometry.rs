@@ -316,7 +316,14 @@ impl Odometry {
     /// What is known of the chair's motion in the scan that has just ended.
     pub fn drive(&self, mode: Mode, chirp_us: u32) -> Drive<'_> {
         if mode == Mode::Standing {
-            return Drive::STANDING;
+            let memory = match self.memory {
+                Retention::Aside => Retention::Aside,
+                _ => Drive::STANDING.memory,
+            };
+            return Drive {
+                memory,
+                ..Drive::STANDING
+            };
         }
         Drive {
             mode,

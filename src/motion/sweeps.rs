@@ -162,7 +162,8 @@ impl Sweeps {
 
     /// Puts the echoes where they lie from the mirror at the last row, as far as the motion is known
     /// or can be seen, and compares them with those of the sweep before. A sweep of the other plane that comes in between
-    /// is compared with none and does not become the one before.
+    /// is compared with none, does not become the one before, and is never confirmed: its first edge lies farther ahead
+    /// than the model of treads seen from above looks for one.
     #[inline(never)]
     pub fn compare(
         &mut self,
@@ -172,10 +173,15 @@ impl Sweeps {
         echoes: &mut [Echo],
     ) -> Agreement {
         let input = drive.input;
+        let aside = drive.memory == Retention::Aside;
         let Some(track) = drive.track.filter(|_| drive.mode != Mode::Standing) else {
             self.marks.clear();
             return Agreement {
-                finding: Finding::Agreed,
+                finding: if aside {
+                    Finding::Alone
+                } else {
+                    Finding::Agreed
+                },
                 input: Input::Absent,
             };
         };
@@ -183,7 +189,6 @@ impl Sweeps {
         let mut ride = Ride::along(track, drive, &config.radar);
         let marks = marks(echoes, map, &ride, known);
         let plane = map.geometry().plane;
-        let aside = drive.memory == Retention::Aside;
         let same = self.plane == plane && self.placed == known;
         let comparable = !self.marks.is_empty() && same && !aside;
         let finding = match (comparable, known, drive.moved_m, drive.since_s) {
@@ -194,7 +199,7 @@ impl Sweeps {
                 creep.finding
             }
             // No need of a sweep to compare with.
-            _ if drive.stood && !comparable => Finding::Agreed,
+            _ if drive.stood && !comparable && !aside => Finding::Agreed,
             _ => Finding::Alone,
         };
         if known || ride.creep.is_some() {

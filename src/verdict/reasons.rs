@@ -97,7 +97,7 @@ reasons! {
         "No settings were saved, or others were in force before a reset, and since boot not all that say how the scanner is mounted were set.",
     /// No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.
     Unconfirmed = "unconfirmed" [Degraded]
-        "No sweep before this one can be compared with it, or too little is seen in both; in the paper's estimator always, unless `motion` is `standing`.",
+        "No sweep before this one can be compared with it, or too little is seen in both; in the paper's estimator always, unless `motion` is `standing`; in the height plane always with `plane both`.",
     /// The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.
     Moving = "moving" [Doubt, Degraded]
         "On the mean the phases of echoes turn by more than `phase_turned_deg` from row to row though the chair is not known to move (doubt); or two sweeps agree better on another way than on what the motion input says, or than on none where there is no input (degraded).",
