@@ -104,7 +104,9 @@ fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
         mirror_offset_m: missing(None, f64::from(defaults.mirror_offset) * 1e-5),
         mount_height_m: missing(None, f64::from(defaults.mount_height) * 1e-5),
         beamwidth_deg: missing(None, f64::from(defaults.beamwidth) * 1e-3),
-        scan_plane: base.is_none().then(|| word(defaults.plane).to_owned()),
+        scan_plane: base
+            .is_none()
+            .then(|| word(defaults.plane.first()).to_owned()),
         ..Given::default()
     };
     let table = array_angles(files, chirps.count(), base.is_some())?;
