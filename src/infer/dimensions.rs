@@ -223,13 +223,13 @@ fn seen_treads(s: &Staircase, model: &Descending) -> SeenTreads {
     treads
 }
 
-/// What each mark is on level ground, seen from above.
+/// Roles of the marks on level ground, seen from above.
 #[inline(never)]
 pub fn ground_roles(scene: &Scene<'_>, model: &Descending) -> Roles {
     lower_roles(scene, &seen_treads(&Staircase::nothing(), model))
 }
 
-/// What each mark is if there are these treads.
+/// Roles of the marks on these treads; those on none are stray.
 fn lower_roles(scene: &Scene<'_>, treads: &SeenTreads) -> Roles {
     let mut roles = Roles::new();
     for m in &scene.marks {

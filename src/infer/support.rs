@@ -51,7 +51,8 @@ pub fn next_db<'m>(marks: impl Iterator<Item = (&'m Mark, bool)>, p: &Params) ->
     left.fold(f32::NEG_INFINITY, math::max)
 }
 
-/// Returns what is weak about a flight with these steps: `lead` says how much likelier it is than the next best outline, nats; `against` are the echoes that contradict it.
+/// Returns what is weak about a flight with these steps: `lead` says how much likelier it is than the next best outline,
+/// nats; `against` are the echoes that contradict it.
 pub fn judge<'m>(
     steps: &[Step],
     lead: f32,

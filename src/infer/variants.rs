@@ -412,8 +412,8 @@ const ECHO_M: f32 = 0.02;
 const FIRST_DROP_M: f32 = 0.3;
 /// The ground ends somewhere ahead so often, beside level ground.
 const DROP_ODDS: f32 = 0.3;
-/// What may stand alone on the floor: height, metres, and how often where an echo shows it and where none does. Boxes and thresholds that show nothing change nothing; steps that show
-/// nothing look alike, low ones and high ones.
+/// Single rises on level ground: height, metres, and prior share at an echo and where no echo is. Boxes and thresholds
+/// without an echo make no difference to the answer; steps without one look alike, whatever their height.
 const FLOOR: [(f32, [f32; 2]); 8] = [
     (0.02, [0.5, 0.0]),
     (0.045, [0.05, 0.0]),

@@ -3,7 +3,7 @@
 use crate::math;
 use crate::params::posterior as number;
 
-/// So many standard deviations off leave nothing.
+/// The tail beyond so many standard deviations is taken for 0.
 const SURE: f32 = 6.0;
 /// Beyond this squared deviation only the tails are left.
 const CORE: f32 = 25.0;

@@ -174,14 +174,16 @@ impl Sweeps {
     ) -> Agreement {
         let input = drive.input;
         let aside = drive.memory == Retention::Aside;
+        // Where the chair is known to stand and no sweep is compared with.
+        let by_itself = if aside {
+            Finding::Alone
+        } else {
+            Finding::Agreed
+        };
         let Some(track) = drive.track.filter(|_| drive.mode != Mode::Standing) else {
             self.marks.clear();
             return Agreement {
-                finding: if aside {
-                    Finding::Alone
-                } else {
-                    Finding::Agreed
-                },
+                finding: by_itself,
                 input: Input::Absent,
             };
         };
@@ -198,8 +200,7 @@ impl Sweeps {
                 ride.creep = creep.speed;
                 creep.finding
             }
-            // No need of a sweep to compare with.
-            _ if drive.stood && !comparable && !aside => Finding::Agreed,
+            _ if drive.stood && !comparable => by_itself,
             _ => Finding::Alone,
         };
         if known || ride.creep.is_some() {

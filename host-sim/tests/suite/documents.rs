@@ -10,7 +10,7 @@ fn root() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/.."))
 }
 
-/// What `cargo sim WORDS` prints in the repository.
+/// Standard output of `cargo sim WORDS`, run in the repository.
 fn printed(words: &str) -> String {
     let output = Command::new(env!("CARGO_BIN_EXE_host-sim"))
         .args(words.split(' '))

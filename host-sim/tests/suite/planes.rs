@@ -82,7 +82,7 @@ impl RadarModule for TwoPlanes<'_> {
     }
 }
 
-/// What is typed, and what is said.
+/// The report port: bytes typed into it, and bytes that the scanner sent.
 #[derive(Default)]
 struct Lines {
     typed: Vec<u8>,

@@ -2,6 +2,7 @@
 
 extern crate std;
 
+use super::flights::{NONE, share};
 use super::*;
 use crate::config::Plane;
 use crate::params::measured::MODEL;

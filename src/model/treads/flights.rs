@@ -1,0 +1,264 @@
+//! The sum over flights: first edge and going, and each edge's departures from equal goings.
+//!
+//! In: the density of each edge's place, given the levels of the treads. Out: the weight of these levels, and mean and variance
+//! of each edge's place. Logarithms are integers, and their exponentials stand in a table.
+
+use super::edges::{EdgeDensity, EdgeSpread, FIRST_PLACE_M, PER_NAT, PLACE_M, PLACES, place_m};
+use super::{Descending, TreadAt, WeighedTreads};
+use crate::estimate::{COVERAGE_FACTOR, Estimate};
+use crate::math;
+use crate::model::prior::{GOES_ON, departure, ln};
+use crate::params::posterior as number;
+
+/// First edges, in places: up to 28 cm behind the mirror and 8 cm before it.
+const FIRST_EDGES: core::ops::Range<usize> = 2..39;
+/// Goings that stairs have, in places.
+const GOINGS: core::ops::Range<usize> = 20..63;
+/// First edges and goings so much below the likeliest are left out: 9 nats, in 64ths.
+const NOTHING: i32 = 9 * 64;
+/// A place lies farther than three standard deviations off as rarely.
+const OUTSIDE: f32 = 0.005;
+/// Below any density.
+pub(super) const NONE: i32 = i32::MIN / 2;
+/// Volume that the echoes leave of a tread's level, metres: √(2π) times the 3 mm to which they are known.
+const VOLUME_M: f32 = 0.0075;
+/// Range of first rises, metres.
+const RISES_M: f32 = 0.16;
+/// 2 rise + going of a flight, metres, and its standard deviation: Blondel 1675; codes allow 3 cm, and what is
+/// older or lower than they allow as much again.
+const STRIDE_M: f32 = 0.63;
+/// See [`STRIDE_M`].
+const STRIDE_SIGMA_M: f32 = 0.06;
+
+impl Descending {
+    /// Logarithm of prior times likelihood of the first `count` of the treads that were looked at last, over that of no
+    /// echo explained, with the means of first edge and going.
+    #[inline(never)]
+    pub fn weigh(&self, count: usize) -> WeighedTreads {
+        let treads = self.treads.get(..count + 1).unwrap_or(&self.treads);
+        let deepest_m = treads.last().map_or(0.0, |t| t.y_m);
+        let shown = treads.iter().filter(|t| t.shown);
+        let mut log_weight = shown.map(|t| self.shown(t.y_m)).sum::<f32>() + prior(treads);
+        log_weight += self.tops.iter().take(count).sum::<f32>();
+        log_weight -= self.depth_m(deepest_m) * self.expected_to(f32::INFINITY);
+        let mut sums = Sums::default();
+        self.each_flight(count, |nats, first, going| sums.add(nats, first, going));
+        let flights = FIRST_EDGES.len() as f32 * if count > 1 { GOINGS.len() as f32 } else { 1.0 };
+        if count > 0 {
+            log_weight += sums.top as f32 * (1.0 / PER_NAT) + ln(sums.weight / flights);
+        }
+        let per = PLACE_M / math::max(sums.weight, f32::MIN_POSITIVE);
+        WeighedTreads {
+            log_weight,
+            edge_m: FIRST_PLACE_M + sums.first * per,
+            going_m: sums.going * per,
+        }
+    }
+
+    /// Logarithm of the density of each first edge and going that is not too unlikely, in places.
+    #[inline(always)]
+    fn each_flight(&self, count: usize, mut each: impl FnMut(i32, usize, usize)) {
+        let (Some((first, others)), true) = (self.edges.split_first(), count > 0) else {
+            return;
+        };
+        let others = others.get(..count - 1).unwrap_or(others);
+        let rise_m = -self.treads.get(count).map_or(0.0, |t| t.y_m) / count as f32;
+        let mut strides = [0; GOINGS.end - GOINGS.start];
+        for (stride, going) in strides.iter_mut().zip(GOINGS) {
+            let z = (2.0 * rise_m + PLACE_M * going as f32 - STRIDE_M) / STRIDE_SIGMA_M;
+            // `as` saturates.
+            *stride = (-0.5 * PER_NAT * z * z) as i32;
+        }
+        // A single edge has no going.
+        let goings = if others.is_empty() {
+            &[0]
+        } else {
+            &strides[..]
+        };
+        let mut top = NONE;
+        let firsts = || {
+            first
+                .iter()
+                .enumerate()
+                .take(FIRST_EDGES.end)
+                .skip(FIRST_EDGES.start)
+        };
+        let likeliest = firsts().max_by_key(|(_, nats)| **nats).map(|(k, _)| k);
+        // First what is likely by itself, so that little is looked at which is not likely besides.
+        for (from, &nats) in firsts().filter(|(k, _)| Some(*k) == likeliest) {
+            for (&stride, going) in goings.iter().zip(GOINGS) {
+                let sum = flight(i32::from(nats) + stride, (from, going), others, top);
+                top = top.max(sum.unwrap_or(top));
+            }
+        }
+        for (from, &nats) in firsts() {
+            if i32::from(nats) < top - NOTHING {
+                continue;
+            }
+            for (&stride, going) in goings.iter().zip(GOINGS) {
+                let begun = i32::from(nats) + stride;
+                if begun < top - NOTHING {
+                    continue;
+                }
+                if let Some(sum) = flight(begun, (from, going), others, top) {
+                    top = top.max(sum);
+                    each(sum, from, going);
+                }
+            }
+        }
+    }
+
+    /// Place of edge `k` of the first `count` that were looked at last, by all flights and departures from them.
+    #[inline(never)]
+    pub fn place(&self, count: usize, k: usize) -> Estimate {
+        let mut flights = [0.0; PLACES];
+        let mut top = NONE;
+        self.each_flight(count, |nats, first, going| {
+            if nats > top {
+                flights.iter_mut().for_each(|w| *w *= share(top - nats));
+                top = nats;
+            }
+            if let Some(weight) = flights.get_mut((first + k * going).min(PLACES - 1)) {
+                *weight += share(nats - top);
+            }
+        });
+        let mut density = [0.0; PLACES];
+        if let Some((&upper, &lower)) = self.treads.get(k).zip(self.treads.get(k + 1)) {
+            self.density(upper, lower, &mut density);
+        }
+        let spread = EdgeSpread { density: &density };
+        let mut places = [0.0; PLACES];
+        for (place, &weight) in flights.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+            let per = weight / spread.at(place);
+            spread.each(place, &mut |near, density| {
+                if let Some(sum) = places.get_mut(near) {
+                    *sum += per * density;
+                }
+            });
+        }
+        self.estimate(&places)
+    }
+
+    /// Mean and variance of a place from its density, not normalised. Where that has wide tails the variance is so large that
+    /// the place lies within three standard deviations as often as it should.
+    fn estimate(&self, density: &[f32; PLACES]) -> Estimate {
+        let mean_of = |of: &dyn Fn(f32) -> f32| {
+            let each = density.iter().enumerate();
+            each.map(|(k, w)| w * of(place_m(k))).sum::<f32>()
+        };
+        let sum = math::max(mean_of(&|_| 1.0), f32::MIN_POSITIVE);
+        let value = mean_of(&|x_m| x_m) / sum;
+        let scale = self.numbers.edge_sigma_scale;
+        let spread = mean_of(&|x_m| (x_m - value) * (x_m - value)) / sum;
+        let variance = scale * scale * (spread + number::EVEN_VARIANCE * PLACE_M * PLACE_M);
+        let outside = |reach_m: f32| mean_of(&|x_m| f32::from((x_m - value).abs() > reach_m)) / sum;
+        let reaches = (0u8..).map(|k| PLACE_M * f32::from(k)).take(PLACES);
+        let reach_m = reaches
+            .map_while(|m| (outside(m) > OUTSIDE).then_some(m))
+            .last();
+        let tail_m = reach_m.unwrap_or(0.0) / COVERAGE_FACTOR;
+        Estimate {
+            value,
+            variance: math::max(variance, tail_m * tail_m),
+        }
+    }
+}
+
+/// Adds the densities of a flight's further edges; none where it gets too unlikely.
+fn flight(
+    begun: i32,
+    (from, going): (usize, usize),
+    others: &[EdgeDensity],
+    top: i32,
+) -> Option<i32> {
+    let (mut sum, mut place) = (begun, from);
+    for edge in others {
+        place = (place + going).min(PLACES - 1);
+        sum += edge.get(place).map_or(0, |nats| i32::from(*nats));
+        if sum < top - NOTHING {
+            return None;
+        }
+    }
+    Some(sum)
+}
+
+/// Logarithm of the prior of a flight's treads, the ground's first, times the volume that the echoes leave their levels.
+fn prior(treads: &[TreadAt]) -> f32 {
+    let count = treads.len().saturating_sub(1);
+    let (Some(ground), Some(last)) = (treads.first(), treads.last()) else {
+        return 0.0;
+    };
+    let rise_m = (ground.y_m - last.y_m) / math::max(count as f32, 1.0);
+    let mut sum = 0.0;
+    for (k, pair) in treads.windows(2).enumerate() {
+        let [upper, lower] = pair else { continue };
+        if k > 0 {
+            sum += const { ln(GOES_ON) };
+        }
+        if lower.shown {
+            sum += if k > 0 {
+                let off_m = upper.y_m - lower.y_m - rise_m;
+                departure(off_m, number::RISE_DEPARTS) + const { ln(VOLUME_M) }
+            } else {
+                const { ln(VOLUME_M / RISES_M) }
+            };
+        }
+    }
+    sum
+}
+
+/// Weighted sums over flights, relative to the likeliest so far: of 1, first edge, going, in places.
+#[derive(Debug)]
+struct Sums {
+    top: i32,
+    weight: f32,
+    first: f32,
+    going: f32,
+}
+
+impl Default for Sums {
+    fn default() -> Self {
+        Self {
+            top: NONE,
+            weight: 0.0,
+            first: 0.0,
+            going: 0.0,
+        }
+    }
+}
+
+impl Sums {
+    fn add(&mut self, nats: i32, first: usize, going: usize) {
+        if nats > self.top {
+            let shrink = share(self.top - nats);
+            let sums = [&mut self.weight, &mut self.first, &mut self.going];
+            sums.into_iter().for_each(|sum| *sum *= shrink);
+            self.top = nats;
+        }
+        let weight = share(nats - self.top);
+        self.weight += weight;
+        self.first += weight * first as f32;
+        self.going += weight * going as f32;
+    }
+}
+
+/// e to so many 64ths of a nat, none of them above 0; 0 from [`NOTHING`] on.
+pub(super) fn share(nats: i32) -> f32 {
+    // `as` saturates.
+    let share = SHARES.get(nats.unsigned_abs() as usize);
+    share.copied().unwrap_or(0.0)
+}
+
+/// See [`share`].
+static SHARES: [f32; NOTHING as usize + 1] = {
+    // e to the power of -1/64.
+    const STEP: f64 = 0.984_496_437_005_408_4;
+    let mut shares = [0.0; NOTHING as usize + 1];
+    let (mut share, mut k) = (1.0, 0);
+    while k < shares.len() {
+        shares[k] = share as f32;
+        share *= STEP;
+        k += 1;
+    }
+    shares
+};
