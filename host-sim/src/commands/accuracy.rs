@@ -33,6 +33,9 @@ pub struct Args {
     /// So many of each kind, in place of the draw's own numbers
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     scenes: Option<u64>,
+    /// Only scenes of this kind; may be given several times
+    #[arg(long = "kind", value_name = "KIND")]
+    kinds: Vec<Kind>,
     /// Also list the scenes that are not exact or wrong; not those for reporting, which nobody is to
     /// look at
     #[arg(long)]
@@ -49,6 +52,16 @@ pub struct Args {
     format: Format,
 }
 
+impl Args {
+    fn selection(&self) -> Selection {
+        Selection {
+            draw: self.draw,
+            scenes: self.scenes,
+            kinds: self.kinds.clone(),
+        }
+    }
+}
+
 /// The answers of one estimator to all scenes of one kind.
 #[derive(Clone, Debug)]
 pub struct Row {
@@ -60,18 +73,55 @@ pub struct Row {
     pub scenes: Vec<SceneScore>,
 }
 
-/// How many scenes of a kind: `scenes`, or what the draw takes.
-fn count(draw: Draw, scenes: Option<u64>, kind: Kind) -> u64 {
-    scenes.unwrap_or(draw.scenes(kind))
+/// The scenes of a table.
+#[derive(Clone, Debug, Default)]
+pub struct Selection {
+    /// Whose seeds they have.
+    pub draw: Draw,
+    /// So many of each kind; as many as the draw takes if not given.
+    pub scenes: Option<u64>,
+    /// Only these kinds; all if empty.
+    pub kinds: Vec<Kind>,
 }
 
-/// Simulates and scans every scene of a draw with every estimator; `scenes` of each kind, or as many
-/// as the draw takes.
+impl Selection {
+    /// All kinds of a draw, as many scenes as it takes.
+    pub fn of(draw: Draw) -> Self {
+        Self {
+            draw,
+            ..Self::default()
+        }
+    }
+
+    /// How many scenes of a kind.
+    fn count(&self, kind: Kind) -> u64 {
+        match self.kinds.is_empty() || self.kinds.contains(&kind) {
+            true => self.scenes.unwrap_or(self.draw.scenes(kind)),
+            false => 0,
+        }
+    }
+
+    /// The kinds that it has scenes of.
+    fn kinds(&self) -> impl Iterator<Item = Kind> + Clone {
+        Kind::ALL.into_iter().filter(|&kind| self.count(kind) > 0)
+    }
+
+    /// Options of the command line that select it, beside the draw.
+    fn options(&self) -> String {
+        let scenes = self
+            .scenes
+            .map_or(String::new(), |n| format!(" --scenes {n}"));
+        let kinds = self.kinds.iter().map(|kind| format!(" --kind {kind}"));
+        kinds.fold(scenes, |all, kind| all + &kind)
+    }
+}
+
+/// Simulates and scans the selected scenes with every estimator.
 ///
 /// # Errors
 /// Names a scene that cannot be scanned.
-pub fn measure(draw: Draw, scenes: Option<u64>, instrument: &Instrument) -> Result<Vec<Row>> {
-    let jobs = harness::scenes(draw, |kind| count(draw, scenes, kind));
+pub fn measure(selection: &Selection, instrument: &Instrument) -> Result<Vec<Row>> {
+    let jobs = harness::scenes(selection.draw, |kind| selection.count(kind));
     let scored = harness::each(&jobs, |drawn| one(drawn, instrument))?;
     let row = |kind: Kind, column: usize| Row {
         kind,
@@ -85,7 +135,8 @@ pub fn measure(draw: Draw, scenes: Option<u64>, instrument: &Instrument) -> Resu
     };
     let columns = 0..EstimatorKind::ALL.len();
     Ok(columns
-        .flat_map(|c| Kind::ALL.map(|kind| row(kind, c)))
+        .flat_map(|c| selection.kinds().map(move |kind| (kind, c)))
+        .map(|(kind, c)| row(kind, c))
         .collect())
 }
 
@@ -109,10 +160,11 @@ fn one(drawn: &Drawn, instrument: &Instrument) -> Result<Vec<SceneScore>> {
 }
 
 /// What was measured, and how to do it again: the beginning of a table.
-pub fn heading(draw: Draw, scenes: Option<u64>, instrument: &Instrument) -> String {
-    let kinds = Kind::ALL.map(|kind| format!("{} {kind}", count(draw, scenes, kind)));
-    let numbers =
-        scenes.map_or(String::new(), |n| format!(" --scenes {n}")) + &instrument.options();
+pub fn heading(selection: &Selection, instrument: &Instrument) -> String {
+    let draw = selection.draw;
+    let of = |kind| format!("{} {kind}", selection.count(kind));
+    let kinds: Vec<String> = selection.kinds().map(of).collect();
+    let numbers = selection.options() + &instrument.options();
     format!(
         "# Accuracy, {draw} scenes\n\n\
          Made by `cargo sim accuracy --draw {draw}{numbers}`: random scenes of the project's own \
@@ -156,8 +208,8 @@ fn sums(rows: &[Row]) -> impl Iterator<Item = Sums> {
 }
 
 /// Heading and tables.
-pub fn report(draw: Draw, scenes: Option<u64>, instrument: &Instrument, rows: &[Row]) -> String {
-    let mut out = heading(draw, scenes, instrument);
+pub fn report(selection: &Selection, instrument: &Instrument, rows: &[Row]) -> String {
+    let mut out = heading(selection, instrument);
     for Sums {
         estimator,
         kinds,
@@ -280,7 +332,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     );
     let outputs = args.overwrite.reading::<&PathBuf>([]);
     args.each.iter().try_for_each(|file| outputs.check(file))?;
-    let rows = measure(args.draw, args.scenes, &args.instrument)?;
+    let selection = args.selection();
+    let rows = measure(&selection, &args.instrument)?;
     if let Some(path) = &args.each {
         let default = rows
             .iter()
@@ -289,7 +342,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         outputs.write(path, lines.as_bytes())?;
     }
     let out = match args.format {
-        Format::Text => text(args, &rows),
+        Format::Text => text(args, &selection, &rows),
         Format::Json => {
             let mut out = report_json(args.draw, &rows);
             if args.list {
@@ -310,8 +363,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 }
 
 /// The tables, and what is not exact or wrong if that is to be listed.
-fn text(args: &Args, rows: &[Row]) -> String {
-    let mut out = report(args.draw, args.scenes, &args.instrument, rows);
+fn text(args: &Args, selection: &Selection, rows: &[Row]) -> String {
+    let mut out = report(selection, &args.instrument, rows);
     for row in rows.iter().filter(|_| args.list) {
         let _ = write!(
             out,

@@ -1,7 +1,7 @@
 //! The accuracy tables: measured on seeds that nobody tunes on, and what CI measures at every change
 //! is as committed, so that every change of accuracy shows in a diff.
 
-use host_sim::commands::accuracy;
+use host_sim::commands::accuracy::{self, Selection};
 use host_sim::commands::instrument::Instrument;
 use host_sim::scene::random::Kind;
 use host_sim::seeds::{Draw, REPORTING, TUNING};
@@ -16,8 +16,8 @@ const PUBLISHED: &str = include_str!("../../../docs/accuracy.md");
 #[test]
 fn accuracy_is_as_committed() {
     let scenes_own = &Instrument::default();
-    let rows = accuracy::measure(Draw::Snapshot, None, scenes_own).unwrap();
-    let measured = accuracy::report(Draw::Snapshot, None, scenes_own, &rows);
+    let rows = accuracy::measure(&Selection::of(Draw::Snapshot), scenes_own).unwrap();
+    let measured = accuracy::report(&Selection::of(Draw::Snapshot), scenes_own, &rows);
     assert!(
         measured == SNAPSHOT,
         "accuracy has changed; if that is meant: cargo sim accuracy > docs/accuracy-snapshot.md, and \
@@ -30,7 +30,7 @@ fn accuracy_is_as_committed() {
 /// of the reporting seeds, and of all of them.
 #[test]
 fn the_published_tables_are_those_of_the_reporting_seeds() {
-    let heading = accuracy::heading(Draw::Reporting, None, &Instrument::default());
+    let heading = accuracy::heading(&Selection::of(Draw::Reporting), &Instrument::default());
     assert!(
         PUBLISHED.starts_with(&heading),
         "docs/accuracy.md was not made by `cargo sim accuracy --draw reporting`, whose output \
@@ -92,16 +92,29 @@ fn scenes_for_reporting_are_not_shown() {
         "{message}"
     );
     let out = sim(&["accuracy", "--draw", "tuning", "--scenes", "1", "--list"]);
+    let one = Selection {
+        scenes: Some(1),
+        ..Selection::of(Draw::Tuning)
+    };
     let text = String::from_utf8(out.stdout).unwrap();
     assert_eq!(out.status.code(), Some(0));
     assert!(
-        text.starts_with(&accuracy::heading(
-            Draw::Tuning,
-            Some(1),
-            &Instrument::default()
-        )),
+        text.starts_with(&accuracy::heading(&one, &Instrument::default())),
         "{text}"
     );
+}
+
+#[test]
+fn a_table_may_hold_some_kinds_only() {
+    let out = sim(&[
+        "accuracy", "--draw", "tuning", "--scenes", "1", "--kind", "kerb", "--kind", "none",
+    ]);
+    let text = String::from_utf8(out.stdout).unwrap();
+    assert!(
+        text.contains("--scenes 1 --kind kerb --kind none"),
+        "{text}"
+    );
+    assert!(text.contains("| kerb |") && !text.contains("| ascending |"));
 }
 
 /// Every kind with its reliability, and what is true of all of them together.
