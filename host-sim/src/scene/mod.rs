@@ -16,6 +16,7 @@ pub mod command;
 pub mod driving;
 pub mod edge;
 pub mod facets;
+mod flight;
 #[cfg(test)]
 mod form_tests;
 mod fourier;
