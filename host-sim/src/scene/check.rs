@@ -40,6 +40,9 @@ fn ordered(prefix: &str, (low_key, low): (&str, f64), (high_key, high): (&str, f
     Ok(())
 }
 
+/// Nothing scatters inside a material that conducts better than this, S/m: waves reach 0.1 mm deep.
+const MOST_INSIDE: f64 = 300.0;
+
 const POSITION: (f64, f64) = (-WORLD, WORLD);
 const LENGTH: (f64, f64) = (1e-4, WORLD);
 const DECIBEL: (f64, f64) = (-300.0, 300.0);
@@ -179,6 +182,11 @@ fn receiver(s: &SceneSpec) -> Result<()> {
 }
 
 fn material_values(prefix: &str, m: &MaterialSpec) -> Result<()> {
+    ensure!(
+        !m.diffuse_inside || m.conductivity <= MOST_INSIDE,
+        "{prefix}diffuse_inside: true: expected false for a conductivity above {MOST_INSIDE}, which is {}",
+        m.conductivity
+    );
     numbers(
         prefix,
         &[
@@ -304,6 +312,9 @@ pub fn used_materials<'a>(s: &'a SceneSpec) -> Vec<(String, &'a str)> {
     for (k, f) in s.stairs.iter().enumerate() {
         if let Some(riser) = &f.riser_material {
             used.push((format!("stairs[{k}].riser_material"), riser));
+        }
+        if let Some(strip) = &f.strip_material {
+            used.push((format!("stairs[{k}].strip_material"), strip));
         }
     }
     used

@@ -1,6 +1,6 @@
 //! Flights of stairs as segments: treads, risers, noses, channels, and the steps of the truth.
 
-use super::geometry::{BuiltStep, Lateral, Skin, World, rounded};
+use super::geometry::{BuiltStep, Lateral, Skin, World, chamfered, rounded};
 use super::maths::Vec2;
 use super::spec::{StairsSpec, Way};
 
@@ -58,6 +58,7 @@ pub fn stairs(world: &mut World, s: &StairsSpec, material: Lookup) {
     let tread = material(&s.material);
     let riser = s.riser_material.as_deref().map_or(tread, material);
     let lateral = Lateral::of(s.width_m, 0.0);
+    let strip = s.strip_material.as_deref().map_or(tread, material);
     let flight = Flight {
         spec: s,
         tread: Skin {
@@ -66,6 +67,10 @@ pub fn stairs(world: &mut World, s: &StairsSpec, material: Lookup) {
         },
         riser: Skin {
             material: riser,
+            lateral,
+        },
+        strip: Skin {
+            material: strip,
             lateral,
         },
     };
@@ -82,6 +87,7 @@ struct Flight<'a> {
     spec: &'a StairsSpec,
     tread: Skin,
     riser: Skin,
+    strip: Skin,
 }
 
 impl Flight<'_> {
@@ -95,11 +101,22 @@ impl Flight<'_> {
         self.spec.nosing_radius_m.min(0.45 * self.thickness(rise))
     }
 
-    /// Foot of the riser, underside of the nosing and the rounded edge itself, from below upwards for
-    /// a flight up. The skin of each piece goes to `skins`.
+    /// The corner `at` between the directions `into` and `out`, as this flight's edges are: points of the
+    /// rounding or of the chamfer.
+    fn corner(&self, at: Vec2, into: Vec2, out: Vec2, rise: f64) -> Vec<Vec2> {
+        let shape = if self.spec.chamfered {
+            chamfered
+        } else {
+            rounded
+        };
+        shape(at, into, out, self.radius(rise))
+    }
+
+    /// Underside of the nosing, foremost edge and nosing strip, from below upwards for a flight up. The skin
+    /// of each piece goes to `skins`.
     fn front(&self, step: Tread, points: &mut Vec<Vec2>, skins: &mut Vec<Skin>) {
         let s = self.spec;
-        let edge = Vec2::new(step.edge, step.height);
+        let edge = Vec2::new(step.edge, step.height + s.strip_proud_m);
         if s.nosing_m > 0.0 {
             let under = step.height - self.thickness(step.rise);
             points.push(Vec2::new(step.edge + s.nosing_m, under));
@@ -111,10 +128,30 @@ impl Flight<'_> {
         } else {
             self.riser
         };
-        let arc = rounded(edge, UP, FORWARD, self.radius(step.rise));
+        // From the foot of a battered riser to its upper edge.
+        let into = if s.batter_m > 0.0 {
+            Vec2::new(s.batter_m, step.rise + s.strip_proud_m).unit()
+        } else {
+            UP
+        };
+        let arc = self.corner(edge, into, FORWARD, step.rise);
+        let edging = if s.strip_m > 0.0 {
+            self.strip
+        } else {
+            self.tread
+        };
         skins.push(face);
-        skins.extend(core::iter::repeat_n(self.tread, arc.len() - 1));
+        skins.extend(core::iter::repeat_n(edging, arc.len() - 1));
         points.extend(arc);
+        if s.strip_m > 0.0 {
+            let back = step.edge + s.strip_m;
+            points.push(Vec2::new(back, edge.y));
+            skins.push(self.strip);
+            if s.strip_proud_m > 0.0 {
+                points.push(Vec2::new(back, step.height));
+                skins.push(self.strip);
+            }
+        }
     }
 
     fn closed_up(&self, world: &mut World, steps: &[Tread]) {
@@ -126,7 +163,7 @@ impl Flight<'_> {
             tread.map_or(s.base_m, |t| t.height + s.tread_fall * (x - t.edge))
         };
         for &step in steps {
-            let foot = step.edge + s.nosing_m;
+            let foot = step.edge + s.nosing_m - s.batter_m;
             points.push(Vec2::new(foot, surface(tread, foot)));
             // The piece that ends here is the tread before; the first has none.
             if points.len() > 1 {
@@ -151,7 +188,7 @@ impl Flight<'_> {
         let mut skins = Vec::new();
         for &step in steps {
             let edge = Vec2::new(step.edge, step.height);
-            let arc = rounded(edge, FORWARD, DOWN, self.radius(step.rise));
+            let arc = self.corner(edge, FORWARD, DOWN, step.rise);
             skins.extend(core::iter::repeat_n(self.tread, arc.len()));
             points.extend(arc);
             if s.nosing_m > 0.0 {
@@ -242,11 +279,10 @@ impl Flight<'_> {
     /// A floating tread with both upper edges rounded.
     fn slab(&self, world: &mut World, (front, back): (f64, f64), top: f64, rise: f64) {
         let under = top - self.thickness(rise);
-        let radius = self.radius(rise);
         let mut points = vec![Vec2::new(front, under)];
-        points.extend(rounded(Vec2::new(front, top), UP, FORWARD, radius));
+        points.extend(self.corner(Vec2::new(front, top), UP, FORWARD, rise));
         let arc = points.len() - 1;
-        points.extend(rounded(Vec2::new(back, top), FORWARD, DOWN, radius));
+        points.extend(self.corner(Vec2::new(back, top), FORWARD, DOWN, rise));
         points.push(Vec2::new(back, under));
         let mut skins = vec![self.tread; points.len()];
         // Front and its rounding: a floating tread has no riser that the riser's material could be of.
@@ -268,6 +304,7 @@ impl Flight<'_> {
             let lower = step.height - step.rise;
             let edge = Vec2::new(step.edge, step.height);
             if s.direction == Way::Up {
+                let top = step.height + s.strip_proud_m;
                 // Nothing belongs to a floating step but its tread.
                 let foot = if s.open {
                     step.height - self.thickness(step.rise).max(s.channel_m)
@@ -276,10 +313,10 @@ impl Flight<'_> {
                 };
                 world.up.push(BuiltStep {
                     distance: step.edge,
-                    height: step.height,
+                    height: top,
                     rise: step.rise,
-                    edge,
-                    span: (foot, step.height),
+                    edge: Vec2::new(step.edge, top),
+                    span: (foot, top),
                     below: None,
                 });
                 continue;

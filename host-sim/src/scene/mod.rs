@@ -21,6 +21,8 @@ mod flight;
 mod form_tests;
 mod fourier;
 pub mod geometry;
+#[cfg(test)]
+mod ground_tests;
 pub mod lateral;
 pub mod material;
 pub mod maths;

@@ -18,7 +18,7 @@ pub fn build(spec: &SceneSpec, material: Lookup) -> World {
         .stairs
         .iter()
         .filter(|s| s.direction == Way::Up && !s.open)
-        .map(|s| s.distance_m + s.nosing_m)
+        .map(|s| s.distance_m + s.nosing_m - s.batter_m)
         .fold(FLOOR_END, f64::min);
     for f in &spec.floor {
         let end = f.to_m.unwrap_or(foot);

@@ -24,6 +24,9 @@ pub fn flight(prefix: &str, s: &StairsSpec) -> Result<()> {
         ("going_m", s.going_m, going),
         ("nosing_m", s.nosing_m, (0.0, 0.9 * s.going_m)),
         ("nosing_radius_m", s.nosing_radius_m, (0.0, 0.1)),
+        ("batter_m", s.batter_m, (0.0, 0.5 * going.1)),
+        ("strip_m", s.strip_m, (0.0, 0.9 * s.going_m)),
+        ("strip_proud_m", s.strip_proud_m, (0.0, 0.02)),
         ("tread_thickness_m", s.tread_thickness_m, (1e-3, 1.0)),
         (
             "tread_depth_m",
@@ -69,7 +72,39 @@ pub fn flight(prefix: &str, s: &StairsSpec) -> Result<()> {
         "{prefix}tread_fall: {}: expected a fall over the going of {longest} below half the rise of {lowest}",
         s.tread_fall
     );
+    front(prefix, s, (lowest, shortest))?;
     channel(prefix, s, (lowest, shortest))
+}
+
+/// Battered risers and nosing strips belong to closed flights going up, and leave some of riser and tread.
+fn front(prefix: &str, s: &StairsSpec, (lowest, shortest): (f64, f64)) -> Result<()> {
+    let closed = s.direction == Way::Up && !s.open;
+    ensure!(
+        s.batter_m == 0.0 || (closed && s.nosing_m == 0.0),
+        "{prefix}batter_m: {}: expected 0 for floating treads, flights going down and treads with a nosing",
+        s.batter_m
+    );
+    ensure!(
+        s.batter_m < 0.5 * lowest && s.batter_m + 2.0 * s.nosing_radius_m < shortest,
+        "{prefix}batter_m: {}: expected less than half the rise of {lowest}, and to leave some of the going",
+        s.batter_m
+    );
+    ensure!(
+        s.strip_m == 0.0 || (closed && s.tread_fall == 0.0),
+        "{prefix}strip_m: {}: expected 0 for floating treads, flights going down and treads with fall",
+        s.strip_m
+    );
+    let longest = shortest.min(s.landing_m) - s.nosing_m - s.batter_m;
+    ensure!(
+        s.strip_m == 0.0 || (s.nosing_radius_m < s.strip_m && s.strip_m < longest),
+        "{prefix}strip_m: {}: expected more than nosing_radius_m, and to leave some of the tread",
+        s.strip_m
+    );
+    ensure!(
+        s.strip_m > 0.0 || (s.strip_proud_m == 0.0 && s.strip_material.is_none()),
+        "{prefix}strip_m: 0: expected more, for strip_proud_m or strip_material say what the strips are like"
+    );
+    Ok(())
 }
 
 /// A channel belongs to a floating tread going up, thinner than the rise and shorter than the tread.
