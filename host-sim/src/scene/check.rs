@@ -1,8 +1,11 @@
 //! Scene files are refused with one message that names the key and what was expected.
 
+mod number;
 mod stairs;
 
 use anyhow::{Result, bail, ensure};
+
+use number::{DECIBEL, LENGTH, POSITION, WORLD, number, numbers, ordered};
 
 use super::facets::{self, MAX_FACETS, MAX_PATCHES};
 use super::geometry::World;
@@ -10,42 +13,8 @@ use super::material::{self, builtin};
 use super::maths::{LIGHT, Vec2};
 use super::spec::{MaterialSpec, PolylineSpec, SceneSpec};
 
-/// Farther than this from the mirror nothing is built, metres.
-const WORLD: f64 = 50.0;
-
-/// Refuses a number outside `low..=high`, NaN included.
-fn number(key: &str, value: f64, (low, high): (f64, f64)) -> Result<()> {
-    ensure!(
-        (low..=high).contains(&value),
-        "{key}: {value}: expected a number from {low} to {high}"
-    );
-    Ok(())
-}
-
-fn numbers(prefix: &str, list: &[(&str, f64, (f64, f64))]) -> Result<()> {
-    for (key, value, range) in list {
-        number(&format!("{prefix}{key}"), *value, *range)?;
-    }
-    Ok(())
-}
-
-/// Refuses an interval that does not run from lower to higher.
-fn ordered(prefix: &str, (low_key, low): (&str, f64), (high_key, high): (&str, f64)) -> Result<()> {
-    let range = (-WORLD, WORLD);
-    numbers(prefix, &[(low_key, low, range), (high_key, high, range)])?;
-    ensure!(
-        high > low,
-        "{prefix}{high_key}: {high}: expected more than {low_key}, which is {low}"
-    );
-    Ok(())
-}
-
 /// Nothing scatters inside a material that conducts better than this, S/m: waves reach 0.1 mm deep.
 const MOST_INSIDE: f64 = 300.0;
-
-const POSITION: (f64, f64) = (-WORLD, WORLD);
-const LENGTH: (f64, f64) = (1e-4, WORLD);
-const DECIBEL: (f64, f64) = (-300.0, 300.0);
 
 /// Checks everything that can be said before the surfaces are built.
 pub fn spec(s: &SceneSpec) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use anyhow::{Result, ensure};
 
-use super::{LENGTH, POSITION, number, numbers};
+use super::number::{LENGTH, POSITION, number, numbers};
 use crate::scene::flight::CHANNEL_WALL;
 use crate::scene::spec::{StairsSpec, Way};
 

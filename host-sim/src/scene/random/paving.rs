@@ -66,8 +66,8 @@ pub fn corduroy(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, r
     }
 }
 
-/// A grate from `from` to `to`: bars 3 to 6 mm thick and 20 to 30 mm high across the way, 20 to 34 mm from one to the
-/// next (EN 1433 channel grates; slots of 16 to 31 mm, which wheels and canes do not sink into), over a channel 8 to 20 cm
+/// A grate from `from` to `to`: bars 3 to 6 mm thick and 20 to 30 mm high across the way, up to 34 mm from one
+/// to the next (EN 1433 channel grates; slots of 10 to 31 mm, which wheels do not sink into), over a channel 8 to 20 cm
 /// deep.
 pub fn grate(scene: &mut SceneSpec, (from, to): (f64, f64), rng: &mut Random) {
     let (thick, high) = (rng.between(0.003, 0.006), rng.between(0.020, 0.030));
