@@ -1,49 +1,20 @@
 //! Scene files are refused with one message that names the key and what was expected.
 
+mod number;
+mod stairs;
+
 use anyhow::{Result, bail, ensure};
+
+use number::{DECIBEL, LENGTH, POSITION, WORLD, number, numbers, ordered};
 
 use super::facets::{self, MAX_FACETS, MAX_PATCHES};
 use super::geometry::World;
 use super::material::{self, builtin};
 use super::maths::{LIGHT, Vec2};
-use super::spec::{MaterialSpec, PolylineSpec, SceneSpec, StairsSpec, Way};
+use super::spec::{MaterialSpec, PolylineSpec, SceneSpec};
 
-/// Farther than this from the mirror nothing is built, metres.
-const WORLD: f64 = 50.0;
-
-/// Most steps of one flight.
-const MAX_STEPS: usize = 64;
-
-/// Refuses a number outside `low..=high`, NaN included.
-fn number(key: &str, value: f64, (low, high): (f64, f64)) -> Result<()> {
-    ensure!(
-        (low..=high).contains(&value),
-        "{key}: {value}: expected a number from {low} to {high}"
-    );
-    Ok(())
-}
-
-fn numbers(prefix: &str, list: &[(&str, f64, (f64, f64))]) -> Result<()> {
-    for (key, value, range) in list {
-        number(&format!("{prefix}{key}"), *value, *range)?;
-    }
-    Ok(())
-}
-
-/// Refuses an interval that does not run from lower to higher.
-fn ordered(prefix: &str, (low_key, low): (&str, f64), (high_key, high): (&str, f64)) -> Result<()> {
-    let range = (-WORLD, WORLD);
-    numbers(prefix, &[(low_key, low, range), (high_key, high, range)])?;
-    ensure!(
-        high > low,
-        "{prefix}{high_key}: {high}: expected more than {low_key}, which is {low}"
-    );
-    Ok(())
-}
-
-const POSITION: (f64, f64) = (-WORLD, WORLD);
-const LENGTH: (f64, f64) = (1e-4, WORLD);
-const DECIBEL: (f64, f64) = (-300.0, 300.0);
+/// Nothing scatters inside a material that conducts better than this, S/m: waves reach 0.1 mm deep.
+const MOST_INSIDE: f64 = 300.0;
 
 /// Checks everything that can be said before the surfaces are built.
 pub fn spec(s: &SceneSpec) -> Result<()> {
@@ -55,7 +26,7 @@ pub fn spec(s: &SceneSpec) -> Result<()> {
     }
     surfaces(s)?;
     for (k, flight) in s.stairs.iter().enumerate() {
-        stairs(&format!("stairs[{k}]."), flight)?;
+        stairs::flight(&format!("stairs[{k}]."), flight)?;
     }
     for (k, p) in s.polyline.iter().enumerate() {
         polyline(&format!("polyline[{k}]."), p)?;
@@ -180,6 +151,11 @@ fn receiver(s: &SceneSpec) -> Result<()> {
 }
 
 fn material_values(prefix: &str, m: &MaterialSpec) -> Result<()> {
+    ensure!(
+        !m.diffuse_inside || m.conductivity <= MOST_INSIDE,
+        "{prefix}diffuse_inside: true: expected false for a conductivity above {MOST_INSIDE}, which is {}",
+        m.conductivity
+    );
     numbers(
         prefix,
         &[
@@ -253,93 +229,6 @@ fn surfaces(s: &SceneSpec) -> Result<()> {
     Ok(())
 }
 
-fn stairs(prefix: &str, s: &StairsSpec) -> Result<()> {
-    ensure!(
-        (1..=MAX_STEPS).contains(&s.count),
-        "{prefix}count: {}: expected 1 to {MAX_STEPS} steps",
-        s.count
-    );
-    let (rise, going) = ((0.005, 2.0), (0.02, 5.0));
-    let values = [
-        ("distance_m", s.distance_m, POSITION),
-        ("base_m", s.base_m, POSITION),
-        ("rise_m", s.rise_m, rise),
-        ("going_m", s.going_m, going),
-        ("nosing_m", s.nosing_m, (0.0, 0.9 * s.going_m)),
-        ("nosing_radius_m", s.nosing_radius_m, (0.0, 0.1)),
-        ("tread_thickness_m", s.tread_thickness_m, (1e-3, 1.0)),
-        (
-            "tread_depth_m",
-            s.tread_depth_m.unwrap_or(s.going_m),
-            (0.02, 5.0),
-        ),
-        ("tread_fall", s.tread_fall, (0.0, 0.1)),
-        ("channel_m", s.channel_m, (0.0, 0.3)),
-        ("channel_flange_m", s.channel_flange_m, (1e-3, 0.2)),
-        ("landing_m", s.landing_m, LENGTH),
-        ("width_m", s.width_m.unwrap_or(1.0), LENGTH),
-    ];
-    numbers(prefix, &values)?;
-    for (key, list, range, wanted) in [
-        ("rises_m", &s.rises_m, rise, s.count),
-        ("goings_m", &s.goings_m, going, s.count - 1),
-    ] {
-        ensure!(
-            list.is_empty() || list.len() == wanted,
-            "{prefix}{key}: {} numbers: expected {wanted} for count = {}",
-            list.len(),
-            s.count
-        );
-        for (k, value) in list.iter().enumerate() {
-            number(&format!("{prefix}{key}[{k}]"), *value, range)?;
-        }
-    }
-    let shortest = s.goings_m.iter().copied().fold(s.going_m, f64::min);
-    ensure!(
-        s.nosing_m + 2.0 * s.nosing_radius_m < shortest && s.landing_m > s.nosing_radius_m,
-        "{prefix}nosing_m: {}: expected nosing and rounding to leave some of the going of {shortest}",
-        s.nosing_m
-    );
-    let lowest = s.rises_m.iter().copied().fold(s.rise_m, f64::min);
-    let longest = s.goings_m.iter().copied().fold(s.going_m, f64::max);
-    ensure!(
-        s.tread_fall == 0.0 || (s.direction == Way::Up && !s.open),
-        "{prefix}tread_fall: {}: expected 0 for floating treads and flights going down",
-        s.tread_fall
-    );
-    ensure!(
-        s.tread_fall * longest < 0.5 * lowest,
-        "{prefix}tread_fall: {}: expected a fall over the going of {longest} below half the rise of {lowest}",
-        s.tread_fall
-    );
-    channel(prefix, s, (lowest, shortest))
-}
-
-/// A channel belongs to a floating tread going up, thinner than the rise and shorter than the tread.
-fn channel(prefix: &str, s: &StairsSpec, (lowest, shortest): (f64, f64)) -> Result<()> {
-    if s.channel_m == 0.0 {
-        return Ok(());
-    }
-    ensure!(
-        s.open && s.direction == Way::Up,
-        "{prefix}channel_m: {}: expected 0 but for floating treads going up",
-        s.channel_m
-    );
-    let least = 4.0 * super::shapes::CHANNEL_WALL;
-    ensure!(
-        (least..lowest).contains(&s.channel_m),
-        "{prefix}channel_m: {}: expected from {least} to less than the rise of {lowest}",
-        s.channel_m
-    );
-    let depth = s.tread_depth_m.unwrap_or(shortest).min(shortest);
-    ensure!(
-        (least..depth).contains(&s.channel_flange_m),
-        "{prefix}channel_flange_m: {}: expected from {least} to less than the tread's depth of {depth}",
-        s.channel_flange_m
-    );
-    Ok(())
-}
-
 fn polyline(prefix: &str, p: &PolylineSpec) -> Result<()> {
     let least = if p.closed { 3 } else { 2 };
     ensure!(
@@ -392,6 +281,9 @@ pub fn used_materials<'a>(s: &'a SceneSpec) -> Vec<(String, &'a str)> {
     for (k, f) in s.stairs.iter().enumerate() {
         if let Some(riser) = &f.riser_material {
             used.push((format!("stairs[{k}].riser_material"), riser));
+        }
+        if let Some(strip) = &f.strip_material {
+            used.push((format!("stairs[{k}].strip_material"), strip));
         }
     }
     used

@@ -139,7 +139,7 @@ fn the_web_of_a_channel_is_a_plate() {
 fn a_channel_that_opens_forward_is_an_inner_corner() {
     // The lower flange and the web from 45° above: a dihedral of two equal faces, if the opening is
     // twice as high as deep, so that the upper flange shades none of it.
-    let (wall, depth, b, r) = (super::shapes::CHANNEL_WALL, 0.02, 0.12, 4.0);
+    let (wall, depth, b, r) = (super::flight::CHANNEL_WALL, 0.02, 0.12, 4.0);
     let size = (2.0 * depth + 2.0 * wall, depth + wall);
     let t = PI / 4.0;
     let levels = [true, false].map(|open| {

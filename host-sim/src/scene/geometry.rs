@@ -316,6 +316,14 @@ pub fn rounded(at: Vec2, into: Vec2, out: Vec2, radius: f64) -> Vec<Vec2> {
         .collect()
 }
 
+/// A corner broken off in place of rounded: the two ends of the chamfer, each `depth` from the sharp corner `at`.
+pub fn chamfered(at: Vec2, into: Vec2, out: Vec2, depth: f64) -> Vec<Vec2> {
+    if depth <= 0.0 {
+        return vec![at];
+    }
+    vec![at - into * depth, at + out * depth]
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use super::spec::{MaterialSpec, Polarisation};
 
 /// Names of the built-in materials.
-pub const NAMES: [&str; 8] = [
+pub const NAMES: [&str; 13] = [
     "painted-wood",
     "dark-ceramic",
     "concrete",
@@ -14,6 +14,11 @@ pub const NAMES: [&str; 8] = [
     "plaster",
     "carpet",
     "fabric",
+    "asphalt",
+    "glass",
+    "rubber",
+    "wet",
+    "dark-carpet",
 ];
 
 /// A built-in material.
@@ -46,6 +51,7 @@ pub fn builtin(name: &str) -> Option<MaterialSpec> {
             joint_width_m: 3e-3,
             joint_depth_m: 1e-3,
             joint_reflection: 0.6,
+            ..plain
         },
         "concrete" => MaterialSpec {
             permittivity: 5.24,
@@ -74,6 +80,7 @@ pub fn builtin(name: &str) -> Option<MaterialSpec> {
             joint_width_m: 0.030,
             joint_depth_m: 0.0,
             joint_reflection: 0.0,
+            ..plain
         },
         "plaster" => MaterialSpec {
             permittivity: 2.73,
@@ -98,6 +105,68 @@ pub fn builtin(name: &str) -> Option<MaterialSpec> {
             roughness_m: 500e-6,
             correlation_m: 4e-3,
             diffuse_db: -17.0,
+            ..plain
+        },
+        _ => return ground(name),
+    })
+}
+
+/// A built-in material of streets and entrances.
+///
+/// What scatters in roads lies inside them but for rough ones (Li and Sarabandi 1999, 94 GHz, 70 to 88° from
+/// the normal). `scenes/README.md` lists values and sources, and which values are assumptions.
+fn ground(name: &str) -> Option<MaterialSpec> {
+    let plain = MaterialSpec::default();
+    Some(match name {
+        // Permittivity between bitumen (2.7) and stone (5 to 7). So smooth that what lies inside outweighs the
+        // relief, whose physical optics has the polarisations the wrong way round at grazing angles.
+        "asphalt" => MaterialSpec {
+            permittivity: 4.0,
+            conductivity: 0.5,
+            roughness_m: 100e-6,
+            correlation_m: 3e-3,
+            diffuse_db: -17.0,
+            diffuse_inside: true,
+            ..plain
+        },
+        // Rec. ITU-R P.2040, table 3. Of a pane of 10 mm the back face answers 22 dB below the front, for the
+        // glass takes 10 dB a way: a half space. Float glass is optically flat; γ is that of dust and fingers.
+        "glass" => MaterialSpec {
+            permittivity: 6.31,
+            conductivity: 1.58,
+            roughness_m: 1e-6,
+            correlation_m: 5e-3,
+            diffuse_db: -48.0,
+            ..plain
+        },
+        // Rubber filled with carbon black.
+        "rubber" => MaterialSpec {
+            permittivity: 4.0,
+            conductivity: 5.0,
+            roughness_m: 40e-6,
+            correlation_m: 2e-3,
+            diffuse_db: -32.0,
+            ..plain
+        },
+        // A closed film of water at 20 °C, 0.3 mm or more thick, over concrete or asphalt: ε = 7.7 + 13.3j at
+        // 94 GHz (Liebe, Hufford, Manabe 1991, double Debye). The field falls to 1/e in 0.26 mm, so that the film
+        // takes 20 dB out of what scatters below it, and its surface another 5 dB. Surface tension levels it.
+        "wet" => MaterialSpec {
+            permittivity: 7.69,
+            conductivity: 69.7,
+            roughness_m: 5e-6,
+            correlation_m: 1e-2,
+            diffuse_db: -44.0,
+            diffuse_inside: true,
+            ..plain
+        },
+        // Short pile, or an entrance mat, that lets a wave in and does not give it back.
+        "dark-carpet" => MaterialSpec {
+            permittivity: 1.25,
+            conductivity: 0.5,
+            roughness_m: 300e-6,
+            correlation_m: 1.5e-3,
+            diffuse_db: -32.0,
             ..plain
         },
         _ => return None,
@@ -138,6 +207,21 @@ impl Material {
             Polarisation::Vertical => self.permittivity * c,
         };
         (outside - inside) / (outside + inside)
+    }
+
+    /// Share of power that passes the surface.
+    fn transmissivity(&self, cos_incidence: f64) -> f64 {
+        1.0 - self.reflection(cos_incidence).norm_sqr()
+    }
+
+    /// Factor on σ° = γ cos θ of what lies inside the material: the surface's transmissivity in and out,
+    /// against that at normal incidence. 1 for what scatters at the surface.
+    pub fn held_back(&self, cos_incidence: f64) -> f64 {
+        if !self.spec.diffuse_inside {
+            return 1.0;
+        }
+        let share = self.transmissivity(cos_incidence) / self.transmissivity(1.0);
+        share * share
     }
 
     /// Whether the point `s` metres along a surface lies in a joint.
@@ -194,6 +278,26 @@ mod tests {
         let brewster = 1.0 / (1.0 + n * n).sqrt();
         let hard = Material::new(&lossless, 94e9, Polarisation::Vertical).reflection(brewster);
         assert!(hard.l1_norm() < 1e-12, "{hard}");
+    }
+
+    #[test]
+    fn what_scatters_inside_fades_at_grazing_angles_in_one_polarisation() {
+        let factor = |polarisation, grazing: f64| {
+            let asphalt = at("asphalt", polarisation);
+            10.0 * asphalt.held_back(grazing.to_radians().sin()).log10()
+        };
+        // Of ε = 4, in dB: Fresnel by hand.
+        for (grazing, book) in [(10.0, -8.6), (20.0, -4.4), (30.0, -2.5), (90.0, 0.0)] {
+            let found = factor(Polarisation::Horizontal, grazing);
+            assert!((found - book).abs() < 0.4, "{grazing}°: {found} dB");
+        }
+        // Towards Brewster's angle more passes the surface than at normal incidence.
+        for grazing in [15.0, 25.0, 40.0] {
+            let found = factor(Polarisation::Vertical, grazing);
+            assert!((-0.7..1.1).contains(&found), "{grazing}°: {found} dB");
+        }
+        let concrete = at("concrete", Polarisation::Horizontal);
+        assert_eq!(concrete.held_back(0.1), 1.0);
     }
 
     #[test]

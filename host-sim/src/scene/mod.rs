@@ -16,10 +16,13 @@ pub mod command;
 pub mod driving;
 pub mod edge;
 pub mod facets;
+mod flight;
 #[cfg(test)]
 mod form_tests;
 mod fourier;
 pub mod geometry;
+#[cfg(test)]
+mod ground_tests;
 pub mod lateral;
 pub mod material;
 pub mod maths;

@@ -175,7 +175,7 @@ impl View<'_> {
         // σ° = γ cos θ, evenly in azimuth and without memory from facet to facet (Barton, Radar
         // Equations for Modern Radar, sec. 3.6: constant-γ model).
         let gamma = power(material.spec.diffuse_db) * share * share;
-        let per_metre = gamma * leg.cos * facet.len;
+        let per_metre = gamma * leg.cos * facet.len * material.held_back(leg.cos);
         for strip in self.facet_sum(relief, k, [leg, leg], None, direct) {
             let coherent = strip.sum * material.reflection(leg.cos) * share;
             let spread = match diffuse {

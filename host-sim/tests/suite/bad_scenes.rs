@@ -145,6 +145,34 @@ fn every_bad_scene_gets_one_message() {
             &["radar.samples_per_chirp: 300"],
         ),
         (
+            flight("nosing_m = 0.03\nbatter_m = 0.02"),
+            &["stairs[0].batter_m: 0.02: expected 0 for floating treads"],
+        ),
+        (
+            flight("batter_m = 0.1"),
+            &["stairs[0].batter_m: 0.1: expected less than half the rise of 0.17"],
+        ),
+        (
+            flight("direction = \"down\"\nstrip_m = 0.04"),
+            &["stairs[0].strip_m: 0.04: expected 0 for floating treads"],
+        ),
+        (
+            flight("strip_m = 0.002"),
+            &["stairs[0].strip_m: 0.002: expected more than nosing_radius_m"],
+        ),
+        (
+            flight("strip_material = \"metal\""),
+            &["stairs[0].strip_m: 0: expected more"],
+        ),
+        (
+            flight("strip_m = 0.04\nstrip_material = \"cheese\""),
+            &["stairs[0].strip_material: \"cheese\": expected one of"],
+        ),
+        (
+            format!("[material.odd]\nconductivity = 1e7\ndiffuse_inside = true\n{FLOOR}"),
+            &["material.odd.diffuse_inside: true: expected false for a conductivity above 300"],
+        ),
+        (
             format!("[material.odd]\nroughness_m = -1e-3\n{FLOOR}"),
             &["material.odd.roughness_m"],
         ),

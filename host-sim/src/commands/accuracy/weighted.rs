@@ -8,12 +8,13 @@ use crate::score::{AnswerType, SetScore, Share, upper_bound};
 /// How often a chair meets a kind, per 1,000 places that it is driven up to. By assumption: studies of what wheelchair
 /// users meet count complaints or rate how hard barriers are (Meyers et al. 2002; Harris, Yang and Sanford 2015), not how
 /// often each is met. Assumed are a chair that mostly drives on level ground, past things that stand about; kerbs ten
-/// times as often as a platform; and stairs, most of them regular, as often down as up.
+/// times as often as a platform; entrances half as often as kerbs; and stairs, most of them regular, as often down as up.
 fn met(kind: Kind) -> f64 {
     match kind {
         Kind::None => 400.0,
         Kind::Clutter => 200.0,
         Kind::Kerb => 120.0,
+        Kind::Entrance => 60.0,
         Kind::Ascending => 60.0,
         Kind::Descending | Kind::Downstairs => 50.0,
         Kind::Brink => 15.0,

@@ -10,10 +10,14 @@ mod clutter;
 mod down;
 mod draw;
 mod effects;
+mod entrance;
+#[cfg(test)]
+mod entrance_tests;
 mod flight;
 mod instrument;
 mod none;
 mod odd;
+mod paving;
 mod regular;
 mod shaped;
 #[cfg(test)]
@@ -26,6 +30,7 @@ use super::maths::Random;
 use super::spec::SceneSpec;
 
 pub use clutter::CLUTTER;
+pub use entrance::ENTRANCE;
 pub use none::NONE;
 
 /// What a random scene shows.
@@ -70,11 +75,13 @@ pub enum Kind {
     Hole = 17,
     /// A flight going up before an instrument of another make: mount, beam, bandwidth, pitch.
     Mounting = 18,
+    /// What lies between street and foyer, with and without steps: what [`ENTRANCE`] lists, in turn.
+    Entrance = 19,
 }
 
 impl Kind {
     /// All kinds.
-    pub const ALL: [Kind; 19] = [
+    pub const ALL: [Kind; 20] = [
         Kind::Ascending,
         Kind::None,
         Kind::Descending,
@@ -94,6 +101,7 @@ impl Kind {
         Kind::Brink,
         Kind::Hole,
         Kind::Mounting,
+        Kind::Entrance,
     ];
 
     /// The name that `random:KIND` uses.
@@ -118,6 +126,7 @@ impl Kind {
             Kind::Brink => "brink",
             Kind::Hole => "hole",
             Kind::Mounting => "mounting",
+            Kind::Entrance => "entrance",
         }
     }
 
@@ -214,6 +223,7 @@ pub fn random_with(kind: Kind, variety: Variety, seed: u64) -> SceneSpec {
         Kind::Downstairs => down::downstairs(&mut scene, rng),
         Kind::Brink => down::brink(&mut scene, rng),
         Kind::Hole => down::hole(&mut scene, rng),
+        Kind::Entrance => entrance::entrance(&mut scene, seed, rng),
     };
     if variety.instrument == Spread::Wide {
         instrument::wide(&mut scene, &mut stream(INSTRUMENT));

@@ -182,8 +182,12 @@ fn one_step_of_an_irregular_flight_is_off_by_two_to_four_centimetres() {
 }
 
 #[test]
-fn scenes_without_stairs_show_each_of_their_list_by_turns() {
-    for (kind, list) in [(Kind::None, &NONE[..]), (Kind::Clutter, &CLUTTER[..])] {
+fn kinds_with_a_list_show_each_of_it_by_turns() {
+    for (kind, list) in [
+        (Kind::None, &NONE[..]),
+        (Kind::Clutter, &CLUTTER[..]),
+        (Kind::Entrance, &ENTRANCE[..]),
+    ] {
         let total: usize = list.iter().map(|(_, n)| n).sum();
         for (name, n) in list {
             let wanted = format!(": {name}");

@@ -325,6 +325,11 @@ pub struct MaterialSpec {
     pub correlation_m: f64,
     /// What the volume and the fine texture scatter evenly: γ of σ° = γ cos θ, dB.
     pub diffuse_db: f64,
+    /// What scatters evenly lies inside the material: σ° is γ cos θ (T(θ) / T(0))², with Fresnel's
+    /// transmissivity T of the surface for the radar's polarisation, once in and once out (volume scattering of
+    /// a half space: Ulaby and Long, Microwave Radar and Radiometric Remote Sensing, ch. 11). Without it γ holds
+    /// for both polarisations at every angle.
+    pub diffuse_inside: bool,
     /// Distance from one joint (or gap of a grating) to the next along the surface; 0 for none.
     pub joint_pitch_m: f64,
     /// Width of a joint.
@@ -343,6 +348,7 @@ impl Default for MaterialSpec {
             roughness_m: 60e-6,
             correlation_m: 3e-3,
             diffuse_db: -25.0,
+            diffuse_inside: false,
             joint_pitch_m: 0.0,
             joint_width_m: 0.0,
             joint_depth_m: 0.0,

@@ -43,6 +43,24 @@ pub struct StairsSpec {
     /// Rounding of the foremost edge; real treads are broken or rounded by 2 to 10 mm.
     #[serde(default = "default_radius")]
     pub nosing_radius_m: f64,
+    /// The foremost edge is broken off at 45° over `nosing_radius_m` in place of rounded: chamfered kerbs of
+    /// EN 1340, chipped edges.
+    #[serde(default)]
+    pub chamfered: bool,
+    /// How far the risers lean back: their feet lie so much before their upper edges (battered kerbs of
+    /// EN 1340). Closed flights going up without `nosing_m` only.
+    #[serde(default)]
+    pub batter_m: f64,
+    /// Length of a nosing strip along each tread, counted from the foremost edge; 0 for none (DIN 18040-1:
+    /// 40 to 50 mm; Approved Document M: 55 mm). Closed flights going up only.
+    #[serde(default)]
+    pub strip_m: f64,
+    /// How far the strips stand up over the treads; the steps' heights in the truth include it.
+    #[serde(default)]
+    pub strip_proud_m: f64,
+    /// Material of the strips; without it that of the treads.
+    #[serde(default)]
+    pub strip_material: Option<String>,
     /// Thickness of a tread: seen where it stands out and where risers are open.
     #[serde(default = "default_thickness")]
     pub tread_thickness_m: f64,

@@ -1,0 +1,45 @@
+//! Checks of single numbers: each error names the key and the range that was expected.
+
+use anyhow::{Result, ensure};
+
+/// Farther than this from the mirror nothing is built, metres.
+pub const WORLD: f64 = 50.0;
+
+/// Refuses a number outside `low..=high`, NaN included.
+pub fn number(key: &str, value: f64, (low, high): (f64, f64)) -> Result<()> {
+    ensure!(
+        (low..=high).contains(&value),
+        "{key}: {value}: expected a number from {low} to {high}"
+    );
+    Ok(())
+}
+
+/// Refuses the first of a list of numbers that lies outside its range; `prefix` stands before every key.
+pub fn numbers(prefix: &str, list: &[(&str, f64, (f64, f64))]) -> Result<()> {
+    for (key, value, range) in list {
+        number(&format!("{prefix}{key}"), *value, *range)?;
+    }
+    Ok(())
+}
+
+/// Refuses an interval that does not run from lower to higher.
+pub fn ordered(
+    prefix: &str,
+    (low_key, low): (&str, f64),
+    (high_key, high): (&str, f64),
+) -> Result<()> {
+    let range = (-WORLD, WORLD);
+    numbers(prefix, &[(low_key, low, range), (high_key, high, range)])?;
+    ensure!(
+        high > low,
+        "{prefix}{high_key}: {high}: expected more than {low_key}, which is {low}"
+    );
+    Ok(())
+}
+
+/// Range of a place, metres.
+pub const POSITION: (f64, f64) = (-WORLD, WORLD);
+/// Range of a length, metres.
+pub const LENGTH: (f64, f64) = (1e-4, WORLD);
+/// Range of a level, dB.
+pub const DECIBEL: (f64, f64) = (-300.0, 300.0);

@@ -1,0 +1,98 @@
+//! Shapes that stand a few millimetres out of a floor or lie flush in it: tactile paving and grates.
+
+use super::super::maths::Random;
+use super::super::spec::{FloorSpec, PolylineSpec, SceneSpec, WallSpec};
+use super::draw::pick;
+
+/// How far the feet of solids reach below the floor, metres: it hides the edges that only the drawing has.
+const SUNK: f64 = 0.002;
+
+/// A solid across the whole way.
+pub fn solid(points: Vec<[f64; 2]>, material: String) -> PolylineSpec {
+    PolylineSpec {
+        points,
+        closed: true,
+        width_m: None,
+        lateral_m: 0.0,
+        material,
+    }
+}
+
+/// The upper arc of a circle over a chord of `half` to both sides of `at`, `height` above the floor, closed below it.
+fn cap(at: f64, half: f64, height: f64, pieces: usize) -> Vec<[f64; 2]> {
+    let radius = (half * half + height * height) / (2.0 * height);
+    let most = libm::asin(half / radius);
+    let mut points = vec![[at - half, -SUNK]];
+    points.extend((0..=pieces).map(|k| {
+        let turn = most * (2.0 * k as f64 / pieces as f64 - 1.0);
+        let (sin, cos) = libm::sincos(turn);
+        [at + radius * sin, height - radius * (1.0 - cos)]
+    }));
+    points.push([at + half, -SUNK]);
+    points
+}
+
+/// Blisters from `from` to `to`: domes 5 mm high and 25 mm wide at a pitch of 64 to 67 mm (CEN/TS 15209; Guidance on the
+/// use of tactile paving surfaces, 2021), five rows beside each other, which is as far as the beam reaches.
+///
+/// A dome is a piece of cylinder here, 20 mm wide across the way, as wide on the average as the circle.
+pub fn blisters(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, rng: &mut Random) {
+    let pitch = rng.between(0.064, 0.067);
+    let aside = rng.between(-0.5, 0.5) * pitch;
+    let rows = ((to - from) / pitch) as usize;
+    for row in 0..rows {
+        let at = from + (row as f64 + 0.5) * pitch;
+        for column in -2..=2 {
+            scene.polyline.push(PolylineSpec {
+                points: cap(at, 0.0125, 0.005, 12),
+                closed: true,
+                width_m: Some(0.020),
+                lateral_m: aside + f64::from(column) * pitch,
+                material: material.into(),
+            });
+        }
+    }
+}
+
+/// Corduroy from `from` to `to`: rounded bars across the way, 6 mm high and 20 mm wide at a pitch of 50 mm (the same
+/// guidance).
+pub fn corduroy(scene: &mut SceneSpec, (from, to): (f64, f64), material: &str, rng: &mut Random) {
+    let pitch = rng.between(0.048, 0.052);
+    let bars = ((to - from) / pitch) as usize;
+    for bar in 0..bars {
+        let at = from + (bar as f64 + 0.5) * pitch;
+        let points = cap(at, 0.010, 0.006, 16);
+        scene.polyline.push(solid(points, material.into()));
+    }
+}
+
+/// A grate from `from` to `to`: bars 3 to 6 mm thick and 20 to 30 mm high across the way, up to 34 mm from one
+/// to the next (EN 1433 channel grates; slots of 10 to 31 mm, which wheels do not sink into), over a channel 8 to 20 cm
+/// deep.
+pub fn grate(scene: &mut SceneSpec, (from, to): (f64, f64), rng: &mut Random) {
+    let (thick, high) = (rng.between(0.003, 0.006), rng.between(0.020, 0.030));
+    let wanted = rng.between(0.020, 0.034);
+    let depth = rng.between(0.08, 0.20);
+    // A bar at each end, and as many between as the pitch allows.
+    let gaps = libm::ceil((to - from - thick) / wanted).max(1.0);
+    let pitch = (to - from - thick) / gaps;
+    for bar in 0..=gaps as usize {
+        let front = from + bar as f64 * pitch;
+        let (back, foot) = (front + thick, -high);
+        let points = vec![[front, foot], [front, 0.0], [back, 0.0], [back, foot]];
+        scene.polyline.push(solid(points, "metal".into()));
+    }
+    let channel = pick(rng, &["concrete", "metal"]);
+    scene.floor.push(FloorSpec {
+        from_m: from,
+        to_m: Some(to),
+        height_m: -depth,
+        material: channel.clone(),
+    });
+    scene.wall.push(WallSpec {
+        at_m: to,
+        bottom_m: -depth,
+        top_m: -high,
+        material: channel,
+    });
+}
