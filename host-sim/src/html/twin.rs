@@ -10,7 +10,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use serde_json::{Value, json};
 
-use super::Parts;
+use super::{Parts, report};
 use crate::recording::Recording;
 
 /// Largest page, bytes: what mail and phones still take.
@@ -58,7 +58,7 @@ pub fn page(wasm: &[u8], recordings: &[Recording]) -> Result<String> {
         title: "stairscan in a browser",
         head: HEAD,
         style: STYLE,
-        controls: CONTROLS,
+        body: &report(CONTROLS),
         data: &data.to_string(),
         stock: &stock.concat(),
         script: &[SCRIPT, PORT].concat(),
