@@ -2,7 +2,7 @@
 
 Opens the page from disk in Chromium and checks that its sentences are those of `replay` to the byte, for recordings
 and settings alike; that it logs no error and asks no network; its looks at 1280 and 390 pixels, light and dark; files,
-keys, fingers, slider, downloads; a scanner at a serial port
+keys, fingers, slider, downloads; the truth that is edited there and read by the program; a scanner at a serial port
 that the test plays; and the page of `report --compare`.
 """
 
@@ -14,6 +14,7 @@ import sys
 from browser import Browser
 import compare
 import serial_port
+import truth
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RECORDINGS = sorted(p.with_suffix("") for p in ROOT.glob("recordings/*.sigmf-meta"))
@@ -332,6 +333,8 @@ def main():
         for check in (check_bad_files, check_keys, check_touch, check_looks):
             check(browser)
             print(f"{check.__name__}: passed", flush=True)
+        truth.check(program, browser, RECORDINGS[-1], SCRATCH / "truth")
+        print("truth: passed", flush=True)
         serial_port.check(browser, sentences(program, ROOT / "recordings/stair_a"))
         print("serial port: passed")
         complaints, addresses = browser.complaints(), browser.addresses()
