@@ -123,10 +123,7 @@ fn percent(permille: u16) -> String {
 }
 
 /// Pairs and singles of two lists, by nearest distance, in the order of distance.
-fn matched<'a, T>(
-    lists: [&'a [T]; 2],
-    distance: impl Fn(&T) -> f64,
-) -> Vec<[Option<(usize, &'a T)>; 2]> {
+fn matched<T>(lists: [&[T]; 2], distance: impl Fn(&T) -> f64) -> Vec<[Option<(usize, &T)>; 2]> {
     let at = lists.map(|list| list.iter().map(&distance).collect::<Vec<f64>>());
     let pairs = score::nearest(&at[0], &at[1]);
     let item = |side: usize, k: usize| lists[side].get(k).map(|item| (k, item));
