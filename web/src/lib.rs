@@ -5,6 +5,7 @@
 //! | `request` | bytes → what is asked for, and the files with it |
 //! | `input` | files → a recording, with the page's settings in the place of its own |
 //! | `scans` | a recording → what the report page shows of it, or a table |
+//! | `truth` | a recording → what it says is really there, and its metadata with another truth |
 //! | `port` | bytes of a serial port → what is known of the scanner there |
 //!
 //! A scan is made by the code of `cargo sim replay`, the data of the page by that of `cargo sim report`, tables by that
@@ -16,6 +17,7 @@ mod input;
 mod port;
 mod request;
 mod scans;
+mod truth;
 
 use std::cell::RefCell;
 
@@ -74,6 +76,7 @@ fn answer(request: &[u8], port: &mut Port) -> Result<Value> {
         Wanted::About => Ok(scans::about()),
         Wanted::Scan(files) => scans::shown(&files, data),
         Wanted::Table(files) => scans::table(&files, data),
+        Wanted::Truth(truths) => truth::saved(&truths, data),
         Wanted::Port(news) => Ok(port.take(&news, data)),
     }
 }

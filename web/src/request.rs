@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result};
 use serde::Deserialize;
+use serde_json::Value;
 
 /// One request.
 pub struct Request<'a> {
@@ -20,8 +21,21 @@ pub enum Wanted {
     Scan(Files),
     /// The recording's steps as CSV.
     Table(Files),
+    /// The recording's metadata with another truth.
+    Truth(Truths),
     /// An event at a serial port.
     Port(News),
+}
+
+/// A recording with the truth that its metadata are to tell.
+#[derive(Debug, Deserialize)]
+pub struct Truths {
+    #[serde(flatten)]
+    pub files: Files,
+    /// Truth from the mirror at the first chirp.
+    pub whole: Value,
+    /// Truth of each scan, from the mirror at its end.
+    pub scans: Value,
 }
 
 /// A recording's files, but for its samples, and how it is to be scanned.

@@ -8,8 +8,8 @@ use host_sim::replay::SEED;
 use serde_json::{Value, json};
 use stairscan::config::{Config, EstimatorKind};
 
-use crate::input;
 use crate::request::Files;
+use crate::{input, truth};
 
 /// Version, estimators and defaults of the scanner in the page.
 pub fn about() -> Value {
@@ -37,6 +37,7 @@ pub fn shown(files: &Files, data: &[u8]) -> Result<Value> {
         Err(error) => html::failed(&own.name, &format!("{error:#}")),
     };
     entry.data["own"] = mount(&own);
+    entry.data["truth"] = truth::told(&own)?;
     Ok(entry.data)
 }
 

@@ -2,7 +2,8 @@
 
 Opens the page from disk in Chromium and checks that its sentences are those of `replay` to the byte, for recordings
 and settings alike; that it logs no error and asks no network; its looks at 1280 and 390 pixels, light and dark; files,
-keys, fingers, slider, downloads; and a scanner at a serial port that the test plays.
+keys, fingers, slider, downloads; the truth that is edited there and read by the program; a scanner at a serial port
+that the test plays; and the page of `report --compare`.
 """
 
 import json
@@ -11,7 +12,9 @@ import subprocess
 import sys
 
 from browser import Browser
+import compare
 import serial_port
+import truth
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RECORDINGS = sorted(p.with_suffix("") for p in ROOT.glob("recordings/*.sigmf-meta"))
@@ -289,6 +292,15 @@ def check_looks(browser: Browser):
                 # Not `innerWidth`, which grows with what overflows on a phone.
                 wide = browser.js("return document.documentElement.scrollWidth")
                 assert wide <= width, f"{name} at {width} px: {wide} pixels wide"
+                # Neither tables nor numbers are cut: a cell without a space is one line.
+                cut = browser.js(
+                    """const tables = [...document.querySelectorAll("#pane .table")];
+                    const broken = [...document.querySelectorAll("#steps td, #rivals td, #echoes td")]
+                        .filter((cell) => !/\\s/.test(cell.textContent) && cell.getClientRects().length)
+                        .filter((cell) => { const r = document.createRange(); r.selectNodeContents(cell); return r.getClientRects().length > 1; });
+                    return [...tables.filter((t) => t.scrollWidth > t.clientWidth), ...broken].map((e) => e.textContent.slice(0, 40));"""
+                )
+                assert not cut, f"{name} at {width} px: cut: {cut}"
                 browser.shot(SCRATCH / f"{name}-{width}-{scheme}.png")
             paper = luminance(browser.js("return getComputedStyle(document.body).backgroundColor"))
             assert (paper < 0.1) == (scheme == "dark"), (scheme, paper)
@@ -321,6 +333,8 @@ def main():
         for check in (check_bad_files, check_keys, check_touch, check_looks):
             check(browser)
             print(f"{check.__name__}: passed", flush=True)
+        truth.check(program, browser, RECORDINGS[-1], SCRATCH / "truth")
+        print("truth: passed", flush=True)
         serial_port.check(browser, sentences(program, ROOT / "recordings/stair_a"))
         print("serial port: passed")
         complaints, addresses = browser.complaints(), browser.addresses()
@@ -334,6 +348,8 @@ def main():
         browser.js("document.getElementById('live').open = true")
         assert browser.js("return document.getElementById('live-none').checkVisibility() && !('serial' in navigator)")
         assert not browser.complaints()
+    compare.check(program, ROOT / "recordings", SCRATCH / "approach", SCRATCH)
+    print("compare: passed", flush=True)
     print(f"the page ({size} bytes) says what replay says, at every width, without a network")
 
 

@@ -122,6 +122,9 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
         &[
             "report recordings/stair_a -o scan.html",
             "report recordings -o all.html",
+            "report recordings/stair_a recordings/stair_b --compare",
+            "report recordings/stair_a --compare --estimator paper",
+            "report recordings/stair_a --compare --with mount-height=43cm",
         ],
     ),
     (

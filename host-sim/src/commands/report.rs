@@ -1,16 +1,21 @@
-//! `report REC… -o FILE`: scans as one page for any browser.
+//! `report REC… -o FILE`: scans as one page for any browser; with `--compare` two of them side by side.
+
+mod sides;
 
 use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::Result;
 use rayon::prelude::*;
+use stairscan::config::Config;
 
+use self::sides::{Set, Wanted, sides};
 use super::{Settings, emit, progress, recordings};
+use crate::html::compare::{Comparison, compare};
 use crate::html::{self, Entry, Rank};
-use crate::output::Overwrite;
+use crate::output::{Outputs, Overwrite};
 use crate::recording::{Recording, name_of};
-use crate::replay::Options;
+use crate::replay::{Options, SEED};
 
 /// Arguments of `report`.
 #[derive(clap::Args, Debug)]
@@ -24,6 +29,14 @@ pub struct Args {
     /// Treat every scan of a recording as if it were the first
     #[arg(long)]
     single: bool,
+    /// Show two things side by side, the differences first: two recordings, or one under two settings. Of one recording
+    /// --estimator, --seed and --single are the second side's, and the first has the defaults
+    #[arg(long)]
+    compare: bool,
+    /// Settings of the second side, with keys and units as in `cargo sim settings`; given twice, those of the first side
+    /// and of the second
+    #[arg(long, value_name = "KEY=VALUE,…", requires = "compare")]
+    with: Vec<Set>,
     #[command(flatten)]
     settings: Settings,
     #[command(flatten)]
@@ -39,6 +52,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let paths = recordings(&args.recordings)?;
     let outputs = args.overwrite.reading(&paths);
     outputs.check(&args.output)?;
+    if args.compare {
+        return beside(args, &options, &paths, &outputs);
+    }
     let bar = progress(paths.len() as u64);
     let entries: Vec<Entry> = paths
         .par_iter()
@@ -66,4 +82,53 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     } else {
         ExitCode::SUCCESS
     })
+}
+
+/// Writes the page of two sides, and prints what differs.
+fn beside(
+    args: &Args,
+    options: &Options,
+    paths: &[PathBuf],
+    outputs: &Outputs,
+) -> Result<ExitCode> {
+    let defaults = Options {
+        config: Config {
+            seed: SEED,
+            ..Config::default()
+        },
+        ..Options::default()
+    };
+    let sides = sides(&Wanted {
+        paths,
+        given: (*options, words(args, &defaults)),
+        defaults,
+        sets: &args.with,
+    })?;
+    let Comparison { page, differences } = compare(&sides)?;
+    outputs.write(&args.output, page.as_bytes())?;
+    let [first, second] = sides.each_ref().map(|side| &side.name);
+    let mut text = format!("{first} | {second}\n");
+    for row in &differences {
+        text += &format!("  {}\n", row.text());
+    }
+    if differences.is_empty() {
+        text += "  nothing differs\n";
+    }
+    emit(&format!(
+        "{text}{} ({} KB): open it in a browser\n",
+        args.output.display(),
+        page.len().div_ceil(1000)
+    ));
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The options that are not the defaults, as one would type them for `--with`.
+fn words(args: &Args, defaults: &Options) -> String {
+    let (name, seed) = (args.settings.estimator_name(), args.settings.seed());
+    let all = [
+        (name != defaults.config.estimator.as_str()).then(|| format!("estimator={name}")),
+        (seed != defaults.config.seed).then(|| format!("seed={seed}")),
+        args.single.then(|| "single".to_owned()),
+    ];
+    all.into_iter().flatten().collect::<Vec<_>>().join(", ")
 }

@@ -3,13 +3,19 @@
 //! | file | holds |
 //! |---|---|
 //! | `page.html` | the page's skeleton |
+//! | `report.html`, `pane.html` | its body: index, slider, and one view of a scan |
+//! | `compare.html`, `compare.js` | the body with two views side by side, and what differs between them |
 //! | `page.css` | its looks, on a screen of any width |
-//! | `page.js` | what draws: side view, profile, tables, index |
+//! | `draw.js`, `tell.js`, `page.js` | what draws a scan; what tells it in words and tables; what is chosen and pointed at |
 //! | `twin.rs` | the same page with the scanner in it, of `../../web/page/` |
 //!
 //! The page holds its data as one JSON object. All numbers in it are the scanner's own: sentences of the
 //! report, and what the estimator told an onlooker on its way to them.
 
+#[cfg(feature = "program")]
+pub mod compare;
+#[cfg(feature = "program")]
+mod differences;
 mod index;
 #[cfg(feature = "program")]
 pub mod twin;
@@ -22,8 +28,16 @@ pub use index::{Entry, Rank};
 pub use view::{answered, entry, failed};
 
 const PAGE: &str = include_str!("page.html");
+const REPORT: &str = include_str!("report.html");
+const PANE: &str = include_str!("pane.html");
+const SLIDER: &str = include_str!("slider.html");
+const LAYERS: &str = "<fieldset id=\"layers\"><legend>Show</legend></fieldset>\n";
 const STYLE: &str = include_str!("page.css");
-const SCRIPT: &str = include_str!("page.js");
+const SCRIPT: [&str; 3] = [
+    include_str!("draw.js"),
+    include_str!("tell.js"),
+    include_str!("page.js"),
+];
 
 /// The page of these recordings, the failing ones first.
 ///
@@ -44,10 +58,25 @@ pub fn page(mut entries: Vec<Entry>) -> Result<String> {
     let data = serde_json::to_string(&data).context("the page's data")?;
     let parts = Parts {
         title: &title,
+        body: &report(""),
         data: &data,
         ..Parts::default()
     };
     Ok(parts.filled())
+}
+
+/// The body of a page that shows one scan, with `controls` above the recording's name.
+fn report(controls: &str) -> String {
+    REPORT
+        .replace("{{controls}}", controls)
+        .replace("{{pane}}", &pane("", SLIDER, LAYERS))
+}
+
+/// One view of a scan; the names of its elements end with `suffix`.
+fn pane(suffix: &str, slider: &str, layers: &str) -> String {
+    PANE.replace("{{suffix}}", suffix)
+        .replace("{{slider}}", slider)
+        .replace("{{layers}}", layers)
 }
 
 /// Contents of the skeleton's places, beside the page's own style and script; each may be empty.
@@ -58,8 +87,8 @@ struct Parts<'a> {
     head: &'a str,
     /// Further rules of style, behind the page's own.
     style: &'a str,
-    /// Elements above the recording's name.
-    controls: &'a str,
+    /// Elements of the body, up to the footer.
+    body: &'a str,
     /// JSON of the recordings.
     data: &'a str,
     /// Further elements in front of the script.
@@ -75,8 +104,8 @@ impl Parts<'_> {
         let data = self.data.replace("</", "<\\/");
         PAGE.replace("{{head}}", self.head)
             .replace("{{style}}", &[STYLE, self.style].concat())
-            .replace("{{controls}}", self.controls)
-            .replace("{{script}}", &[SCRIPT, self.script].concat())
+            .replace("{{body}}", self.body)
+            .replace("{{script}}", &[&SCRIPT.concat(), self.script].concat())
             .replace("{{stock}}", self.stock)
             .replace("{{title}}", &escaped(self.title))
             .replace("{{data}}", &data)

@@ -1,382 +1,52 @@
-"use strict";
-const data = JSON.parse(document.getElementById("data").textContent);
-const at = (id) => document.getElementById(id);
-// Colours that differ for deuteranopes, too (Okabe and Ito 2008); every layer has a shape of its own besides.
-// `noise` and `strong` are the map's, red, green and blue: lightness alone tells a level.
-const LOOKS = {
-  light: { answer: "#0072b2", truth: "#009e73", rival: "#e69f00", against: "#d55e00", maybe: "#a0447f", drop: "#b2182b", stray: "#4f4f4f", horizon: "#222222", beam: "#00000060", frame: "#888888", ink: "#333333", noise: [255, 255, 255], strong: [45, 65, 105] },
-  dark: { answer: "#4a90e0", truth: "#2fd0a0", rival: "#ffe84a", against: "#f06a28", maybe: "#e8a0f8", drop: "#d8509c", stray: "#807868", horizon: "#f0f4f4", beam: "#ffffff70", frame: "#777777", ink: "#c9c9c9", noise: [20, 22, 25], strong: [205, 218, 240] },
-};
-const night = window.matchMedia("(prefers-color-scheme: dark)");
-const looks = () => LOOKS[night.matches ? "dark" : "light"];
-let HUE = looks();
-const STATUS = {
-  ok: ["✓ ok", "Up to its horizon this answer is vouched for. What stands beyond is told, but is no promise."],
-  degraded: ["! degraded", "Do not act on this answer alone: the reasons say what is weak."],
-  fault: ["✕ fault", "No answer. The reasons say what is broken."],
-};
-const WAITING = "… scanning";
-const LAYERS = [
-  ["map", "radar map", true], ["hits", "only what CA-CFAR lets through", false], ["echoes", "echoes", true],
-  ["rivals", "rivals", false], ["sigma", "±2σ", true], ["truth", "truth", true], ["drop", "DROP", true], ["maybe", "MAYBE", true], ["horizon", "horizon", true],
-];
-// Noise stays the paper's colour up to so far above its mean; from there it takes so many dB to the strongest.
-const [NOISE_DB, SPAN_DB] = [6, 45];
-const UNCERTAIN = [5, 4];
-const state = { recording: 0, scan: 0, place: null, shown: Object.fromEntries(LAYERS.map(([key, , on]) => [key, on])) };
 
-const fixed = (v, digits) => v.toFixed(digits).replace("-", "−");
-const cm = (metres, digits = 1) => `${fixed(100 * metres, digits)} cm`;
-const percent = (p) => `${(100 * p).toFixed(1)} %`;
-const plus = (v) => `${v < 0 ? "−" : "+"}${Math.abs(100 * v).toFixed(1)} cm`;
-function element(tag, text, kind) {
-  const node = document.createElement(tag);
-  node.textContent = text;
-  if (kind) node.className = kind;
-  return node;
-}
-function table(id, head, rows) {
-  const row = (cells, tag) => {
-    const line = document.createElement("tr");
-    for (const cell of cells) line.append(element(tag, cell ?? "–", typeof cell === "string" && !/^[−+\-\d–]/.test(cell) ? "text" : ""));
-    return line;
-  };
-  at(id).replaceChildren(...(rows.length ? [row(head, "th"), ...rows.map((cells) => row(cells, "td"))] : []));
-}
-const bytes = (text) => Uint8Array.from(atob(text), (c) => c.charCodeAt(0));
-const recording = () => data.recordings[state.recording];
-const scan = () => recording().scans[state.scan];
+// ---- The page: what is chosen, pointed at and shown.
+/** Two scans side by side, or one. */
+const sides = Boolean(data.compare);
+const panes = sides ? data.recordings.map((r, k) => pane(`-${"ab"[k]}`, () => r)) : [pane("", () => data.recordings[state.recording])];
+const recording = panes[0].recording;
+const scan = panes[0].scan;
+/** The panes that have a scan: of two sequences one may be longer. */
+const shownPanes = () => panes.filter((view) => view.scan());
 
-/** Cells and bits of a scan's map, decoded once. */
-function decoded(map) {
-  if (!map.levels) Object.defineProperty(map, "levels", { value: bytes(map.cells) });
-  if (!map.bits) Object.defineProperty(map, "bits", { value: bytes(map.hits) });
-  return map;
-}
-const level = (map, k) => (map.levels[k] - map.full_scale) * map.db_per_unit;
-const isHit = (map, k) => (map.bits[k >> 3] >> (k & 7)) & 1;
-/** Range from the mirror and angle of a place. */
-function polar(map, x, y) {
-  const down = map.mount_height_m - y;
-  return [Math.hypot(x, down), map.depth ? Math.atan2(down, x) : Math.atan2(x, down)];
-}
-/** The other way. */
-function cartesian(map, range, angle) {
-  const [s, c] = [Math.sin(angle) * range, Math.cos(angle) * range];
-  return map.depth ? [c, map.mount_height_m - s] : [s, map.mount_height_m - c];
-}
-/** Row and bin of a place, if the scan holds it. */
-function cellOf(map, x, y) {
-  const [range, angle] = polar(map, x, y);
-  const row = Math.round((angle - map.first_angle_rad) / map.step_rad);
-  const bin = Math.round((range - map.first_range_m) / map.bin_m);
-  return row >= 0 && row < map.rows && bin >= 0 && bin < map.bins ? [row, bin] : null;
-}
-
-/** A canvas as sharp as the screen, its context in CSS pixels. */
-function sheet(id, height) {
-  const canvas = at(id);
-  const width = canvas.parentElement.clientWidth;
-  const ratio = window.devicePixelRatio || 1;
-  canvas.width = Math.round(width * ratio);
-  canvas.height = Math.round(height * ratio);
-  canvas.style.height = `${height}px`;
-  const context = canvas.getContext("2d");
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
-  context.font = "13px system-ui, sans-serif";
-  return { context, width, height, ratio };
-}
-
-/** What must be in sight: metres. */
-function extent(s) {
-  // Of a deep hole the brink is enough.
-  const real = (s.truth?.edges ?? []).filter((p) => p.distance_m < 2.6).map((p) => ({ ...p, height_m: Math.max(p.height_m, -0.5) }));
-  const places = [...s.steps, ...real, ...s.maybe, ...(s.drop ? [{ distance_m: s.drop.distance_m, height_m: 0 }] : [])];
-  const x = [1.2, s.map?.depth === false ? 0.9 : 1.5, ...places.map((p) => p.distance_m + 0.35)];
-  const y = [s.map?.mount_height_m ?? 0.4, ...places.map((p) => p.height_m)];
-  return {
-    left: Math.min(-0.1, ...places.map((p) => p.distance_m - 0.15)),
-    right: Math.max(...x, Math.min(s.horizon_m ?? 0, 2.6) + 0.1),
-    bottom: Math.min(0, ...y) - 0.2,
-    top: Math.max(...y) + 0.2,
-  };
-}
-
-/** Colour of a level, 0 to 1. */
-function shade(share) {
-  const t = Math.max(0, Math.min(1, share));
-  return HUE.noise.map((from, k) => Math.round(from + (HUE.strong[k] - from) * t));
-}
-
-let frame = null;
-function drawSide() {
-  const s = scan();
-  const parent = at("side").parentElement.clientWidth;
-  const box = extent(s);
-  const margin = { left: 52, right: 12, top: 12, bottom: 40 };
-  const scale = (parent - margin.left - margin.right) / (box.right - box.left);
-  const tall = Math.max(160, Math.min(560, scale * (box.top - box.bottom)));
-  const fit = Math.min(scale, tall / (box.top - box.bottom));
-  const view = sheet("side", tall + margin.top + margin.bottom);
-  const g = view.context;
-  const X = (x) => margin.left + (x - box.left) * fit;
-  const Y = (y) => margin.top + (box.top - y) * fit;
-  const right = X(box.right);
-  frame = { x: (px) => box.left + (px - margin.left) / fit, y: (py) => box.top - (py - margin.top) / fit, X, Y, box };
-  g.clearRect(0, 0, view.width, view.height);
-  if (s.map && state.shown.map) drawMap(g, s.map, view, frame, { left: X(box.left), right, top: Y(box.top), bottom: Y(box.bottom) });
-  g.save();
-  g.beginPath();
-  g.rect(X(box.left), Y(box.top), right - X(box.left), Y(box.bottom) - Y(box.top));
-  g.clip();
-  drawLayers(g, s);
-  g.restore();
-  axes(g, { left: X(box.left), right, top: Y(box.top), bottom: Y(box.bottom) }, [box.left, box.right, X], [box.bottom, box.top, Y]);
-}
-
-function drawMap(g, map, view, frame, at) {
-  decoded(map);
-  const [w, h] = [Math.floor((at.right - at.left) * view.ratio), Math.floor((at.bottom - at.top) * view.ratio)];
-  if (w < 1 || h < 1) return;
-  const image = new ImageData(w, h);
-  const floor = (scan().inspection?.noise_dbfs ?? -95) + NOISE_DB;
-  for (let py = 0; py < h; py += 1) {
-    const y = frame.y(at.top + (py + 0.5) / view.ratio);
-    for (let px = 0; px < w; px += 1) {
-      const cell = cellOf(map, frame.x(at.left + (px + 0.5) / view.ratio), y);
-      if (!cell) continue;
-      const k = cell[0] * map.bins + cell[1];
-      if (state.shown.hits && !isHit(map, k)) continue;
-      image.data.set([...shade((level(map, k) - floor) / SPAN_DB), 255], 4 * (py * w + px));
-    }
-  }
-  g.putImageData(image, Math.round(at.left * view.ratio), Math.round(at.top * view.ratio));
-}
-
-/** A staircase from the ground in front of it to a little behind its last edge. */
-function surface(g, steps, { X, Y, box }) {
-  let y = 0;
-  g.beginPath();
-  g.moveTo(X(box.left), Y(0));
-  for (const step of steps) {
-    g.lineTo(X(step.distance_m), Y(y));
-    y = step.height_m;
-    g.lineTo(X(step.distance_m), Y(y));
-  }
-  g.lineTo(X((steps.at(-1)?.distance_m ?? box.right) + 0.25), Y(y));
-  g.stroke();
-}
-function stroke(g, colour, width, dash = []) {
-  g.strokeStyle = colour;
-  g.lineWidth = width;
-  g.setLineDash(dash);
-}
-function drawLayers(g, s) {
-  const { X, Y, box } = frame;
-  if (s.map) {
-    stroke(g, HUE.horizon, 1.5);
-    g.strokeRect(X(0) - 4, Y(s.map.mount_height_m) - 4, 8, 8);
-    g.fillStyle = HUE.horizon;
-    g.fillText("mirror", X(0) + 8, Y(s.map.mount_height_m) - 6);
-  }
-  if (state.shown.rivals) {
-    for (const rival of rivalsOf(s).filter((r) => !r.winner && r.edges.length)) {
-      stroke(g, HUE.rival, 6, [3, 4]);
-      surface(g, rival.edges, frame);
-    }
-  }
-  if (state.shown.truth && s.truth) {
-    stroke(g, HUE.truth, 4, [9, 6]);
-    surface(g, s.truth.edges, frame);
-  }
-  if (s.status !== "fault") {
-    // What lies beyond the horizon is no promise: dashed.
-    stroke(g, HUE.answer, 1.8, UNCERTAIN);
-    surface(g, s.steps, frame);
-    g.save();
-    g.beginPath();
-    g.rect(0, 0, X(s.horizon_m ?? box.right), Y(box.bottom) + 1);
-    g.clip();
-    stroke(g, HUE.answer, 2.5);
-    surface(g, s.steps, frame);
-    g.restore();
-  }
-  if (state.shown.sigma) {
-    stroke(g, HUE.answer, 1.2);
-    for (const p of s.steps) {
-      const [w, h] = [2 * p.distance_sigma_m, 2 * p.height_sigma_m];
-      g.strokeRect(X(p.distance_m - w), Y(p.height_m + h), X(p.distance_m + w) - X(p.distance_m - w), Y(p.height_m - h) - Y(p.height_m + h));
-    }
-  }
-  if (state.shown.drop && s.drop) drawDrop(g, s.drop);
-  if (state.shown.maybe) s.maybe.forEach((m) => drawMaybe(g, m));
-  if (state.shown.echoes) (s.inspection?.scatterers ?? []).forEach((e) => drawEcho(g, e));
-  if (state.shown.horizon && s.horizon_m > 0) {
-    stroke(g, HUE.horizon, 1.5, [1, 4]);
-    g.beginPath();
-    g.moveTo(X(s.horizon_m), Y(box.top));
-    g.lineTo(X(s.horizon_m), Y(box.bottom));
-    g.stroke();
-    g.fillStyle = HUE.horizon;
-    const end = g.measureText("horizon").width + 6;
-    g.fillText("horizon", X(s.horizon_m) + (X(s.horizon_m) + end < X(box.right) ? 4 : -end), Y(box.top) + 14);
-  }
-  if (state.place && s.map) {
-    const [, angle] = polar(s.map, ...state.place);
-    const far = cartesian(s.map, s.map.first_range_m + s.map.bins * s.map.bin_m, angle);
-    stroke(g, HUE.beam, 1);
-    g.beginPath();
-    g.moveTo(X(0), Y(s.map.mount_height_m));
-    g.lineTo(X(far[0]), Y(far[1]));
-    g.stroke();
-  }
-  g.setLineDash([]);
-}
-/** Where the ground ends: an upright line with its band of ±3σ. */
-function drawDrop(g, d) {
-  const { X, Y, box } = frame;
-  const [near, far] = [-3, 3].map((k) => X(d.distance_m + k * d.distance_sigma_m));
-  g.fillStyle = `${HUE.drop}30`;
-  g.fillRect(near, Y(box.top), far - near, Y(box.bottom) - Y(box.top));
-  stroke(g, HUE.drop, 2.5);
-  g.beginPath();
-  g.moveTo(X(d.distance_m), Y(box.top));
-  g.lineTo(X(d.distance_m), Y(box.bottom));
-  g.stroke();
-  g.fillStyle = HUE.drop;
-  const words = `ground ends, ${percent(d.probability)}`;
-  const end = g.measureText(words).width + 6;
-  g.fillText(words, X(d.distance_m) + (X(d.distance_m) + end < X(box.right) ? 4 : -end), Y(box.top) + 30);
-}
-function drawMaybe(g, m) {
-  const [x, y] = [frame.X(m.distance_m), frame.Y(m.height_m)];
-  stroke(g, HUE.maybe, 2);
-  g.beginPath();
-  g.moveTo(x, y - 8);
-  g.lineTo(x + 8, y);
-  g.lineTo(x, y + 8);
-  g.lineTo(x - 8, y);
-  g.closePath();
-  g.stroke();
-  g.fillStyle = HUE.maybe;
-  g.fillText(`maybe ${percent(m.probability)}`, x + 11, y + 4);
-}
-function drawEcho(g, echo) {
-  const [x, y, r] = [frame.X(echo.x_m), frame.Y(echo.y_m), 2.5 + Math.max(0, echo.snr_db) / 14];
-  const stray = echo.role === "stray";
-  stroke(g, echo.against ? HUE.against : stray ? HUE.stray : HUE.answer, 1.8);
-  g.beginPath();
-  if (echo.against) {
-    g.moveTo(x - r, y - r);
-    g.lineTo(x + r, y + r);
-    g.moveTo(x - r, y + r);
-    g.lineTo(x + r, y - r);
-  } else if (stray) g.rect(x - r, y - r, 2 * r, 2 * r);
-  else g.arc(x, y, r, 0, 2 * Math.PI);
-  g.stroke();
-}
-
-/** Round steps of an axis that leave room for its numbers. */
-function ticks(from, to, room) {
-  const raw = (to - from) / Math.max(1, room);
-  const ten = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map((m) => m * ten).find((candidate) => candidate >= raw);
-  const list = [];
-  for (let k = Math.ceil(from / step); k * step <= to + 1e-9; k += 1) list.push(k * step);
-  return [list, step];
-}
-function axes(g, at, [x0, x1, X], [y0, y1, Y], words = ["distance from the mirror, m", "height, m"]) {
-  g.setLineDash([]);
-  g.strokeStyle = HUE.frame;
-  g.lineWidth = 1;
-  g.strokeRect(at.left, at.top, at.right - at.left, at.bottom - at.top);
-  g.fillStyle = HUE.ink;
-  const text = (v, step) => (Math.abs(v) < 1e-9 ? 0 : v).toFixed(step < 0.1 ? 2 : step < 1 ? 1 : 0).replace("-", "−");
-  g.textAlign = "center";
-  const [xs, xStep] = ticks(x0, x1, (at.right - at.left) / 70);
-  for (const x of xs) g.fillText(text(x, xStep), X(x), at.bottom + 16);
-  g.fillText(words[0], (at.left + at.right) / 2, at.bottom + 33);
-  g.textAlign = "right";
-  const [ys, yStep] = ticks(y0, y1, (at.bottom - at.top) / 40);
-  for (const y of ys) g.fillText(text(y, yStep), at.left - 5, Y(y) + 4);
-  g.save();
-  g.translate(13, (at.top + at.bottom) / 2);
-  g.rotate(-Math.PI / 2);
-  g.textAlign = "center";
-  g.fillText(words[1], 0, 0);
-  g.restore();
-  g.textAlign = "left";
-}
-
-function drawProfile() {
-  const map = scan().map;
-  const view = sheet("profile", 230);
-  const g = view.context;
-  g.clearRect(0, 0, view.width, view.height);
-  const cell = map && state.place && cellOf(map, ...state.place);
-  at("profile-title").textContent = cell ? profileTitle(map, cell[0]) : "Range profile";
-  if (!cell) return;
-  decoded(map);
-  const box = { left: 52, right: view.width - 12, top: 10, bottom: view.height - 40 };
-  const first = map.first_range_m + map.mirror_offset_m;
-  const [x0, x1] = [first, first + map.bins * map.bin_m];
-  const levels = Array.from({ length: map.bins }, (_, bin) => level(map, cell[0] * map.bins + bin));
-  const [y0, y1] = [Math.min(...levels) - 3, Math.max(...levels) + 5];
-  const X = (x) => box.left + ((x - x0) / (x1 - x0)) * (box.right - box.left);
-  const Y = (y) => box.bottom - ((y - y0) / (y1 - y0)) * (box.bottom - box.top);
-  stroke(g, HUE.answer, 1.5);
-  g.beginPath();
-  levels.forEach((db, bin) => g.lineTo(X(first + bin * map.bin_m), Y(db)));
-  g.stroke();
-  g.fillStyle = HUE.against;
-  levels.forEach((db, bin) => {
-    if (isHit(map, cell[0] * map.bins + bin)) g.fillRect(X(first + bin * map.bin_m) - 2.5, Y(db) - 2.5, 5, 5);
-  });
-  stroke(g, HUE.beam, 1);
-  g.beginPath();
-  g.moveTo(X(first + cell[1] * map.bin_m), box.top);
-  g.lineTo(X(first + cell[1] * map.bin_m), box.bottom);
-  g.stroke();
-  axes(g, box, [x0, x1, X], [y0, y1, Y], ["range from the radar, m", "level, dB of full scale"]);
-}
-function profileTitle(map, row) {
-  const degrees = ((map.first_angle_rad + row * map.step_rad) * 180) / Math.PI;
-  const where = map.depth ? `${Math.abs(degrees).toFixed(2)}° ${degrees < 0 ? "above" : "below"} the horizontal` : `${degrees.toFixed(2)}° from straight down`;
-  return `Range profile of row ${row + 1}, ${where}`;
-}
-
-function rivalsOf(s) {
-  return s.rivals ?? [];
-}
-
-function point(event) {
-  const box = at("side").getBoundingClientRect();
+function point(view, event) {
+  const { frame } = view;
+  const box = view.at("side").getBoundingClientRect();
   const [px, py] = [event.clientX - box.left, event.clientY - box.top];
   const outside = frame.x(px) < frame.box.left || frame.x(px) > frame.box.right || frame.y(py) < frame.box.bottom || frame.y(py) > frame.box.top;
-  at("tip").hidden = outside;
+  view.at("tip").hidden = outside;
   if (outside) return;
   state.place = [frame.x(px), frame.y(py)];
-  tip(px, py);
-  drawSide();
-  drawProfile();
+  tip(view, px, py);
+  redrawPlace();
+}
+/** Draws what depends on the place that is pointed at. */
+function redrawPlace() {
+  // Two views beside each other have one scale.
+  const boxes = shownPanes().map((view) => extent(view.scan()));
+  const widest = (key, most) => most(...boxes.map((box) => box[key]));
+  const box = panes[0].held ?? { left: widest("left", Math.min), right: widest("right", Math.max), bottom: widest("bottom", Math.min), top: widest("top", Math.max) };
+  for (const view of shownPanes()) {
+    drawSide(view, box);
+    drawProfile(view);
+  }
 }
 /** Moves the place that is pointed at: a centimetre by arrow keys, five with shift. */
-function byKey(event) {
+function byKey(view, event) {
   const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
-  if (event.key === "Escape") at("tip").hidden = true;
+  if (event.key === "Escape") view.at("tip").hidden = true;
   if (!way || !state.place) return;
   event.preventDefault();
   const step = event.shiftKey ? 0.05 : 0.01;
   const within = (v, from, to) => Math.max(from, Math.min(to, v));
+  const { frame } = view;
   const { left, right, bottom, top } = frame.box;
   state.place = [within(state.place[0] + step * way[0], left, right), within(state.place[1] + step * way[1], bottom, top)];
-  tip(frame.X(state.place[0]), frame.Y(state.place[1]));
-  drawSide();
-  drawProfile();
+  tip(view, frame.X(state.place[0]), frame.Y(state.place[1]));
+  redrawPlace();
 }
-function tip(px, py) {
-  const s = scan();
-  const note = at("tip");
+function tip(view, px, py) {
+  const s = view.scan();
+  const note = view.at("tip");
   const [x, y] = state.place;
   const cell = s.map && cellOf(s.map, x, y);
   note.hidden = !s.map;
@@ -390,110 +60,70 @@ function tip(px, py) {
   const near = (s.inspection?.scatterers ?? []).map((e) => [Math.hypot(e.x_m - x, e.y_m - y), e]).sort((a, b) => a[0] - b[0])[0];
   if (near && near[0] < 0.03) lines.push(`echo: ${near[1].role}, ${near[1].snr_db.toFixed(1)} dB${near[1].against ? ", speaks against the answer" : ""}`);
   note.replaceChildren(...lines.map((line) => element("div", line)));
-  const width = at("side").parentElement.clientWidth;
+  const width = view.at("side").parentElement.clientWidth;
   // Beside the pointer, on the side where there is room.
   note.style.left = px < width / 2 ? `${px + 16}px` : "";
   note.style.right = px < width / 2 ? "" : `${width - px + 16}px`;
   note.style.top = `${py + 14}px`;
 }
 
-function showVerdict(s) {
-  const [word, advice] = STATUS[s.status];
-  at("status").textContent = word;
-  at("status").className = s.status;
-  at("summary").textContent = s.summary.replace(/^[^:]*: /, "");
-  at("advice").textContent = advice + (s.wrong ? ` By the recording's own truth the answer is wrong: ${s.flaws.join("; ")}.` : "");
-  at("why").replaceChildren(...s.why.map(([reason, meaning]) => {
-    const item = document.createElement("li");
-    item.append(element("code", reason), ` – ${meaning}`);
-    return item;
-  }));
-  const drop = s.drop ? [element("li", `DROP at ${cm(s.drop.distance_m)}: the ground ends, not before ${cm(Math.max(0, s.drop.distance_m - 3 * s.drop.distance_sigma_m))}${s.drop.depth_m === null ? "" : `, ${cm(s.drop.depth_m, 0)} deep`} (${percent(s.drop.probability)})`)] : [];
-  at("maybes").replaceChildren(...drop, ...s.maybe.map((m) => element("li", `MAYBE at ${cm(m.distance_m)}: ${m.height_m < 0 ? "the ground may end" : `something ${cm(m.height_m, 0)} high`} (${percent(m.probability)})`)));
-}
-function showSteps(s) {
-  const real = s.truth?.steps ?? [];
-  const nearest = (step) => real.filter((t) => Math.abs(t.distance_m - step.distance_m) <= 0.1).sort((a, b) => Math.abs(a.distance_m - step.distance_m) - Math.abs(b.distance_m - step.distance_m))[0];
-  const head = ["step", "distance ± 2σ", "height ± 2σ", "tread", "riser", "quality"];
-  if (s.truth) head.push("distance is off by", "height is off by");
-  const rows = s.steps.map((p, k) => {
-    const cells = [`${k + 1}`, `${fixed(100 * p.distance_m, 1)} ± ${cm(2 * p.distance_sigma_m)}`, `${fixed(100 * p.height_m, 1)} ± ${cm(2 * p.height_sigma_m)}`,
-      p.tread_m === null ? "–" : cm(p.tread_m), p.riser_m === null ? "–" : cm(p.riser_m), `${p.quality} %`];
-    const t = nearest(p);
-    if (s.truth) cells.push(t ? plus(p.distance_m - t.distance_m) : "not there", t ? plus(p.height_m - t.height_m) : "not there");
-    return cells;
-  });
-  const told = (t) => s.steps.some((p) => nearest(p) === t);
-  for (const t of real.filter((t) => !told(t))) rows.push([t.snr_db === null ? "missed" : `missed (${t.snr_db.toFixed(0)} dB)`, cm(t.distance_m), cm(t.height_m), "–", "–", "–", "–", "–"]);
-  table("steps", head, rows);
-}
-function showDetails(s) {
-  table("rivals", ["reading", "first edge", "score, nats", "probability"], rivalsOf(s).map((r) => [r.winner ? `${r.name} (the answer's)` : r.name, r.edges.length ? cm(r.edges[0].distance_m) : undefined, r.score === undefined ? undefined : fixed(r.score, 1), r.probability === undefined ? undefined : percent(r.probability)]));
-  table("echoes", ["role", "dB", "distance", "height", "range from the radar"], (s.inspection?.scatterers ?? []).map((e) => [e.against ? `${e.role} (against)` : e.role, e.snr_db.toFixed(1), cm(e.x_m), cm(e.y_m), cm(e.range_m + s.map.mirror_offset_m)]));
-  at("sentences").textContent = s.sentences.join("\n");
-  table("settings", ["key", "value"], recording().settings ?? []);
-}
-function legend(s) {
-  const line = (colour, dash, width) => `<svg viewBox="0 0 24 12"><path d="M0 6H24" stroke="${colour}" stroke-width="${width}" stroke-dasharray="${dash}"/></svg>`;
-  const shape = (colour, path) => `<svg viewBox="0 0 24 12"><path d="${path}" stroke="${colour}" stroke-width="1.8" fill="none"/></svg>`;
-  const items = [[line(HUE.answer, "", 2.5), "answer"]];
-  if (s.horizon_m !== null && s.steps.some((p) => p.distance_m > s.horizon_m)) items.push([line(HUE.answer, UNCERTAIN.join(" "), 1.8), "beyond its horizon: no promise"]);
-  if (state.shown.sigma && s.steps.length) items.push([shape(HUE.answer, "M4 2H20V10H4Z"), "±2σ of a step"]);
-  if (state.shown.horizon && s.horizon_m > 0) items.push([line(HUE.horizon, "1 4", 1.5), "horizon"]);
-  if (state.place && s.map) items.push([line(HUE.beam, "", 1), "beam through the place pointed at"]);
-  if (s.truth && state.shown.truth) items.push([line(HUE.truth, "7 4", 4), "truth"]);
-  if (state.shown.rivals) items.push([line(HUE.rival, "3 4", 6), "rivals"]);
-  if (state.shown.echoes && s.inspection) items.push([shape(HUE.answer, "M7 6a5 5 0 1 0 10 0a5 5 0 1 0 -10 0"), "echo that belongs to it"], [shape(HUE.against, "M7 1L17 11M7 11L17 1"), "echo against it"], [shape(HUE.stray, "M7 1H17V11H7Z"), "echo of something else"]);
-  if (state.shown.drop && s.drop) items.push([line(HUE.drop, "", 2.5), "DROP: the ground ends, band of ±3σ"]);
-  if (state.shown.maybe && s.maybe.length) items.push([shape(HUE.maybe, "M12 0L18 6L12 12L6 6Z"), "MAYBE"]);
-  at("legend").innerHTML = items.map(([picture, word]) => `<span>${picture}${word}</span>`).join("");
-}
-
-function show() {
-  const r = recording();
+/** Shows a recording's name, and of its scan everything but the drawings. */
+function showPane(view) {
+  const [{ at }, r, s] = [view, view.recording(), view.scan()];
   at("name").textContent = r.name;
   at("description").textContent = [r.description, r.disturbance && `spoilt on purpose: ${r.disturbance}`].filter(Boolean).join(" – ");
-  document.querySelectorAll("#index button").forEach((button, k) => button.setAttribute("aria-current", k === state.recording));
-  const index = at("index");
-  const button = index.children[state.recording];
-  // In sight within the list, without moving the page.
-  if (button) index.scrollTop = Math.min(button.offsetTop - index.offsetTop, Math.max(index.scrollTop, button.offsetTop + button.offsetHeight - index.offsetTop - index.clientHeight));
-  at("scans").hidden = r.scans.length < 2;
-  document.querySelectorAll("main > section:not(#verdict), main > details").forEach((part) => { part.hidden = !r.scans.length; });
-  if (!r.scans.length) {
-    Object.assign(at("status"), { textContent: "✕ not scanned", className: "fault" });
-    at("summary").textContent = r.error ?? "";
-    ["advice", "why", "maybes", "steps"].forEach((id) => at(id).replaceChildren());
-    if (r.pending) Object.assign(at("status"), { textContent: WAITING, className: "" });
-    document.dispatchEvent(new Event("shown"));
+  at("pane").querySelectorAll(":scope > section:not([id|=verdict]), :scope > details").forEach((part) => { part.hidden = !s; });
+  if (s) {
+    at("tip").hidden = true;
+    showVerdict(view, s);
+    showSteps(view, s);
+    showDetails(view, s);
     return;
   }
-  const s = scan();
-  at("scan").max = r.scans.length;
+  const missing = r.scans.length ? `the recording holds ${r.scans.length} scan${r.scans.length > 1 ? "s" : ""}` : r.error ?? "";
+  Object.assign(at("status"), { textContent: "✕ not scanned", className: "fault" });
+  at("summary").textContent = missing;
+  ["advice", "why", "maybes", "steps"].forEach((id) => at(id).replaceChildren());
+  if (r.pending) Object.assign(at("status"), { textContent: WAITING, className: "" });
+}
+/** Marks the chosen recording in the index, and brings it into sight there without moving the page. */
+function showIndex() {
+  const index = at("index");
+  if (!index) return;
+  [...index.children].forEach((button, k) => button.setAttribute("aria-current", k === state.recording));
+  const button = index.children[state.recording];
+  if (button) index.scrollTop = Math.min(button.offsetTop - index.offsetTop, Math.max(index.scrollTop, button.offsetTop + button.offsetHeight - index.offsetTop - index.clientHeight));
+}
+function show() {
+  showIndex();
+  const count = Math.max(...panes.map((view) => view.recording().scans.length));
+  at("scans").hidden = count < 2;
+  at("scan").max = Math.max(1, count);
   at("scan").value = state.scan + 1;
-  at("scan-number").textContent = `${state.scan + 1} of ${r.scans.length}`;
-  at("tip").hidden = true;
-  const strongest = (s.inspection?.scatterers ?? [])[0];
-  state.place = strongest ? [strongest.x_m, strongest.y_m] : s.map ? cartesian(s.map, 0.5, s.map.first_angle_rad + (s.map.rows / 2) * s.map.step_rad) : null;
-  showVerdict(s);
-  showSteps(s);
-  showDetails(s);
+  at("scan-number").textContent = `${state.scan + 1} of ${count}`;
+  const s = shownPanes()[0]?.scan();
+  if (s) {
+    const strongest = (s.inspection?.scatterers ?? [])[0];
+    state.place = strongest ? [strongest.x_m, strongest.y_m] : s.map ? cartesian(s.map, 0.5, s.map.first_angle_rad + (s.map.rows / 2) * s.map.step_rad) : null;
+  }
+  panes.forEach(showPane);
   redraw();
   document.dispatchEvent(new Event("shown"));
 }
 function redraw() {
-  if (!recording()?.scans.length) return;
-  // An answer of a port comes without its map.
-  document.querySelectorAll(".of-map").forEach((part) => { part.hidden = !scan().map; });
-  legend(scan());
-  drawSide();
-  drawProfile();
+  for (const view of shownPanes()) {
+    // An answer of a port comes without its map.
+    view.at("pane").querySelectorAll(".of-map").forEach((part) => { part.hidden = !view.scan().map; });
+    legend(view, view.scan());
+  }
+  redrawPlace();
 }
 function choose(k) {
   Object.assign(state, { recording: k, scan: 0 });
   show();
 }
 function fillIndex() {
+  if (!at("index")) return;
   at("index").hidden = data.recordings.length < 2;
   at("index").replaceChildren(...data.recordings.map((r, k) => {
     const button = document.createElement("button");
@@ -516,11 +146,14 @@ for (const [key, word] of LAYERS) {
   label.append(box, ` ${word}`);
   at("layers").append(label);
 }
-at("side").addEventListener("pointermove", point);
-at("side").addEventListener("pointerdown", point);
-at("side").addEventListener("keydown", byKey);
-// A finger leaves when it is lifted; what it pointed at stays to be read.
-at("side").addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") at("tip").hidden = true; });
+for (const view of panes) {
+  const side = view.at("side");
+  side.addEventListener("pointermove", (event) => point(view, event));
+  side.addEventListener("pointerdown", (event) => point(view, event));
+  side.addEventListener("keydown", (event) => byKey(view, event));
+  // A finger leaves when it is lifted; what it pointed at stays to be read.
+  side.addEventListener("pointerleave", (event) => { if (event.pointerType === "mouse") view.at("tip").hidden = true; });
+}
 at("scan").addEventListener("input", (event) => { state.scan = Number(event.target.value) - 1; show(); });
 window.addEventListener("resize", redraw);
 night.addEventListener("change", () => {

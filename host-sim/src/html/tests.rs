@@ -142,7 +142,7 @@ fn the_script_names_what_it_draws() {
     for words in [
         "s.truth.edges",
         "±2σ of a step",
-        "drawDrop(g, s.drop)",
+        "drawDrop(g, s.drop, frame)",
         "DROP at ${cm(s.drop.distance_m)}",
         "\"horizon\"]",
         "beam through the place",

@@ -10,7 +10,7 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use serde_json::{Value, json};
 
-use super::Parts;
+use super::{Parts, report};
 use crate::recording::Recording;
 
 /// Largest page, bytes: what mail and phones still take.
@@ -19,6 +19,8 @@ pub const LARGEST: usize = 3_000_000;
 const STYLE: &str = include_str!("../../../web/page/controls.css");
 const CONTROLS: &str = include_str!("../../../web/page/controls.html");
 const SCRIPT: &str = include_str!("../../../web/page/bench.js");
+const TRUTH: &str = include_str!("../../../web/page/truth.js");
+const TRUTH_EDITOR: &str = include_str!("../../../web/page/truth.html");
 const PORT: &str = include_str!("../../../web/page/port.js");
 const WORKER: &str = include_str!("../../../web/page/worker.js");
 
@@ -58,10 +60,10 @@ pub fn page(wasm: &[u8], recordings: &[Recording]) -> Result<String> {
         title: "stairscan in a browser",
         head: HEAD,
         style: STYLE,
-        controls: CONTROLS,
+        body: &report(&CONTROLS.replace("{{truth}}\n", TRUTH_EDITOR)),
         data: &data.to_string(),
         stock: &stock.concat(),
-        script: &[SCRIPT, PORT].concat(),
+        script: &[SCRIPT, TRUTH, PORT].concat(),
     };
     let page = parts.filled();
     ensure!(

@@ -32,9 +32,17 @@ pub fn failed(name: &str, why: &str) -> Entry {
 /// # Errors
 /// Names what in the recording no scan can be made of.
 pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
+    Ok(scanned(recording, options)?.0)
+}
+
+/// The same with the answers.
+///
+/// # Errors
+/// Names what in the recording no scan can be made of.
+pub fn scanned(recording: &Recording, options: &Options) -> Result<(Entry, Vec<Answer>)> {
     let settings = Playback::new(recording, &options.config)?.settings();
     let mut scans = Vec::new();
-    replay::answers(recording, options, |scanned| scans.push(scan(scanned)))?;
+    let answers = replay::answers(recording, options, |scanned| scans.push(scan(scanned)))?;
     let worst = scans.iter().map(|(_, rank)| *rank).min();
     let rank = worst.unwrap_or(Rank::Unreadable);
     let values: Vec<Value> = Settings::KEYS
@@ -43,7 +51,7 @@ pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
         .collect();
     let scans: Vec<Value> = scans.into_iter().map(|(value, _)| value).collect();
     let meta = &recording.meta;
-    Ok(Entry {
+    let entry = Entry {
         data: json!({
             "name": recording.name,
             "description": meta.description,
@@ -52,7 +60,8 @@ pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
             "scans": scans,
         }),
         rank,
-    })
+    };
+    Ok((entry, answers))
 }
 
 /// An answer by itself, without map and truth: one that came out of a port.

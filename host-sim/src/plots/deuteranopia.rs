@@ -107,7 +107,7 @@ fn roles_have_shapes_of_their_own() {
 
 #[test]
 fn colours_of_the_page_are_told_apart() {
-    let script = include_str!("../html/page.js");
+    let script = include_str!("../html/draw.js");
     for scheme in ["  light: {", "  dark: {"] {
         let inside = script.lines().find_map(|line| line.strip_prefix(scheme));
         // Behind the layers come the map's colours, and those of frame and beam, which have no meaning to mix up.

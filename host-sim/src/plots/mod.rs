@@ -24,6 +24,7 @@ mod particles;
 mod plane;
 mod posterior;
 mod profile;
+mod room;
 mod sector;
 mod shape;
 mod sheet;

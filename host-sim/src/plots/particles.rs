@@ -7,6 +7,7 @@ use stairscan::paper::cluster::Fate;
 use super::colour::{CONCLUDED, HUES, MEASURED, Palette};
 use super::page::{Frame, Swatch, number};
 use super::plane::{Ground, SagittalPlane, Words};
+use super::room::Room;
 use super::shape::{SOLID, Shape};
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use crate::views::Point;
@@ -133,38 +134,49 @@ pub fn clusters(
         for (look, cluster) in &shown {
             dots(sheet, frame, &cluster.points, 3.6, *look)?;
         }
-        let mut taken: Vec<Spot> = Vec::new();
-        for (_, cluster) in shown.iter().filter(|(_, c)| c.fate != Fate::Kept) {
-            let at = frame.spot(cluster.centre.0, cluster.centre.1);
-            sheet.marker(Shape::Cross, at, 10.0, INK, WHITE)?;
-            let reason = match cluster.fate {
-                Fate::Outlier => "outlier",
-                Fate::Fused(_) => "fused",
-                Fate::Kept | Fate::Redundant => "redundant",
-            };
-            // Labels of neighbours stand below each other.
-            let inside = at.0 + 130.0 < frame.at.0 + frame.size.0;
-            let face = Face::plain(20.0).ink(FAINT);
-            let (aside, face) = if inside {
-                (20.0, face.left())
-            } else {
-                (-20.0, face.right())
-            };
-            let mut place = (at.0 + aside, at.1);
-            while taken
-                .iter()
-                .any(|t| (t.1 - place.1).abs() < 28.0 && (t.0 - place.0).abs() < 130.0)
-            {
-                place.1 += 28.0;
-            }
-            sheet.note(reason, place, face)?;
-            taken.push(place);
+        let mut room = plane.room(frame);
+        for (_, cluster) in &shown {
+            cover_dots(&mut room, frame, &cluster.points);
         }
         for ((_, ink), cluster) in shown.iter().filter(|(_, c)| c.fate == Fate::Kept) {
-            outline(sheet, frame, &cluster.points, *ink)?;
+            let corners = outline(frame, &cluster.points);
+            room.cover_line(&corners);
+            sheet.line(&corners, Stroke::solid(*ink, 2.0).dashed(7.0, 4.0))?;
         }
-        Ok(())
+        draw_lost(sheet, frame, &mut room, clusters)
     })
+}
+
+/// Crosses on the clusters that are no steps, each with the reason.
+fn draw_lost(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    room: &mut Room,
+    clusters: &[ClusterView],
+) -> Result<()> {
+    let lost = || clusters.iter().filter(|c| c.fate != Fate::Kept);
+    let spot = |cluster: &ClusterView| frame.spot(cluster.centre.0, cluster.centre.1);
+    for at in lost().map(spot) {
+        sheet.marker(Shape::Cross, at, 10.0, INK, WHITE)?;
+        room.cover_mark(at, 11.0);
+    }
+    for cluster in lost() {
+        let reason = match cluster.fate {
+            Fate::Outlier => "outlier",
+            Fate::Fused(_) => "fused",
+            Fate::Kept | Fate::Redundant => "redundant",
+        };
+        let face = Face::plain(20.0).ink(FAINT);
+        room.write(sheet, spot(cluster), &[(reason, face)])?;
+    }
+    Ok(())
+}
+
+/// Takes the places of particles.
+fn cover_dots(room: &mut Room, frame: &Frame, points: &[Point]) {
+    for &(x, y) in points {
+        room.cover_mark(frame.spot(x, y), 5.0);
+    }
 }
 
 /// Clusters of a fate, whichever they are fused into.
@@ -192,8 +204,8 @@ fn looks(clusters: &[ClusterView]) -> Vec<Look> {
     clusters.iter().map(look).collect()
 }
 
-/// The box around a cluster.
-fn outline(sheet: &Sheet<'_>, frame: &Frame, points: &[Point], ink: RGBColor) -> Result<()> {
+/// The corners of the box around a cluster, the first one twice; none of a cluster without particles.
+fn outline(frame: &Frame, points: &[Point]) -> Vec<Spot> {
     const ROOM: f64 = 9.0;
     let spots = points.iter().map(|&(x, y)| frame.spot(x, y));
     let none = (
@@ -207,11 +219,10 @@ fn outline(sheet: &Sheet<'_>, frame: &Frame, points: &[Point], ink: RGBColor) ->
         )
     });
     if low.0 > high.0 {
-        return Ok(());
+        return Vec::new();
     }
     let (a, b) = ((low.0 - ROOM, low.1 - ROOM), (high.0 + ROOM, high.1 + ROOM));
-    let corners = [a, (b.0, a.1), b, (a.0, b.1), a];
-    sheet.line(&corners, Stroke::solid(ink, 2.0).dashed(7.0, 4.0))
+    vec![a, (b.0, a.1), b, (a.0, b.1), a]
 }
 
 /// From the top particle to the height by the 3 dB beam model (fig. 11).
@@ -244,21 +255,31 @@ pub fn beam(
     }
     let mirror = plane.mirror();
     plane.draw(&words, Ground::Cfar, Palette::Ground, |sheet, frame| {
+        let mut room = plane.room(frame);
         for beam in beams {
-            wedge(sheet, frame, mirror, beam, half)?;
+            wedge(sheet, frame, &mut room, (mirror, half), beam)?;
         }
         for cluster in clusters.iter().filter(|c| c.fate == Fate::Kept) {
             dots(sheet, frame, &cluster.points, 3.0, (Shape::Dot, MEASURED))?;
+            cover_dots(&mut room, frame, &cluster.points);
         }
         for beam in beams {
-            correction(sheet, frame, beam)?;
+            correction(sheet, frame, &mut room, beam)?;
         }
-        Ok(())
+        beams
+            .iter()
+            .try_for_each(|beam| by(sheet, frame, &mut room, beam))
     })
 }
 
 /// The beam whose middle points at the cluster's end.
-fn wedge(sheet: &Sheet<'_>, frame: &Frame, from: Point, beam: &BeamView, half: f64) -> Result<()> {
+fn wedge(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    room: &mut Room,
+    (from, half): (Point, f64),
+    beam: &BeamView,
+) -> Result<()> {
     let (dx, dy) = (beam.end.0 - from.0, beam.end.1 - from.1);
     let (reach, angle) = (1.04 * dx.hypot(dy), dy.atan2(dx));
     let at = |angle: f64| frame.spot(from.0 + reach * angle.cos(), from.1 + reach * angle.sin());
@@ -267,37 +288,40 @@ fn wedge(sheet: &Sheet<'_>, frame: &Frame, from: Point, beam: &BeamView, half: f
     let corners: Vec<Spot> = std::iter::once(start).chain(arc).collect();
     sheet.fill(&corners, HUES[4], 0.16)?;
     let edge = Stroke::solid(HUES[4], 1.6);
-    sheet.line(&[at(angle - half), start, at(angle + half)], edge)?;
-    sheet.line(&[start, at(angle)], edge.dashed(9.0, 6.0))
+    let (sides, middle) = (
+        [at(angle - half), start, at(angle + half)],
+        [start, at(angle)],
+    );
+    room.cover_line(&sides);
+    room.cover_line(&middle);
+    sheet.line(&sides, edge)?;
+    sheet.line(&middle, edge.dashed(9.0, 6.0))
 }
 
-/// The cluster's end, the edge that is reported, and how far they are apart.
-fn correction(sheet: &Sheet<'_>, frame: &Frame, beam: &BeamView) -> Result<()> {
-    let (dx, dy) = (beam.edge.0 - beam.end.0, beam.edge.1 - beam.end.1);
+/// The cluster's end and the edge that is reported.
+fn correction(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView) -> Result<()> {
     let end = frame.spot(beam.end.0, beam.end.1);
     let edge = frame.spot(beam.edge.0, beam.edge.1);
+    room.cover_line(&[end, edge]);
+    room.cover_mark(end, 11.0);
+    room.cover_mark(edge, 11.0);
     sheet.line(&[end, edge], Stroke::solid(INK, 2.2))?;
     sheet.marker(Shape::Triangle, end, 8.0, MEASURED, WHITE)?;
-    sheet.marker(Shape::Diamond, edge, 8.0, CONCLUDED, WHITE)?;
-    let vertical = dy.abs() > dx.abs();
+    sheet.marker(Shape::Diamond, edge, 8.0, CONCLUDED, WHITE)
+}
+
+/// How far the edge is from the cluster's end, and where it is.
+fn by(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, beam: &BeamView) -> Result<()> {
+    let (dx, dy) = (beam.edge.0 - beam.end.0, beam.edge.1 - beam.end.1);
     let cm = |v: f64| number(100.0 * v, 1);
-    let (by, result) = if vertical {
+    let (by, result) = if dy.abs() > dx.abs() {
         (dy, format!("height {} cm", cm(beam.edge.1)))
     } else {
         (dx, format!("distance {} cm", cm(beam.edge.0)))
     };
     let sign = if by > 0.0 { "+" } else { "" };
-    let face = Face::plain(21.0);
-    let right = end.0.max(edge.0) + 24.0;
-    let inside = right + 190.0 < frame.at.0 + frame.size.0;
-    let (x, face) = if inside {
-        (right, face.left())
-    } else {
-        (end.0.min(edge.0) - 24.0, face.right())
-    };
-    // Beside a vertical correction, below a horizontal one: off the particles.
-    let middle = (end.1 + edge.1) / 2.0 + if vertical { 0.0 } else { 46.0 };
     let by = format!("{sign}{} cm", cm(by));
-    sheet.note(&by, (x, middle - 14.0), face.bold())?;
-    sheet.note(&result, (x, middle + 14.0), face.ink(CONCLUDED))
+    let face = Face::plain(21.0);
+    let lines = [(&by[..], face.bold()), (&result, face.ink(CONCLUDED))];
+    room.write(sheet, frame.spot(beam.edge.0, beam.edge.1), &lines)
 }

@@ -7,6 +7,7 @@ use stairscan::signal::grid::PolarMap;
 
 use super::colour::{Palette, Scale};
 use super::page::{Axis, Frame, Page, Swatch};
+use super::room::Room;
 use super::sector::{self, Sector};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot};
@@ -117,6 +118,16 @@ impl<'a> SagittalPlane<'a> {
     /// Where the mirror stands.
     pub fn mirror(&self) -> (f64, f64) {
         (0.0, self.map.geometry().mount_height_m.into())
+    }
+
+    /// Room for words beside the cells that CA-CFAR let through.
+    pub fn room(&self, frame: &Frame) -> Room {
+        let mut room = Room::new(frame);
+        let hit = |(row, bin)| self.map.hit(row, bin);
+        room.cover_where(|x, y| sector::cell_at(self.map, x, y).is_some_and(hit));
+        let (x, y) = self.mirror();
+        room.cover_mark(frame.spot(x, y), 44.0);
+        room
     }
 
     /// The map.

@@ -6,6 +6,7 @@ use plotters::style::RGBColor;
 
 use super::colour::{CONCLUDED, HUES};
 use super::page::{Frame, Swatch, number};
+use super::room::Room;
 use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use super::surface::surface_to_draw;
 use crate::answer::{Answer, metres, nearest_m};
@@ -183,6 +184,9 @@ pub fn draw_drop(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<()
     sheet.note(&words, (at.0 + aside, at.1 + EDGE + 6.0), face)
 }
 
+/// Height of a line of the list of counts, pixels.
+const COUNT: f64 = 27.0;
+
 fn maybe_stroke() -> Stroke {
     Stroke::solid(MAYBE, 2.4).dashed(5.0, 4.0)
 }
@@ -227,7 +231,6 @@ pub fn draw_maybes(sheet: &Sheet<'_>, frame: &Frame, answer: &Answer) -> Result<
 /// Writes the probability of each number of steps into the upper left corner, where stairs that lead up
 /// leave room.
 pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) -> Result<()> {
-    const LINE: f64 = 27.0;
     let mut at = (frame.at.0 + 14.0, frame.at.1 + 22.0);
     let counts = posterior.counts.iter().enumerate();
     let likely: Vec<(usize, &f64)> = counts.filter(|(_, p)| **p >= LEAST).collect();
@@ -236,11 +239,34 @@ pub fn draw_counts(sheet: &Sheet<'_>, frame: &Frame, posterior: &PosteriorView) 
         sheet.note("number of steps", at, face.ink(FAINT))?;
     }
     for (count, probability) in likely {
-        at.1 += LINE;
+        at.1 += COUNT;
         let text = format!("{count}:  {}", percent(*probability));
         sheet.note(&text, at, face)?;
     }
     Ok(())
+}
+
+/// Takes what these functions draw: lines of the rivals, the drop's line, marks of the maybes, the list of counts.
+pub fn cover(
+    room: &mut Room,
+    frame: &Frame,
+    answer: &Answer,
+    (posterior, rivals): (&PosteriorView, &[(Stroke, &HypothesisView)]),
+) {
+    for (_, rival) in rivals {
+        room.cover_line(&outline(frame, &rival.edges));
+    }
+    if let Some(drop) = &answer.drop {
+        let x = metres(drop.distance);
+        room.cover_line(&[frame.spot(x, frame.y.1), frame.spot(x, frame.y.0)]);
+    }
+    for maybe in &answer.maybes {
+        let at = frame.spot(metres(maybe.distance), metres(maybe.height));
+        room.cover((at.0 - 12.0, at.1 - 12.0), (at.0 + 80.0, at.1 + 12.0));
+    }
+    let counts = posterior.counts.iter().filter(|p| **p >= LEAST).count() as f64;
+    let end = (frame.at.0 + 170.0, frame.at.1 + 34.0 + COUNT * counts);
+    room.cover(frame.at, end);
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use stairscan::signal::range::Profile;
 
 use super::colour::{CONCLUDED, HUES, MEASURED, TRUE};
 use super::page::{Axis, Frame, Page, Swatch, number};
+use super::room::{self, Room};
 use super::shape::Shape;
 use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 
@@ -13,8 +14,10 @@ use super::sheet::{FAINT, Face, Sheet, Spot, Stroke};
 const SIZE: Spot = (1180.0, 560.0);
 /// Decibels shown below the typical power of a profile.
 const BELOW_TYPICAL_DB: f64 = 14.0;
-/// Distance of two labels, pixels.
-const LABELS_APART: f64 = 84.0;
+/// Farthest from a peak to its label, pixels.
+const LABEL_REACH: f64 = 60.0;
+/// How a peak's label is set.
+const LABEL: Face = Face::plain(21.0).bold();
 
 /// One range profile as a picture needs it.
 #[derive(Clone, Debug)]
@@ -58,15 +61,6 @@ impl ProfileView {
         Some((first as f64 * self.bin_m, last as f64 * self.bin_m))
     }
 
-    /// The highest threshold within the width of a label.
-    fn threshold_near(&self, range: f64) -> f64 {
-        const REACH_M: f64 = 0.03;
-        let near = |k: &usize| (*k as f64 * self.bin_m - range).abs() <= REACH_M;
-        let bins = (0..self.threshold_db.len()).filter(near);
-        bins.filter_map(|k| self.threshold_db[k])
-            .fold(f64::NEG_INFINITY, f64::max)
-    }
-
     /// Round decibels around what is worth seeing.
     fn span_db(&self) -> (f64, f64) {
         let mut sorted = self.power_db.clone();
@@ -106,7 +100,7 @@ pub fn peaks(view: &ProfileView) -> Result<Vec<u8>> {
             let (x, y) = frame.spot(range, db);
             sheet.marker(Shape::Fall, (x, y - 11.0), 6.0, CONCLUDED, WHITE)?;
         }
-        label_peaks(sheet, frame, view, |_| f64::NEG_INFINITY, 28.0)
+        label_peaks(sheet, frame, view, Room::new(frame))
     })
 }
 
@@ -128,8 +122,9 @@ pub fn threshold(view: &ProfileView) -> Result<Vec<u8>> {
         for &(range, db) in &view.detections {
             sheet.marker(Shape::Dot, frame.spot(range, db), 6.5, CONCLUDED, WHITE)?;
         }
-        let line = |range: f64| view.threshold_near(range);
-        label_peaks(sheet, frame, view, line, 22.0)
+        let mut room = Room::new(frame);
+        room.cover_line(&line);
+        label_peaks(sheet, frame, view, room)
     })
 }
 
@@ -142,10 +137,13 @@ const fn threshold_stroke() -> Stroke {
 }
 
 fn draw_power(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result<()> {
-    let line: Vec<Spot> = (view.power_db.iter().enumerate())
-        .map(|(k, &db)| frame.spot(k as f64 * view.bin_m, db))
-        .collect();
-    sheet.line(&line, power_stroke())
+    sheet.line(&power_line(frame, view), power_stroke())
+}
+
+fn power_line(frame: &Frame, view: &ProfileView) -> Vec<Spot> {
+    let bins = view.power_db.iter().enumerate();
+    bins.map(|(k, &db)| frame.spot(k as f64 * view.bin_m, db))
+        .collect()
 }
 
 /// Shades the ranges in which no target is looked for, and says why.
@@ -171,18 +169,19 @@ fn draw_untested(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView) -> Result
     sheet.text("wraps round", corner, face)
 }
 
-/// Writes the range of each peak above it, the strongest first, where there is room,
-/// and above the `line` that is drawn there.
-fn label_peaks(
-    sheet: &Sheet<'_>,
-    frame: &Frame,
-    view: &ProfileView,
-    line: impl Fn(f64) -> f64,
-    above: f64,
-) -> Result<()> {
-    let mut order = view.detections.clone();
-    order.sort_by(|a, b| b.1.total_cmp(&a.1));
-    let mut taken: Vec<Spot> = Vec::new();
+/// Writes the range of each peak beside it, the strongest first, where there is room beside all lines.
+fn label_peaks(sheet: &Sheet<'_>, frame: &Frame, view: &ProfileView, mut room: Room) -> Result<()> {
+    room.cover_line(&power_line(frame, view));
+    // The words in what is not tested stand along its edges.
+    if let Some((near, far)) = view.tested() {
+        let spot = |x: f64, y: f64| frame.spot(x, y);
+        room.cover(spot(frame.x.0, frame.y.1), spot(near, frame.y.0));
+        room.cover(spot(far, frame.y.1), spot(frame.x.1, frame.y.0));
+    }
+    for &(range, db) in &view.detections {
+        let (x, y) = frame.spot(range, db);
+        room.cover((x - 8.0, y - 20.0), (x + 8.0, y + 8.0));
+    }
     if let Some(mirror) = view.mirror_m {
         let bin = (mirror / view.bin_m).round() as usize;
         let peak = view.power_db.iter().skip(bin.saturating_sub(2)).take(5);
@@ -190,17 +189,80 @@ fn label_peaks(
         let spot = frame.spot(mirror, peak.max(frame.y.0));
         let spot = (spot.0, spot.1 - 16.0);
         sheet.text("mirror", spot, Face::plain(20.0).ink(FAINT))?;
-        taken.push(spot);
+        room.cover(
+            (spot.0 - 34.0, spot.1 - 12.0),
+            (spot.0 + 34.0, spot.1 + 12.0),
+        );
     }
-    for (range, db) in order {
-        let (x, y) = frame.spot(range, db.max(line(range)));
-        let spot = (x, y - above);
-        let free = |t: &Spot| (t.0 - x).abs() > LABELS_APART || (t.1 - spot.1).abs() > 26.0;
-        if taken.iter().all(free) {
-            let text = format!("{} m", number(range, 2));
-            sheet.note(&text, spot, Face::plain(21.0).bold())?;
-            taken.push(spot);
-        }
+    for (text, spot) in peak_labels(frame, view, &mut room) {
+        sheet.note(&text, spot, LABEL.left())?;
     }
     Ok(())
+}
+
+/// Words and places of the peaks' labels, each beginning at its place.
+fn peak_labels(frame: &Frame, view: &ProfileView, room: &mut Room) -> Vec<(String, Spot)> {
+    let mut order = view.detections.clone();
+    order.sort_by(|a, b| b.1.total_cmp(&a.1));
+    let mut labels = Vec::new();
+    for (range, db) in order {
+        let text = format!("{} m", number(range, 2));
+        let size = room::extent(&[(&text, LABEL)]);
+        let (at, covered) = room.find(frame.spot(range, db), size, LABEL_REACH);
+        if covered == 0 {
+            room.cover(at, (at.0 + size.0, at.1 + size.1));
+            labels.push((text, (at.0, at.1 + size.1 / 2.0)));
+        }
+    }
+    labels
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Threshold and power of a profile with two targets stay to be seen beside their labels.
+    #[test]
+    fn no_label_covers_a_line() {
+        let power_db: Vec<f64> = (0..200)
+            .map(|k| match k {
+                60 | 80 => -30.0,
+                59 | 61 | 79 | 81 => -50.0,
+                _ => -80.0 + f64::from(k % 7),
+            })
+            .collect();
+        let threshold = |k: i32| match k {
+            50..=57 | 63..=77 | 83..=90 => -28.0,
+            _ => -60.0,
+        };
+        let view = ProfileView {
+            subtitle: String::new(),
+            bin_m: 0.015,
+            power_db,
+            threshold_db: (0..200).map(|k| Some(threshold(k))).collect(),
+            detections: vec![(0.9, -30.0), (1.2, -30.0)],
+            mirror_m: None,
+        };
+        let (_, frame) = view.page("").layout(SIZE);
+        let line: Vec<Spot> = (view.threshold_db.iter().enumerate())
+            .filter_map(|(k, db)| db.map(|db| frame.spot(k as f64 * view.bin_m, db)))
+            .collect();
+        let mut room = Room::new(&frame);
+        room.cover_line(&line);
+        room.cover_line(&power_line(&frame, &view));
+        let labels = peak_labels(&frame, &view, &mut room);
+        assert_eq!(labels.len(), 2);
+        for (text, at) in &labels {
+            let (width, height) = room::extent(&[(text, LABEL)]);
+            let inside = |s: &Spot| {
+                (at.0..=at.0 + width).contains(&s.0) && (s.1 - at.1).abs() <= height / 2.0
+            };
+            // Lines are straight from spot to spot: their steep parts count, too.
+            let fine = line.windows(2).flat_map(|pair| {
+                let at = |k: i32, a: f64, b: f64| a + f64::from(k) / 50.0 * (b - a);
+                (0..=50).map(move |k| (at(k, pair[0].0, pair[1].0), at(k, pair[0].1, pair[1].1)))
+            });
+            assert!(!fine.into_iter().any(|s| inside(&s)), "{text}");
+        }
+    }
 }

@@ -8,11 +8,13 @@ use super::colour::{CONCLUDED, Palette, TRUE};
 use super::page::{Frame, Swatch, number};
 use super::plane::{Ground, SagittalPlane, Words};
 use super::posterior;
+use super::room::Room;
 use super::shape::Shape;
-use super::sheet::{FAINT, Face, INK, Sheet, Stroke};
+use super::sheet::{FAINT, Face, INK, Sheet, Spot, Stroke};
 use super::surface::{surface, surface_up_to};
 use crate::answer::{Answer, metres};
-use crate::recording::Truth;
+use crate::recording::{TrueStep, Truth};
+use crate::score::MATCH_M;
 use crate::views::{Point, PosteriorView, true_edges};
 
 /// One reported step.
@@ -91,8 +93,18 @@ pub fn draw(
         let [promised, beyond] = surface_up_to(frame, &edges, horizon);
         sheet.line(&beyond, no_promise)?;
         sheet.line(&promised, found)?;
+        let mut room = plane.room(frame);
+        room.cover_line(&beyond);
+        room.cover_line(&promised);
+        if let Some(truth) = truth {
+            room.cover_line(&true_line(frame, truth));
+        }
+        posterior::cover(&mut room, frame, answer, (posterior, &rivals));
+        for step in &reported {
+            draw_step(sheet, frame, &mut room, step)?;
+        }
         for (k, step) in reported.iter().enumerate() {
-            draw_step(sheet, frame, k, step, truth)?;
+            write_step(sheet, frame, &mut room, (k, step), truth)?;
         }
         Ok(())
     })
@@ -101,8 +113,7 @@ pub fn draw(
 /// The true surface, solid below.
 pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()> {
     let edge = Stroke::solid(TRUE, 2.2);
-    let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &true_edges(truth));
-    let mut solid: Vec<_> = line.iter().map(|p| frame.spot(p.0, p.1)).collect();
+    let mut solid = true_line(frame, truth);
     let hidden = truth.uncounted.iter().map(|s| (s.distance_m, s.height_m));
     sheet.line(&solid, edge)?;
     let below = frame.y.0 - 1.0;
@@ -123,18 +134,15 @@ pub fn draw_truth(sheet: &Sheet<'_>, frame: &Frame, truth: &Truth) -> Result<()>
     Ok(())
 }
 
-/// Room that a step's words take, pixels, and the height of a line of them.
-const WORDS: f64 = 230.0;
-const LINE: f64 = 24.0;
+/// The true surface from edge to edge of the frame.
+fn true_line(frame: &Frame, truth: &Truth) -> Vec<Spot> {
+    let line = surface(frame.x.0 - 1.0, frame.x.1 + 1.0, &true_edges(truth));
+    line.iter().map(|p| frame.spot(p.0, p.1)).collect()
+}
 
-/// Edge, uncertainty, and how far it is from the truth.
-fn draw_step(
-    sheet: &Sheet<'_>,
-    frame: &Frame,
-    k: usize,
-    step: &StepView,
-    truth: Option<&Truth>,
-) -> Result<()> {
+/// Edge and uncertainty.
+fn draw_step(sheet: &Sheet<'_>, frame: &Frame, room: &mut Room, step: &StepView) -> Result<()> {
+    const RADIUS: f64 = 6.0;
     let (x, y) = (step.distance_m, step.height_m);
     let (sx, sy) = step.two_sigma_m;
     let (a, b) = (frame.spot(x - sx, y + sy), frame.spot(x + sx, y - sy));
@@ -142,58 +150,46 @@ fn draw_step(
     let corners = [a, (b.0, a.1), b, (a.0, b.1), a];
     sheet.line(&corners, Stroke::solid(CONCLUDED, 1.4))?;
     let at = frame.spot(x, y);
-    sheet.marker(Shape::Dot, at, 6.0, CONCLUDED, WHITE)?;
+    room.cover(a, b);
+    room.cover_mark(at, RADIUS + 2.0);
+    sheet.marker(Shape::Dot, at, RADIUS, CONCLUDED, WHITE)
+}
+
+/// A step in numbers, and how far it is from the truth.
+fn write_step(
+    sheet: &Sheet<'_>,
+    frame: &Frame,
+    room: &mut Room,
+    (k, step): (usize, &StepView),
+    truth: Option<&Truth>,
+) -> Result<()> {
+    let (x, y) = (step.distance_m, step.height_m);
     let cm = |v: f64| number(100.0 * v, 1);
-    // Words stand in the air: before a riser, above the tread after a drop; where the plane ends there, on
-    // the other side.
-    let face = Face::plain(20.0);
-    let (left, right) = (frame.at.0, frame.at.0 + frame.size.0);
-    let before = if y < 0.0 {
-        at.0 + WORDS > right
-    } else {
-        at.0 - WORDS > left
-    };
-    let (aside, face) = if before {
-        (-18.0, face.right())
-    } else {
-        (18.0, face.left())
-    };
-    let up = match (y < 0.0, before) {
-        (true, true) => -22.0,
-        (true, false) => 68.0,
-        (false, _) => 60.0,
-    };
-    // All three lines within the plane.
-    let (highest, lowest) = (frame.at.1 + 16.0, frame.at.1 + frame.size.1 - 64.0);
-    let place = (
-        at.0 + aside,
-        (at.1 - up).clamp(highest, lowest.max(highest)),
-    );
-    let text = format!("{}: distance {} cm", k + 1, cm(x));
-    sheet.note(&text, place, face.bold())?;
-    let text = format!("height {} cm", cm(y));
-    sheet.note(&text, (place.0, place.1 + LINE), face.bold())?;
-    let nearest = truth.and_then(|t| {
-        let off = |s: &&crate::recording::TrueStep| (s.distance_m - x).abs();
-        t.steps.iter().min_by(|a, b| off(a).total_cmp(&off(b)))
-    });
-    let Some(real) = nearest.filter(|s| (s.distance_m - x).abs() <= crate::score::MATCH_M) else {
-        return Ok(());
-    };
+    let near = |s: &&TrueStep| (s.distance_m - x).abs() <= MATCH_M;
+    let steps = truth.map_or(&[][..], |t| &t.steps);
+    let off = |s: &TrueStep| (s.distance_m - x).abs();
+    let real = steps.iter().filter(near);
+    let real = real.min_by(|a, b| off(a).total_cmp(&off(b)));
     let signed = |v: f64| {
         let text = cm(v);
-        if v > 0.0 && text != "0.0" {
-            format!("+{text}")
-        } else {
-            text
+        match v > 0.0 && text != "0.0" {
+            true => format!("+{text}"),
+            false => text,
         }
     };
-    let text = format!(
-        "off by {} and {} cm",
-        signed(x - real.distance_m),
-        signed(y - real.height_m)
-    );
-    sheet.note(&text, (place.0, place.1 + 2.0 * LINE), face.ink(FAINT))
+    let face = Face::plain(20.0);
+    let told = [
+        format!("{}: distance {} cm", k + 1, cm(x)),
+        format!("height {} cm", cm(y)),
+    ];
+    let off = real.map(|real| {
+        let off = [x - real.distance_m, y - real.height_m].map(signed);
+        format!("off by {} and {} cm", off[0], off[1])
+    });
+    let told = told.iter().map(|line| (line.as_str(), face.bold()));
+    let off = off.iter().map(|line| (line.as_str(), face.ink(FAINT)));
+    let lines: Vec<(&str, Face)> = told.chain(off).collect();
+    room.write(sheet, frame.spot(x, y), &lines)
 }
 
 /// Says in words that there are no steps, and why.

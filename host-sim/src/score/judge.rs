@@ -111,25 +111,32 @@ struct Reported {
     height_sigma: f64,
 }
 
-/// Pairs of (reported, true) indices, nearest first, one to one, within [`MATCH_M`].
-fn pair(reported: &[Reported], truth: &[TrueStep]) -> Vec<(usize, usize)> {
+/// Pairs of indices into two lists of distances (metres), nearest first, one to one, within [`MATCH_M`].
+pub fn nearest(first: &[f64], second: &[f64]) -> Vec<(usize, usize)> {
     let mut pairs: Vec<(f64, usize, usize)> = Vec::new();
-    for (r, told) in reported.iter().enumerate() {
-        for (t, step) in truth.iter().enumerate() {
-            let apart = (told.distance - step.distance_m).abs();
+    for (i, a) in first.iter().enumerate() {
+        for (j, b) in second.iter().enumerate() {
+            let apart = (a - b).abs();
             if apart <= MATCH_M {
-                pairs.push((apart, r, t));
+                pairs.push((apart, i, j));
             }
         }
     }
     pairs.sort_by(|a, b| a.0.total_cmp(&b.0));
     let mut taken: Vec<(usize, usize)> = Vec::new();
-    for (_, r, t) in pairs {
-        if taken.iter().all(|&(a, b)| a != r && b != t) {
-            taken.push((r, t));
+    for (_, i, j) in pairs {
+        if taken.iter().all(|&(a, b)| a != i && b != j) {
+            taken.push((i, j));
         }
     }
     taken
+}
+
+/// [`nearest`] of reported and true steps.
+fn pair(reported: &[Reported], truth: &[TrueStep]) -> Vec<(usize, usize)> {
+    let reported: Vec<f64> = reported.iter().map(|told| told.distance).collect();
+    let truth: Vec<f64> = truth.iter().map(|step| step.distance_m).collect();
+    nearest(&reported, &truth)
 }
 
 /// What was reported, sorted by what is really there.

@@ -4,6 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Output;
 
+use serde_json::{Value, json};
+
 use crate::common::{Scratch, sim};
 
 /// Those of the repository.
@@ -77,4 +79,116 @@ fn nothing_but_what_is_none_is_an_error() {
     assert_eq!(output.status.code(), Some(1));
     let told = text(&output.stderr);
     assert!(told.contains("README.md: no recording"), "{told}");
+}
+
+/// Compares, and returns what is printed and the page's data.
+fn compared(scratch: &Scratch, command: &[&str]) -> (String, Value) {
+    let page = scratch.path().join("compare.html");
+    let page = page.to_str().unwrap();
+    let output = sim(&[&["report"], command, &["--compare", "--force", "-o", page]].concat());
+    let told = text(&output.stdout);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let page = fs::read_to_string(page).unwrap();
+    let (_, rest) = page.split_once("type=\"application/json\">").unwrap();
+    let (data, _) = rest.split_once("</script>").unwrap();
+    (told, serde_json::from_str(data).unwrap())
+}
+
+/// A row of the differences.
+fn row<'a>(data: &'a Value, what: &str) -> &'a Value {
+    let rows = data["compare"]["rows"].as_array().unwrap();
+    let row = rows.iter().find(|row| row["what"] == what);
+    row.unwrap_or_else(|| panic!("{what}: {rows:?}"))
+}
+
+#[test]
+fn two_recordings_stand_side_by_side_with_their_differences_first() {
+    let scratch = Scratch::new("report-compare");
+    let [a, b] = ["stair_a", "stair_c"].map(|name| recordings().join(name).display().to_string());
+    let (told, data) = compared(&scratch, &[&a, &b]);
+    assert!(told.starts_with("stair_a | stair_c\n"), "{told}");
+    assert_eq!(data["recordings"][0]["name"], "stair_a");
+    assert_eq!(data["recordings"][1]["name"], "stair_c");
+    let height = row(&data, "step 1, height");
+    let [by, sigma] = ["by", "sigma"].map(|key| height[key].as_str().unwrap());
+    assert!(by.starts_with('+') && sigma.contains(" / "), "{height}");
+    assert_eq!(row(&data, "reason inferred-step")["second"], "–");
+    assert_eq!(row(&data, "horizon")["by"], "+10.00 cm");
+    for row in data["compare"]["rows"].as_array().unwrap() {
+        assert!(told.contains(row["what"].as_str().unwrap()), "{row}");
+    }
+}
+
+#[test]
+fn one_recording_stands_beside_itself_under_other_settings() {
+    let scratch = Scratch::new("report-compare-settings");
+    let a = recordings().join("stair_a").display().to_string();
+    let settings = |data: &Value| data["compare"]["settings"].clone();
+    let (_, data) = compared(&scratch, &[&a, "--estimator", "paper"]);
+    assert_eq!(
+        data["recordings"][1]["name"],
+        "stair_a with estimator=paper"
+    );
+    assert_eq!(
+        settings(&data),
+        json!([["estimator", "likelihood", "paper"]])
+    );
+    assert_eq!(row(&data, "horizon")["second"], "–");
+    let (_, data) = compared(&scratch, &[&a, "--with", "mount-height=43cm,seed=3"]);
+    assert_eq!(row(&data, "status")["second"], "degraded");
+    let expected = json!([["mount-height", "0.4 m", "0.43 m"], ["seed", "1", "3"]]);
+    assert_eq!(settings(&data), expected);
+    let sets = ["--with", "mount-height=0.43 m", "--with", "beamwidth=4deg"];
+    let (_, data) = compared(&scratch, &[&[a.as_str()], &sets[..]].concat());
+    let expected = json!([
+        ["mount-height", "0.43 m", "0.4 m"],
+        ["beamwidth", "5 deg", "4 deg"]
+    ]);
+    assert_eq!(settings(&data), expected);
+    // A setting that is what holds anyway changes nothing, and the page says so.
+    let (told, data) = compared(&scratch, &[&a, "--with", "mount-height=40cm"]);
+    assert!(told.contains("nothing differs"), "{told}");
+    assert_eq!(data["compare"]["rows"], json!([]));
+}
+
+#[test]
+fn what_cannot_be_compared_is_told() {
+    let scratch = Scratch::new("report-compare-bad");
+    let page = scratch.path().join("page.html");
+    let [a, b, c] =
+        ["stair_a", "stair_b", "stair_c"].map(|name| recordings().join(name).display().to_string());
+    for (command, words) in [
+        (&[a.as_str()][..], "expected a second recording"),
+        (&[&a, &b, &c], "found 3 recordings, expected two"),
+        (&[&a, "nowhere"], "nowhere.sigmf-meta"),
+        (
+            &[&a, "--with", "colour=red"],
+            "\"colour\": expected one of estimator",
+        ),
+        (&[&a, "--with", "seed"], "expected KEY=VALUE"),
+        (
+            &[&a, "--with", "mount-height=43"],
+            "a number and its unit (m, cm, mm)",
+        ),
+        (
+            &[&a, "--with", "mount-height=9m"],
+            "found 9 m, expected 0.01 m to 5 m",
+        ),
+        (&[&a, "--with", "plane=both"], "expected depth or height"),
+        (
+            &[
+                &a, "--with", "seed=1", "--with", "seed=2", "--with", "seed=3",
+            ],
+            "found 3 sets",
+        ),
+    ] {
+        let page = page.to_str().unwrap();
+        let output = sim(&[&["report"], command, &["--compare", "-o", page]].concat());
+        let told = text(&output.stderr);
+        assert!(!output.status.success(), "{command:?}");
+        assert!(told.contains(words), "{command:?}: {told}");
+    }
+    assert!(!page.exists());
+    let output = sim(&["report", &a, "--with", "seed=2"]);
+    assert!(text(&output.stderr).contains("--compare"));
 }

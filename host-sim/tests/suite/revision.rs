@@ -127,3 +127,20 @@ fn the_simulator_s_revision_counts_only_the_packages_it_computes_with() {
         "../Cargo.lock: host-sim: no dependency num-complex"
     );
 }
+
+/// A first build takes minutes: whoever types the commands of the README sees that it goes on.
+#[test]
+fn a_first_build_shows_its_progress() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let config = fs::read_to_string(root.join(".cargo/config.toml")).unwrap();
+    let commands: Vec<&str> = (config.lines())
+        .filter(|line| line.contains("--bin"))
+        .collect();
+    assert!(
+        commands.iter().any(|line| line.starts_with("sim = ")),
+        "{config}"
+    );
+    for command in commands {
+        assert!(!command.contains("--quiet"), "{command}");
+    }
+}

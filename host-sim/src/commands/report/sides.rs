@@ -1,0 +1,212 @@
+//! The two sides of `report --compare`: recordings, and the settings that each is scanned with.
+
+use std::path::{Path, PathBuf};
+use std::str::FromStr;
+
+use anyhow::{Context, Result, anyhow, bail, ensure};
+use stairscan::config::{MountConfig, Plane, Planes};
+
+use crate::html::compare::Side;
+use crate::playback::Playback;
+use crate::recording::{MirrorSetup, Recording};
+use crate::replay::Options;
+use crate::setting_file::table::{self, Row};
+
+/// Settings that a scan of a recording can be made with; all others are the recording's, or do not matter to it.
+const KEYS: [&str; 20] = [
+    "estimator",
+    "seed",
+    "motion",
+    "plane",
+    "mount-height",
+    "mirror-offset",
+    "beamwidth",
+    "mirror-echo",
+    "mirror-level",
+    "range-scale",
+    "cfar-guard",
+    "cfar-training",
+    "cfar-false-alarm",
+    "cfar-near-margin",
+    "particles",
+    "modes",
+    "spread",
+    "rounds",
+    "mode-sigma",
+    "vigilance",
+];
+
+/// Settings of one side, as they are typed: `mount-height=43cm,seed=7`.
+#[derive(Clone, Debug)]
+pub struct Set {
+    text: String,
+    /// Row of the table, and the value as commands write it.
+    values: Vec<(&'static Row, String)>,
+}
+
+impl FromStr for Set {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let value = |pair: &str| {
+            let (key, value) = pair
+                .split_once('=')
+                .ok_or_else(|| format!("{pair:?}: expected KEY=VALUE"))?;
+            let (key, value) = (key.trim(), value.trim());
+            let row = KEYS.iter().find(|known| **known == key);
+            let row = row
+                .and_then(|key| table::row(key))
+                .ok_or_else(|| format!("{key:?}: expected one of {}", KEYS.join(", ")))?;
+            let number = || row.unit.parse(key, value).map(|number| number.to_string());
+            let value = match row.words.is_empty() {
+                true => {
+                    number().map_err(|expected| format!("{key}: found {value:?}, {expected}"))?
+                }
+                false => value.to_owned(),
+            };
+            Ok((row, value))
+        };
+        Ok(Self {
+            text: text.to_owned(),
+            values: text.split(',').map(value).collect::<Result<_, String>>()?,
+        })
+    }
+}
+
+/// Command line of a comparison.
+pub struct Wanted<'a> {
+    /// Recordings.
+    pub paths: &'a [PathBuf],
+    /// Options of the command line, with words for what of them is not the default.
+    pub given: (Options, String),
+    /// The scanner's defaults.
+    pub defaults: Options,
+    /// Settings of the second side, or of both in order.
+    pub sets: &'a [Set],
+}
+
+/// Both sides.
+///
+/// # Errors
+/// Not two things to compare; a recording that cannot be read; a setting that its scans cannot be made with.
+pub fn sides(wanted: &Wanted<'_>) -> Result<[Side; 2]> {
+    let Wanted {
+        paths,
+        given: (given, words),
+        defaults,
+        sets,
+    } = wanted;
+    ensure!(
+        sets.len() <= 2,
+        "--with: found {} sets, expected one for the second side, or two",
+        sets.len()
+    );
+    let (first, second) = match paths {
+        [one] => (one, one),
+        [first, second] => (first, second),
+        many => bail!(
+            "--compare: found {} recordings, expected two, or one under two settings",
+            many.len()
+        ),
+    };
+    // Of one recording the options are the second side's, where no sets say what differs.
+    let options_differ = first == second && sets.is_empty();
+    ensure!(
+        !options_differ || !words.is_empty(),
+        "--compare: found one recording under one setting, expected a second recording, --with KEY=VALUE, \
+         or another --estimator, --seed or --single"
+    );
+    let sets = match sets {
+        [] => [None, None],
+        [second] => [None, Some(second)],
+        [first, second, ..] => [Some(first), Some(second)],
+    };
+    let names = names([first, second]);
+    let [first_name, second_name] = names;
+    let base = if options_differ { defaults } else { given };
+    let mut second = side(second, second_name, given, sets[1])?;
+    if options_differ {
+        second.name = format!("{} with {words}", second.name);
+    }
+    Ok([side(first, first_name, base, sets[0])?, second])
+}
+
+/// Names of two recordings, with their directories where the names are the same.
+fn names([first, second]: [&PathBuf; 2]) -> [String; 2] {
+    let stems = [first, second].map(|path| crate::recording::name_of(path));
+    if stems[0] != stems[1] || first == second {
+        return stems;
+    }
+    [first, second].map(|path| path.with_extension("").display().to_string())
+}
+
+fn side(path: &Path, name: String, options: &Options, set: Option<&Set>) -> Result<Side> {
+    let mut side = Side {
+        name,
+        recording: Recording::read(path)?,
+        options: *options,
+    };
+    if let Some(set) = set {
+        apply(&mut side, set).with_context(|| format!("--with {}", set.text))?;
+        side.name = format!("{} with {}", side.name, set.text.replace(',', ", "));
+    }
+    Ok(side)
+}
+
+/// Puts settings in the place of the recording's and the scanner's own.
+fn apply(side: &mut Side, set: &Set) -> Result<()> {
+    let Side {
+        recording, options, ..
+    } = side;
+    let mut settings = Playback::new(recording, &options.config)?.settings();
+    for (row, value) in &set.values {
+        settings.set(row.key, value).map_err(|e| {
+            let expected = match row.range() {
+                range if e.field == row.key && !range.is_empty() => range,
+                _ => e.expected.to_owned(),
+            };
+            anyhow!(
+                "{}: found {}, expected {expected}",
+                e.field,
+                row.spoken(value)
+            )
+        })?;
+        if row.key == "motion" {
+            options.motion = Some(settings.motion);
+        }
+    }
+    options.config = settings.config;
+    let mirror = recording
+        .meta
+        .mirror
+        .as_ref()
+        .context("a recording without a mirror")?;
+    let told = |key: &str| set.values.iter().any(|(row, _)| row.key == key);
+    recording.meta.mirror = Some(mount(&settings.config.mount, mirror, told)?);
+    Ok(())
+}
+
+/// The recording's mount, with what is `told` from the settings.
+fn mount(set: &MountConfig, own: &MirrorSetup, told: impl Fn(&str) -> bool) -> Result<MirrorSetup> {
+    let metres = |key, value: i32, own| match told(key) {
+        true => f64::from(value) * 1e-5,
+        false => own,
+    };
+    let plane = match (told("plane"), set.plane) {
+        (false, _) => own.plane,
+        (true, Planes::Depth) => Plane::Depth,
+        (true, Planes::Height) => Plane::Height,
+        (true, Planes::Both) => {
+            bail!("plane: found both, expected depth or height: a recording has one")
+        }
+    };
+    Ok(MirrorSetup {
+        offset_m: metres("mirror-offset", set.mirror_offset, own.offset_m),
+        mount_height_m: metres("mount-height", set.mount_height, own.mount_height_m),
+        beamwidth_deg: match told("beamwidth") {
+            true => f64::from(set.beamwidth) * 1e-3,
+            false => own.beamwidth_deg,
+        },
+        plane,
+    })
+}

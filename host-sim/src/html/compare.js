@@ -1,0 +1,16 @@
+
+// ---- Two scans side by side: what differs between them, before both are shown.
+/** Fills the tables of differences, once: they hold all scans. */
+function showDifferences() {
+  const { rows, settings } = data.compare;
+  const names = data.recordings.map((r) => r.name);
+  const signs = (text) => text.replaceAll("-", "−");
+  const several = rows.some((row) => row.scan !== null);
+  const head = [...(several ? ["scan"] : []), "", ...names, "difference", "σ of both"];
+  const cells = (row) => [...(several ? [row.scan === null ? "–" : `${row.scan}`] : []), row.what, row.first, row.second, signs(row.by), row.sigma];
+  table(at("differing"), head, rows.map(cells));
+  table(at("settings-differing"), ["setting", ...names], settings);
+  at("beside").textContent = names.join(" beside ");
+  at("same").hidden = rows.length > 0;
+}
+showDifferences();
