@@ -302,6 +302,7 @@ mod tests {
             valid: Some(Validity {
                 horizon_m: 0.9,
                 confidence: 0.995,
+                first_step: 1.0,
             }),
             drop_m: Some(drop.nearest_m()),
             ..Sight::nothing(Agreement::STANDING)

@@ -463,6 +463,7 @@ pub fn validity(
         }
     }
     valid_to.horizon_m = reach.horizon_m(ground.scene.params);
+    valid_to.first_step = reach.first_step();
     valid_to
 }
 
@@ -476,6 +477,8 @@ pub struct Reach<'a> {
     /// Where the horizon of an `ok` ends at least, metres: no millimetres decide there whether a step counts.
     least_m: f32,
     valid_m: f32,
+    /// Probability that the answer is right up to its first step, that included, as far as cells have come.
+    first_step: f32,
 }
 
 impl<'a> Reach<'a> {
@@ -492,6 +495,7 @@ impl<'a> Reach<'a> {
             end_m: drop.map_or(f32::INFINITY, |drop| drop.nearest_m()),
             least_m,
             valid_m: f32::NEG_INFINITY,
+            first_step: 1.0,
         }
     }
 
@@ -513,11 +517,20 @@ impl<'a> Reach<'a> {
     /// Takes in the next cell: where it ends, metres, the probability that the answer is right up to there, and that
     /// from which on an answer is `ok`. Returns whether the answer is valid up to there.
     pub fn take(&mut self, end_m: f32, right: f32, ok_from: f32) -> bool {
+        let begins_m = end_m - CELL_M - RIGHT_M;
+        if self.steps.first().is_some_and(|s| s.distance_m > begins_m) {
+            self.first_step = right;
+        }
         let valid = right >= self.asked(end_m, ok_from);
         if valid {
             self.valid_m = end_m;
         }
         valid
+    }
+
+    /// Probability that the answer is right up to its first step, and that this is there; 1 without steps.
+    pub fn first_step(&self) -> f32 {
+        self.first_step
     }
 
     /// The horizon, metres: before the first step that is not measured, and clear of the others.

@@ -51,6 +51,8 @@ pub struct Validity {
     pub horizon_m: f32,
     /// Probability that nothing is wrong up to the horizon, or over the first metre where that is farther.
     pub confidence: f32,
+    /// Probability that nothing is wrong up to the first step, and that it is there; 1 without steps.
+    pub first_step: f32,
 }
 
 impl Validity {
@@ -58,6 +60,7 @@ impl Validity {
     pub const NONE: Self = Self {
         horizon_m: 0.0,
         confidence: 0.0,
+        first_step: 0.0,
     };
 }
 

@@ -22,4 +22,4 @@ mod tests;
 pub use evidence::{Conditions, Evidence, Sight, Validity};
 pub use outcome::{Outcome, free_m};
 pub use reasons::{Reason, ReasonEffect, Reasons};
-pub use status::{LEAST_HORIZON_M, Status, Verdict, verdict};
+pub use status::{LEAST_FIRST_STEP, LEAST_HORIZON_M, Status, Verdict, verdict};

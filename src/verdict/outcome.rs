@@ -37,7 +37,7 @@ pub fn free_m(
 /// outcome.answer.steps.push(Step { distance_m: 0.5, height_m: 0.17, ..Step::default() }).unwrap();
 /// assert_eq!(outcome.status(), Status::Fault);
 ///
-/// let valid = Some(Validity { horizon_m: 1.2, confidence: 0.995 });
+/// let valid = Some(Validity { horizon_m: 1.2, confidence: 0.995, first_step: 0.99 });
 /// let sight = Sight { heard: true, valid, ..Sight::nothing(Agreement::STANDING) };
 /// outcome.decide(&Evidence { sight: Some(sight), ..Evidence::default() });
 /// assert!(outcome.status() == Status::Ok && outcome.reasons().is_empty());

@@ -86,9 +86,9 @@ reasons! {
     /// Something stands in the line of sight.
     BlockedView = "blocked-view" [Doubt, Word]
         "Right before the mirror something shines by `near_db` more than the mirror in more than `near_rows` rows, or one level stands at one range nearer than `blocked_m` in a share of the rows above `line_share` (doubt); or three echoes above `in_the_way_db` stand where the flight leaves no room (word).",
-    /// The answer does not vouch for the first metre of the way.
+    /// The answer is not valid over the first metre of the way, or not sure enough of stairs that begin farther away.
     ShortHorizon = "short-horizon" [Degraded]
-        "The horizon is below 1.0 m and does not reach the near edge (distance − 3σ) of a told drop.",
+        "The horizon is below 1.0 m and does not reach the near edge (distance − 3σ) of a told drop; or the first step is right with a probability below 90 %.",
     /// A step departs from the others by more than a person would expect.
     IrregularStep = "irregular-step" [Word]
         "A step's own echoes put its height more than `irregular_m`, and more than two standard deviations, off the straight flight, or its place along the line of sight more than `irregular_m`.",

@@ -10,6 +10,7 @@ fn valid_to(horizon_m: f32) -> Validity {
     Validity {
         horizon_m,
         confidence,
+        first_step: 0.99,
     }
 }
 

@@ -24,7 +24,7 @@ use stairscan::params::hazard::{FEATURES, Weights};
 use stairscan::params::{Params, measured};
 use stairscan::report::sentence::write_scan;
 use stairscan::signal::echoes::Echo;
-use stairscan::verdict::{Outcome, Reason, ReasonEffect, Reasons};
+use stairscan::verdict::{LEAST_FIRST_STEP, Outcome, Reason, ReasonEffect, Reasons};
 
 use crate::answer::Answer;
 use crate::inspect;
@@ -273,12 +273,14 @@ impl Course<'_> {
             reach.take(end_m, right, ok_from);
         }
         let horizon_m = reach.horizon_m(&Params::DEFAULT);
-        (horizon_m >= self.reach_m).then_some(horizon_m)
+        let long = horizon_m >= self.reach_m && reach.first_step() >= LEAST_FIRST_STEP;
+        long.then_some(horizon_m)
     }
 
-    /// Whether something up to a horizon, metres, is wrong.
+    /// Whether something up to a horizon, metres, is wrong, or stairs are told where there are none.
     fn is_wrong(&self, horizon_m: f32) -> bool {
-        score::wrong_up_to(&self.judged.0, &self.judged.1, horizon_m.into())
+        let (answer, truth) = self.judged;
+        score::wrong_up_to(answer, truth, horizon_m.into()) || score::false_stairs(answer, truth)
     }
 }
 

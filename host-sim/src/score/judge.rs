@@ -297,6 +297,13 @@ fn reported(answer: &Answer) -> Vec<Reported> {
     .collect()
 }
 
+/// Whether an answer tells steps or a direction where there are no steps at all.
+pub fn false_stairs(answer: &Answer, truth: &Truth) -> bool {
+    let none = truth.steps.is_empty() && truth.uncounted.is_empty();
+    let told = !answer.steps.is_empty() || answer.scan.direction != Direction::None;
+    none && told && !answer.is_fault()
+}
+
 /// Scores one answer.
 pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
     let told = Told::of(answer);
@@ -313,10 +320,7 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
             strong: is_strong(real),
         }
     });
-    let says_stairs = !answer.is_fault() && answer.scan.direction != Direction::None;
-    let false_stair = truth.steps.is_empty()
-        && truth.uncounted.is_empty()
-        && (!reported.is_empty() || says_stairs);
+    let false_stair = false_stairs(answer, truth);
     let horizon_m = answer.horizon_m.unwrap_or(f64::INFINITY);
     let end = horizon_m + LIMIT_M;
     let covered = truth.steps.iter().enumerate().filter(|(t, step)| {

@@ -28,7 +28,9 @@ mod share;
 mod text;
 
 pub use compare::{Change, Comparison};
-pub use judge::{LIMIT_M, MATCH_M, Match, NEAR_DROP_M, SceneScore, nearest, scene, wrong_up_to};
+pub use judge::{
+    LIMIT_M, MATCH_M, Match, NEAR_DROP_M, SceneScore, false_stairs, nearest, scene, wrong_up_to,
+};
 pub use reliability::{Bin, Prediction, Reliability};
 pub use set::{AnswerType, SetScore, Spread, by_set, quantile};
 pub use share::{Share, at_most, upper_bound};

@@ -311,6 +311,7 @@ fn with_drop() -> Outcome {
     let valid = Some(Validity {
         horizon_m: 1.3,
         confidence: 0.995,
+        first_step: 0.99,
     });
     let sight = Sight {
         heard: true,
