@@ -1243,3 +1243,53 @@ stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t 
     }
     return go(answer, gone + rules->margin, edge);
 }
+
+/* ---- speed limit ---- */
+
+uint32_t stairscan_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel) {
+    stairscan_permit_t permit = stairscan_may(scanner, now_ms, travel);
+    return permit.action == STAIRSCAN_GO ? (uint32_t)permit.clear / 10 : 0;
+}
+
+/* A 96-bit integer, high * 2^32 + low: C99 has none, and a 64-bit division would call a library. */
+struct wide {
+    uint64_t high;
+    uint32_t low;
+};
+
+static struct wide product(uint64_t a, uint32_t b) {
+    uint64_t low = (a & UINT32_MAX) * b;
+    struct wide product;
+    product.high = (a >> 32) * b + (low >> 32); /* at most (2^32 - 1) * 2^32 */
+    product.low = (uint32_t)(low & UINT32_MAX);
+    return product;
+}
+
+static bool is_at_most(struct wide a, struct wide b) {
+    return a.high != b.high ? a.high < b.high : a.low <= b.low;
+}
+
+/* Whether the chair stops on `free_um` of ground. Products of mm/s and ms are micrometres, so that
+ * v * v / (2 * a) mm are 500 * v * v / a micrometres, and nothing is rounded. */
+static bool stops(uint32_t speed, uint64_t free_um, uint32_t fastest, const stairscan_chair_t *chair) {
+    uint64_t reaction_um = (uint64_t)(speed > fastest ? speed : fastest) * chair->latency_ms;
+    return reaction_um <= free_um && is_at_most(product((uint64_t)speed * speed, 500),
+                                                product(free_um - reaction_um, chair->deceleration_mm_s2));
+}
+
+uint32_t stairscan_max_speed(const stairscan_ground_t *ground, const stairscan_chair_t *chair) {
+    uint64_t free_um = (uint64_t)ground->free_mm * 1000;
+    uint64_t gone_um = (uint64_t)ground->fastest_mm_s * ground->age_ms;
+    uint32_t limit = 0;
+    uint32_t bit;
+    if (ground->age_ms > chair->oldest_ms || chair->deceleration_mm_s2 == 0 || gone_um > free_um) {
+        return 0;
+    }
+    /* An integer square root bit by bit, of the whole inequality: the slower of two speeds stops earlier. */
+    for (bit = (uint32_t)1 << 31; bit > 0; bit >>= 1) {
+        if (stops(limit | bit, free_um - gone_um, ground->fastest_mm_s, chair)) {
+            limit |= bit;
+        }
+    }
+    return limit;
+}

@@ -17,6 +17,8 @@
  *   old answer            STAIRSCAN_STOP     stand until a newer one comes: too long ago, or the chair
  *                                            has gone too far on it
  *
+ * Speed: stairscan_max_speed makes a limit of stairscan_free_mm. Take the smaller of it and the joystick's command.
+ *
  * It is for driving forward. The scanner looks nowhere else: not behind, not beside, not into a turn.
  *
  * Rules of state and time-out, all kept by stairscan_take and stairscan_may:
@@ -59,7 +61,7 @@ extern "C" {
     X(CLOSE_RIVAL, "close-rival", "Another reading of the echoes is nearly as likely.") \
     X(WEAK_ECHOES, "weak-echoes", "The steps rest on echoes little above the noise.") \
     X(BLOCKED_VIEW, "blocked-view", "Something stands in the line of sight.") \
-    X(SHORT_HORIZON, "short-horizon", "The answer does not vouch for the first metre of the way.") \
+    X(SHORT_HORIZON, "short-horizon", "The answer is not valid over the first metre of the way, or not sure enough of stairs that begin farther away.") \
     X(IRREGULAR_STEP, "irregular-step", "A step departs from the others by more than a person would expect.") \
     X(UNCONFIGURED, "unconfigured", "Nobody has told the scanner yet how it is mounted: no settings were saved, and none have come.") \
     X(UNCONFIRMED, "unconfirmed", "No second sweep over the same scene has confirmed yet that the chair stands, or moves as is said.") \
@@ -523,6 +525,38 @@ stairscan_optional_t stairscan_free(const stairscan_answer_t *answer);
 
 /* What the chair may do now. Call it in every control cycle: time passes without bytes, too. */
 stairscan_permit_t stairscan_may(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
+
+/* ---- speed limit ---- */
+
+/* Returns the free ground ahead of the mirror where the chair is at `travel`, mm, rounded down: `clear` of
+ * stairscan_may. 0 unless that is STAIRSCAN_GO: silence, a fault, an answer that is degraded, old or far. */
+uint32_t stairscan_free_mm(stairscan_t *scanner, uint32_t now_ms, int32_t travel);
+
+/* A free distance, and what may have become of it since it was measured. */
+typedef struct {
+    uint32_t free_mm;      /* free ground ahead of the mirror at one instant: stairscan_free_mm, or a guard sweep's */
+    uint32_t age_ms;       /* time since that instant, rounded up: for stairscan_free_mm the age of `travel`, for a
+                            * sweep, or where there is no odometer, the time since its last row */
+    uint32_t fastest_mm_s; /* largest forward speed, measured or commanded, over the last age_ms + latency_ms */
+} stairscan_ground_t;
+
+/* Constants of the chair and its controller. */
+typedef struct {
+    uint32_t latency_ms;         /* longest time from this call until the next call's command acts on the wheels:
+                                  * control cycle, bus, motor controller, brake */
+    uint32_t deceleration_mm_s2; /* least deceleration from then on: down the steepest slope, heaviest rider */
+    uint32_t oldest_ms;          /* a ground with a larger age_ms counts as not free */
+} stairscan_chair_t;
+
+/* Returns the speed limit, mm/s: the largest v, at most UINT32_MAX, with
+ *
+ *   fastest * age + max(fastest, v) * latency + v * v / (2 * deceleration) <= free
+ *
+ * without rounding, and 0 where there is none, the ground is too old or the deceleration is 0. The chair goes on at
+ * `fastest` until this command acts, so a controller that calls it in every cycle stops before the ground ends, unless
+ * a newer answer ends it within the way that the chair needs to stop.
+ * Defined for all values: never larger for less free ground, more age, speed or latency, or less deceleration. */
+uint32_t stairscan_max_speed(const stairscan_ground_t *ground, const stairscan_chair_t *chair);
 
 #ifdef __cplusplus
 }

@@ -344,6 +344,40 @@ static void a_missed_answer_takes_the_one_before_away(void) {
     CHECK(may(STAIRSCAN_STOP, STAIRSCAN_WHY_NO_ANSWER));
 }
 
+/* The free millimetres are those of `clear`, and none where the chair may not go. */
+static void free_ground_is_what_is_clear(void) {
+    start();
+    CHECK(stairscan_free_mm(&scanner, now, travel) == 0);
+    ok();
+    CHECK(stairscan_free_mm(&scanner, now, travel) == 440);
+    /* Rounded down: 439.9 mm. */
+    CHECK(stairscan_free_mm(&scanner, now, travel + 1) == 439);
+    CHECK(stairscan_free_mm(&scanner, now, travel + 4395) == 0);
+    CHECK(stairscan_free_mm(&scanner, now, travel + 5000) == 0);
+    CHECK(send(DEGRADED("2")) == STAIRSCAN_SENTENCE);
+    CHECK(stairscan_free_mm(&scanner, now, travel) == 0);
+    CHECK(send(CLEAR("3")) == STAIRSCAN_ANSWER);
+    CHECK(stairscan_free_mm(&scanner, now, travel) == 1440);
+    CHECK(stairscan_free_mm(&scanner, now, INT32_MAX) == 0);
+    CHECK(stairscan_free_mm(&scanner, now, INT32_MIN) == 0);
+    /* The answer itself stays where it was, and is still `ok`: only the scanner knows that it is void. */
+    CHECK(send("PSTR,HALT,crash") == STAIRSCAN_SENTENCE);
+    CHECK(stairscan_free(&scanner.answer).present);
+    CHECK(stairscan_free_mm(&scanner, now, travel) == 0);
+    ok();
+    live_on(17000);
+    CHECK(stairscan_free_mm(&scanner, now, travel) == 440);
+    CHECK(stairscan_free_mm(&scanner, now + 1, travel) == 0);
+    ok();
+    CHECK(stairscan_free_mm(&scanner, now + 500, travel) == 440);
+    CHECK(stairscan_free_mm(&scanner, now + 501, travel) == 0);
+    CHECK(send(LIVE("scanning", "2", "4000000000")) == STAIRSCAN_SENTENCE);
+    CHECK(stairscan_free_mm(&scanner, now, travel) == 0);
+    ok();
+    scanner.rules.check_settings = true;
+    CHECK(stairscan_free_mm(&scanner, now, travel) == 0);
+}
+
 static void settings_are_compared(void) {
     ok();
     scanner.rules.check_settings = true;
@@ -400,6 +434,9 @@ static void holds(enum stairscan_event event) {
     CHECK(permit.action == STAIRSCAN_GO || (permit.vouched == 0 && permit.clear == 0));
     CHECK(permit.clear <= permit.vouched && permit.clear >= 0);
     CHECK(!stairscan_free(answer).present || answer->head.status == STAIRSCAN_OK);
+    CHECK(stairscan_free_mm(&scanner, now, travel) == (uint32_t)permit.clear / 10);
+    CHECK(permit.clear == 0 || travel < answer->travel ||
+          permit.clear + 600 + (travel - answer->travel) <= stairscan_free(answer).value);
     CHECK(permit.action != STAIRSCAN_GO ||
           (scanner.has_answer && answer->head.status == STAIRSCAN_OK));
     if (event == STAIRSCAN_ANSWER) {
@@ -468,6 +505,7 @@ int main(void) {
     others_may_stand_between();
     a_restart_takes_the_answer_away();
     a_missed_answer_takes_the_one_before_away();
+    free_ground_is_what_is_clear();
     settings_are_compared();
     lines_end_anyhow_and_never_overflow();
     commands_are_written();

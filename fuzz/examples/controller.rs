@@ -8,7 +8,7 @@ use std::time::Instant;
 
 use anyhow::{Context, Result};
 use clap::Parser;
-use stairscan_fuzz::controller::{program, tables, vectors};
+use stairscan_fuzz::controller::{page, program, tables, vectors};
 
 #[derive(Parser)]
 struct Args {
@@ -24,7 +24,8 @@ struct Args {
     /// Compile without the address and undefined-behaviour sanitizers, where the compiler has none
     #[arg(long)]
     plain: bool,
-    /// Write the tables of the C header and the golden vectors anew, and run nothing
+    /// Write the tables of the C header, the golden vectors and the printed parts of docs/controller.md anew, and
+    /// compare nothing
     #[arg(long)]
     write: bool,
 }
@@ -35,11 +36,17 @@ fn main() -> Result<()> {
         let header = fs::read_to_string(tables::path())?;
         fs::write(tables::path(), tables::renewed(&header)?)?;
         fs::write(vectors::path(), vectors::text())?;
-        return Ok(());
     }
     let compiler = program::compiler().context("no C compiler: install one, or name it in CC")?;
     fs::create_dir_all(&args.directory)?;
     let directory = args.directory.canonicalize()?;
+    if args.write {
+        let example = program::compile(&compiler, "speed_limit.c", &directory, !args.plain)?;
+        let held = fs::read_to_string(page::path())?;
+        let made = page::renewed(&held, |arguments| program::printed(&example, arguments))?;
+        fs::write(page::path(), made)?;
+        return Ok(());
+    }
     let verdict = program::compile(&compiler, "test/verdict.c", &directory, !args.plain)?;
     let begun = Instant::now();
     let tally = program::agree(&verdict, args.lines, args.seed)?;

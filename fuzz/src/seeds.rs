@@ -210,6 +210,7 @@ fn sentences() -> Vec<(&'static str, Vec<u8>)> {
         valid: Some(Validity {
             horizon_m: 1.2,
             confidence: 0.993,
+            first_step: 0.99,
         }),
         ..Sight::nothing(Agreement::STANDING)
     };

@@ -7,7 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
-use stairscan_fuzz::controller::{directory, program, tables, vectors};
+use stairscan_fuzz::controller::{directory, page, program, tables, vectors};
 
 const ANEW: &str = "write it anew: cargo run -p stairscan-fuzz --example controller -- --write";
 
@@ -156,6 +156,63 @@ fn the_rules_hold() {
     };
     let (said, content) = run(&rules, &[], "");
     assert!(content, "{said}");
+}
+
+#[test]
+fn the_speed_limit_holds() {
+    let Some(speed) = compiled("test/speed.c") else {
+        return;
+    };
+    let (said, content) = run(&speed, &[], "");
+    assert!(
+        content && said.starts_with("the speed limit holds"),
+        "{said}"
+    );
+}
+
+#[test]
+fn the_joystick_is_only_held_back_and_the_page_shows_what_is_printed() {
+    let Some(example) = compiled("speed_limit.c") else {
+        return;
+    };
+    let held = fs::read_to_string(page::path()).unwrap();
+    let made = page::renewed(&held, |arguments| program::printed(&example, arguments)).unwrap();
+    for (held, made) in held.lines().zip(made.lines()) {
+        assert_eq!(held, made, "docs/controller.md: {ANEW}");
+    }
+    assert!(held == made, "docs/controller.md: {ANEW}");
+
+    let drive = program::printed(&example, &[]).unwrap();
+    let rows: Vec<Vec<i64>> = drive
+        .lines()
+        .filter_map(|line| {
+            line.split_whitespace()
+                .map(|field| field.parse().ok())
+                .collect()
+        })
+        .collect();
+    assert!(rows.len() > 20, "{drive}");
+    let (mut reduced, mut backward) = (0, 0);
+    for row in &rows {
+        let [_, _, to_kerb, free, limit, joystick, command, _] = row[..] else {
+            panic!("{row:?}");
+        };
+        assert_eq!(command, joystick.min(limit), "{row:?}");
+        assert!((0..to_kerb).contains(&free), "{row:?}");
+        reduced += i64::from(command < joystick);
+        backward += i64::from(command < 0 && command == joystick);
+    }
+    assert!(reduced > 5 && backward > 1, "{drive}");
+    // It stops within 100 mm of the kerb, and once more where no sentence comes.
+    let nearest = rows.iter().map(|row| row[2]).min();
+    assert!(nearest.is_some_and(|mm| mm < 100), "{drive}");
+    assert!(
+        rows.last().is_some_and(|row| row[4] == 0 && row[7] == 0),
+        "{drive}"
+    );
+
+    let (said, content) = run(&example, &["speeds"], "");
+    assert!(!content && said.contains("found: speeds"), "{said}");
 }
 
 #[test]

@@ -7,10 +7,12 @@
 //! | [`oracle`] | what the Rust parsers make of a line, as text |
 //! | [`vectors`] | lines worth keeping, with that text: `controller/vectors.tsv` |
 //! | [`lines`] | mutations of these lines |
+//! | [`page`] | what of `docs/controller.md` a C example prints |
 //! | [`program`] | compiles `controller/`, feeds it lines through a pipe, compares |
 
 pub mod lines;
 pub mod oracle;
+pub mod page;
 pub mod program;
 pub mod tables;
 pub mod vectors;

@@ -57,6 +57,26 @@ pub fn compile(compiler: &str, source: &str, into: &Path, sanitized: bool) -> Re
     Ok(program)
 }
 
+/// Returns what a program prints, called with `arguments`.
+///
+/// # Errors
+/// An exit status other than 0, with both of its outputs.
+pub fn printed(program: &Path, arguments: &[&str]) -> Result<String> {
+    let output = Command::new(program)
+        .args(arguments)
+        .stdin(Stdio::null())
+        .output()
+        .with_context(|| program.display().to_string())?;
+    let text = String::from_utf8(output.stdout)?;
+    let said = String::from_utf8_lossy(&output.stderr);
+    ensure!(
+        output.status.success(),
+        "{}: {text}{said}",
+        program.display()
+    );
+    Ok(text)
+}
+
 /// How often each verdict came: a kind of sentence or command, or what was wrong.
 pub type Tally = BTreeMap<String, u64>;
 
