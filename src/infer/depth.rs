@@ -34,6 +34,11 @@ const SLACK_M: f32 = 0.05;
 const ROUGH_M: f32 = 0.007;
 /// Probability that an echo behind the shadow is the surface's.
 const SHARE: f32 = 0.5;
+/// Square of the standard deviations from which on an echo is none of the surface's: most echoes are, of most depths, and
+/// cost neither root nor exponential.
+const FAR: f32 = 25.0;
+/// Log-likelihood ratio of such an echo, nats.
+const NOT_ITS_OWN: f32 = math::ln(1.0 - SHARE);
 
 /// Returns the depth of the next surface behind an edge `edge_m` ahead, metres below the ground; `None` where no run of
 /// neighbouring depths has a probability of at least 90 %. `echoes` in order of their distance; `height_m`: the mirror's.
@@ -74,10 +79,15 @@ fn log_likelihood(echoes: &[Seen], height_m: f32, edge_m: f32, depth_m: f32) -> 
             continue;
         }
         last_m = e.x_m;
-        let sigma_m = math::hypot(ROUGH_M, e.across_m);
-        let z = (e.y_m + depth_m) / sigma_m;
-        let density = number::PER_ROOT_TAU / sigma_m * math::exp(-0.5 * z * z);
-        sum += math::ln(1.0 - SHARE + SHARE * density);
+        let variance_m2 = ROUGH_M * ROUGH_M + e.across_m * e.across_m;
+        let off_m = e.y_m + depth_m;
+        let z2 = off_m * off_m / variance_m2;
+        sum += if z2 > FAR {
+            NOT_ITS_OWN
+        } else {
+            let density = number::PER_ROOT_TAU / math::sqrt(variance_m2) * math::exp(-0.5 * z2);
+            math::ln(1.0 - SHARE + SHARE * density)
+        };
     }
     sum
 }
