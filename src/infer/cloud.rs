@@ -242,7 +242,7 @@ impl Cloud {
         self.counts.map(|c| c / math::max(total, f32::MIN_POSITIVE))
     }
 
-    /// Where the ground ends, if it does so in one place more likely than not.
+    /// Where the ground ends, if it does so in one place more likely than not. Its depth is for the echoes to say.
     #[inline(never)]
     pub fn end(&self) -> Option<DropEdge> {
         let around = |k: usize| {

@@ -1,6 +1,7 @@
 //! The answer going up: search and earlier scans propose, the particles decide.
 
 use super::bases::{Posterior, ROUNDS, flight};
+use super::depth;
 use super::dimensions::{self, Measured};
 use super::judgement::{Belief, Likeliest};
 use super::past::History;
@@ -55,8 +56,10 @@ impl Inferred {
             posterior.judge(told, None, &mut self.belief);
         }
         if told.is_none()
-            && let Some(drop) = posterior.cloud.end()
+            && let Some(mut drop) = posterior.cloud.end()
         {
+            let model = &posterior.model;
+            drop.depth_m = depth::behind(&model.echoes, model.height_m, drop.distance_m);
             posterior.judge(None, Some(drop), &mut self.belief);
         }
         if self.flight.is_none() {

@@ -29,6 +29,7 @@
 
 mod bases;
 mod cloud;
+mod depth;
 mod dimensions;
 pub mod gauss;
 mod horizon;

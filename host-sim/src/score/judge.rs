@@ -18,6 +18,8 @@ pub const LIMIT_M: f64 = 0.03;
 const MOST_M: f64 = 0.08;
 /// True drops that are nearer than this are to be told, metres.
 pub const NEAR_DROP_M: f64 = 1.6;
+/// Error from which on a told depth counts as off, metres.
+pub const DEPTH_M: f64 = 0.02;
 /// Least probability with which a told drop counts as told or false.
 const SURE_DROP: f64 = 0.5;
 /// Steps of this signal-to-noise ratio and more must not be missed, decibels.
@@ -62,6 +64,11 @@ pub struct SceneScore {
     pub maybes: Vec<Prediction>,
     /// Whether the answer tells a drop.
     pub tells_drop: bool,
+    /// Whether the told drop carries a depth.
+    pub tells_depth: bool,
+    /// Told less true depth of a drop, metres; `None` where no depth is told, and of a told drop that covers none of known
+    /// depth.
+    pub depth_error_m: Option<f64>,
     /// True drops nearer than [`NEAR_DROP_M`], and how many of them are told.
     pub near_drops: Share,
     /// Whether there is no true drop, neither near nor far.
@@ -207,6 +214,22 @@ fn covers(drop: Option<&DropLine>, at: f64) -> bool {
     drop.is_some_and(|drop| (metres(drop.distance) - at).abs() <= reach(drop))
 }
 
+/// Depth of the true drop nearest to a told one that covers it, metres; `None` where it is not known, or none is covered.
+fn true_depth(drop: &DropLine, truth: &Truth) -> Option<f64> {
+    let apart = |at: f64| (at - metres(drop.distance)).abs();
+    let ends = truth.ground_ends().into_iter();
+    let ends = ends.filter(|at| covers(Some(drop), *at));
+    let end = ends.min_by(|a, b| apart(*a).total_cmp(&apart(*b)))?;
+    match &truth.drops {
+        Some(drops) => drops.iter().find(|d| d.distance_m == end)?.depth_m,
+        None => {
+            let mut edges = truth.uncounted.iter();
+            let edge = edges.find(|e| e.distance_m == end && e.height_m < 0.0)?;
+            Some(-edge.height_m)
+        }
+    }
+}
+
 /// Whether a told drop covers no true one.
 fn is_made_up(drop: &DropLine, truth: &Truth) -> bool {
     !truth.falls_near(metres(drop.distance), reach(drop))
@@ -329,6 +352,8 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
     let mut flaws = flaws(&told, truth, end);
     let ends = truth.ground_ends();
     let near_drops = ends.iter().filter(|at| **at < NEAR_DROP_M);
+    let depth = told.drop.as_ref();
+    let depth = depth.and_then(|drop| Some((drop, metres(drop.depth?))));
     if false_stair && flaws.is_empty() {
         flaws.push("there are no steps".to_owned());
     }
@@ -347,6 +372,8 @@ pub fn scene(answer: &Answer, truth: &Truth) -> SceneScore {
         confidence: confidence(answer, truth),
         maybes: maybes(answer, truth),
         tells_drop: told.drop.is_some(),
+        tells_depth: depth.is_some(),
+        depth_error_m: depth.and_then(|(drop, told)| Some(told - true_depth(drop, truth)?)),
         near_drops: Share::count(near_drops, |at| covers(told.sure_drop(), *at)),
         without_drop: ends.is_empty(),
         false_drop: (told.sure_drop()).is_some_and(|drop| is_made_up(drop, truth)),

@@ -12,6 +12,7 @@
 //! Nor may the ground end there (a brink, a hole) where no told drop covers it, within max(10 cm, 3σ), or a drop be told
 //! where it covers none. True drops nearer than 1.6 m are counted, and how many of them are told with a probability
 //! of at least one half; a drop that is told so and covers none is a false one.
+//! A told drop's depth is held against that of the nearest true drop it covers, where that is known.
 //! An answer without a horizon vouches for everything. Coverage is the share of true steps that lie
 //! within the horizon or are reported.
 //!
@@ -29,7 +30,8 @@ mod text;
 
 pub use compare::{Change, Comparison};
 pub use judge::{
-    LIMIT_M, MATCH_M, Match, NEAR_DROP_M, SceneScore, false_stairs, nearest, scene, wrong_up_to,
+    DEPTH_M, LIMIT_M, MATCH_M, Match, NEAR_DROP_M, SceneScore, false_stairs, nearest, scene,
+    wrong_up_to,
 };
 pub use reliability::{Bin, Prediction, Reliability};
 pub use set::{AnswerType, SetScore, Spread, by_set, quantile};

@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use stairscan::answer::Direction;
 use stairscan::verdict::Status;
 
-use super::judge::{Match, SceneScore, is_strong};
+use super::judge::{DEPTH_M, Match, SceneScore, is_strong};
 use super::reliability::Reliability;
 use super::share::{Share, wilson};
 use crate::recording::TrueStep;
@@ -156,6 +156,12 @@ pub struct SetScore {
     pub false_drops: usize,
     /// Answers that tell a drop.
     pub drops: usize,
+    /// Told drops that carry a depth.
+    pub depths: Share,
+    /// Absolute errors of told depths, where the true one is known.
+    pub depth: Option<Spread>,
+    /// Told depths that are off by more than [`DEPTH_M`](super::DEPTH_M), of those whose true one is known.
+    pub depths_off: Share,
     /// Probability of `MAYBE`s against what stands there.
     pub maybes: Reliability,
     /// Recordings that are harmfully disturbed and still `ok`.
@@ -221,6 +227,11 @@ impl SetScore {
             }),
             false_drops: count(&|s| usize::from(s.false_drop)),
             drops: count(&|s| usize::from(s.tells_drop)),
+            depths: Share::count(scenes.clone().filter(|s| s.tells_drop), |s| s.tells_depth),
+            depth: Spread::of(scenes.clone().filter_map(|s| s.depth_error_m)),
+            depths_off: Share::count(scenes.clone().filter_map(|s| s.depth_error_m), |error| {
+                error.abs() > DEPTH_M
+            }),
             maybes: Reliability::of_maybes(scenes.clone().flat_map(|s| &s.maybes)),
             harmful_ok: Share::count(scenes.clone().filter(|s| s.harmful), |s| {
                 s.status == Status::Ok
@@ -263,6 +274,9 @@ impl SetScore {
             "told_drops": self.told_drops.json(),
             "false_drops": self.false_drops,
             "false_drops_without": self.false_drops_without.json(),
+            "depths": self.depths.json(),
+            "depth_error_m": Spread::json(self.depth),
+            "depths_off": self.depths_off.json(),
             "maybes": self.maybes.json(),
             "harmful_ok": self.harmful_ok.json(),
             "distance_error_m": Spread::json(self.distance[0]),

@@ -374,6 +374,49 @@ fn drops_are_counted_where_they_are_near() {
     assert!(!table(&[quiet]).contains("drops"));
 }
 
+#[test]
+fn a_told_depth_is_held_against_the_drop_that_is_covered() {
+    let told = |at: f64, depth_m: f64| {
+        let mut answer = dropping(Status::Ok, 0.5, (at, 0.01, 990));
+        answer.drop.as_mut().unwrap().depth = Some(Tenths((depth_m * 10_000.0).round() as i32));
+        answer
+    };
+    let listed = |depth_m| Truth {
+        drops: Some(vec![TrueDrop {
+            distance_m: 0.9,
+            depth_m,
+            far_m: None,
+        }]),
+        ..truth(&[], &[])
+    };
+    let stairs = truth(&[], &[(0.9, -0.17), (1.2, -0.34)]);
+    let scenes = [
+        scene(&told(0.92, 0.16), &listed(Some(0.15))),
+        scene(&told(0.92, 0.14), &stairs),
+        scene(&told(0.92, 0.16), &listed(None)),
+        scene(&told(0.7, 0.16), &stairs),
+        scene(&dropping(Status::Ok, 0.5, (0.9, 0.01, 990)), &stairs),
+        scene(&vouching(0.5, &[]), &stairs),
+    ];
+    let millimetres = scenes
+        .iter()
+        .map(|s| s.depth_error_m.map(|m| (1000.0 * m).round()));
+    let millimetres: Vec<_> = millimetres.collect();
+    assert_eq!(
+        millimetres,
+        [Some(10.0), Some(-30.0), None, None, None, None]
+    );
+    let set = SetScore::new("set", scenes.iter());
+    assert_eq!(
+        (set.depths, set.depths_off),
+        (Share::new(4, 5), Share::new(1, 2))
+    );
+    let text = table(std::slice::from_ref(&set));
+    let words = "; depth told with 4 of 5, error of 2 that cover a true one: median 2.0 cm, 95 % 2.9 cm, \
+                 more than 2 cm 1\n";
+    assert!(text.contains(words), "{text}");
+}
+
 /// Every step matched is not yet right: then it says by how much it is off.
 #[test]
 fn what_is_wrong_is_told() {

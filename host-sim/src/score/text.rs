@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 
 use serde_json::{Value, json};
 
-use super::judge::{NEAR_DROP_M, SceneScore};
+use super::judge::{DEPTH_M, NEAR_DROP_M, SceneScore};
 use super::set::{SetScore, Spread, quantile};
 use super::share::Share;
 
@@ -68,10 +68,29 @@ pub fn table(sets: &[SetScore]) -> String {
 pub fn drops(set: &SetScore) -> String {
     let Share { hits, of } = set.told_drops;
     let without = set.false_drops_without;
-    format!(
+    let mut out = format!(
         "drops nearer than {NEAR_DROP_M:.1} m told {hits} of {of}; false drops {}, {} of them on {} scenes without one",
         set.false_drops, without.hits, without.of
-    )
+    );
+    if set.depths.hits > 0 {
+        let _ = write!(
+            out,
+            "; depth told with {} of {}",
+            set.depths.hits, set.depths.of
+        );
+    }
+    if let Some(depth) = set.depth {
+        let _ = write!(
+            out,
+            ", error of {} that cover a true one: median {:.1} cm, 95 % {:.1} cm, more than {:.0} cm {}",
+            set.depths_off.of,
+            100.0 * depth.median,
+            100.0 * depth.p95,
+            100.0 * DEPTH_M,
+            set.depths_off.hits
+        );
+    }
+    out
 }
 
 /// How far `ok` is given, and how far it reaches.

@@ -131,6 +131,8 @@ mod tests {
             confidence: Some(Prediction { told, so }),
             maybes: vec![Prediction { told: 0.15, so }],
             tells_drop: false,
+            tells_depth: false,
+            depth_error_m: None,
             near_drops: Share::default(),
             without_drop: true,
             false_drop: false,

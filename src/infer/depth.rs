@@ -1,0 +1,173 @@
+//! Depth of the surface behind an edge where the ground ends, by the echoes from below the ground.
+//!
+//! In: the scan's echoes and the told place of the edge. Out: a depth, or none where no depth is probable enough. The
+//! [ground's line](crate::model::surfaces) has four depths, enough to say that there is lower ground, too few to say how
+//! deep it lies; an echo's height has a standard deviation of about 1 cm. The method is a posterior over a grid of depths and
+//! "no surface is seen": each echo behind the edge is from a surface at the depth, with a normal density around it, or from
+//! anything else, evenly over a metre. A surface shows from the end of the edge's shadow on, which depends on its depth.
+
+use crate::math;
+use crate::model::Seen;
+use crate::params::posterior as number;
+
+/// Shallowest depth of the grid, metres: a drop is more than that.
+const FIRST_M: f32 = 0.04;
+/// Distance of the grid's depths, metres.
+const STEP_M: f32 = 0.005;
+/// Number of the grid's depths: up to 40 cm, so that the second tread of a flight is a rival of the first.
+const DEPTHS: usize = 73;
+/// Largest depth that is told, metres: two low risers of 11 cm. What lies deeper may be the second tread of a flight
+/// whose first one is hidden.
+const MOST_M: f32 = 0.22;
+/// Least probability of a told depth, given a drop at the told place.
+const LEAST: f32 = 0.9;
+/// Half width of the depths that are told as one, metres.
+const HALF_M: f32 = 0.015;
+/// Echoes nearer to the ground than this are the ground's, metres.
+const GROUND_M: f32 = 0.03;
+/// Echoes nearer to the last one than this are not independent of it, metres along the way: one main lobe of the
+/// range window, one face of a wall.
+const APART_M: f32 = 0.025;
+/// The edge may stand so much nearer than told, metres at the end of its shadow.
+const SLACK_M: f32 = 0.05;
+/// Standard deviation of a surface's scatterers about its depth, metres.
+const ROUGH_M: f32 = 0.007;
+/// Probability that an echo behind the shadow is the surface's.
+const SHARE: f32 = 0.5;
+/// Square of the standard deviations from which on an echo is none of the surface's: most echoes are, of most depths, and
+/// cost neither root nor exponential.
+const FAR: f32 = 25.0;
+/// Log-likelihood ratio of such an echo, nats.
+const NOT_ITS_OWN: f32 = math::ln(1.0 - SHARE);
+
+/// Returns the depth of the next surface behind an edge `edge_m` ahead, metres below the ground; `None` where no run of
+/// neighbouring depths has a probability of at least 90 %. `echoes` in order of their distance; `height_m`: the mirror's.
+#[inline(never)]
+pub fn behind(echoes: &[Seen], height_m: f32, edge_m: f32) -> Option<f32> {
+    let depth = |k: usize| FIRST_M + STEP_M * k as f32;
+    let mut nats = [0.0; DEPTHS];
+    for (k, nats) in nats.iter_mut().enumerate() {
+        *nats = log_likelihood(echoes, height_m, edge_m, depth(k));
+    }
+    let (best, most) = nats
+        .iter()
+        .enumerate()
+        .max_by(|a, b| a.1.total_cmp(b.1))
+        .map(|(k, most)| (depth(k), math::max(*most, 0.0)))?;
+    // No surface is seen: half of the prior, against all depths alike.
+    let mut all = DEPTHS as f32 * math::exp(-most);
+    let (mut near, mut sum) = (0.0, 0.0);
+    for (k, nats) in nats.iter().enumerate() {
+        let weight = math::exp(nats - most);
+        all += weight;
+        if (depth(k) - best).abs() < HALF_M + 0.5 * STEP_M {
+            near += weight;
+            sum += weight * depth(k);
+        }
+    }
+    let told = sum / near;
+    (near >= LEAST * all && told <= MOST_M).then_some(told)
+}
+
+/// Log-likelihood ratio of a surface at a depth against none, nats.
+fn log_likelihood(echoes: &[Seen], height_m: f32, edge_m: f32, depth_m: f32) -> f32 {
+    let shadow_m = edge_m * (1.0 + depth_m / height_m) - SLACK_M;
+    let from_m = math::max(edge_m, shadow_m);
+    let (mut sum, mut last_m) = (0.0, f32::NEG_INFINITY);
+    for e in echoes {
+        if e.y_m > -GROUND_M || e.x_m < from_m || e.x_m - last_m < APART_M {
+            continue;
+        }
+        last_m = e.x_m;
+        let variance_m2 = ROUGH_M * ROUGH_M + e.across_m * e.across_m;
+        let off_m = e.y_m + depth_m;
+        let z2 = off_m * off_m / variance_m2;
+        sum += if z2 > FAR {
+            NOT_ITS_OWN
+        } else {
+            let density = number::PER_ROOT_TAU / math::sqrt(variance_m2) * math::exp(-0.5 * z2);
+            math::ln(1.0 - SHARE + SHARE * density)
+        };
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::vec::Vec;
+
+    const HEIGHT_M: f32 = 0.4;
+
+    /// Echoes at these distances and heights, metres, each known to 5 mm.
+    fn seen(places: &[(f32, f32)]) -> Vec<Seen> {
+        let echo = |&(x_m, y_m): &(f32, f32)| {
+            let mut echo = Seen::default();
+            (echo.x_m, echo.y_m, echo.across_m) = (x_m, y_m, 0.005);
+            echo
+        };
+        places.iter().map(echo).collect()
+    }
+
+    fn told(places: &[(f32, f32)]) -> Option<f32> {
+        behind(&seen(places), HEIGHT_M, 0.8)
+    }
+
+    #[test]
+    fn a_surface_that_shows_behind_the_shadow_tells_its_depth() {
+        for depth_m in [0.05, 0.083, 0.126, 0.171, 0.21] {
+            let from_m = 0.8 * (1.0 + depth_m / HEIGHT_M);
+            let places = [(0.0, 0.004), (0.06, -0.003), (0.12, 0.005), (0.18, -0.004)];
+            let places = places.map(|(more_m, off_m)| (from_m + more_m, off_m - depth_m));
+            let told_m = told(&places).unwrap();
+            assert!((told_m - depth_m).abs() < 0.005, "{depth_m}: {told_m}");
+        }
+    }
+
+    #[test]
+    fn the_ground_itself_and_one_echo_tell_no_depth() {
+        assert_eq!(told(&[]), None);
+        assert_eq!(told(&[(0.5, 0.0), (0.6, 0.01), (1.3, -0.02)]), None);
+        assert_eq!(told(&[(1.2, -0.12)]), None);
+    }
+
+    #[test]
+    fn echoes_in_the_shadow_tell_no_depth() {
+        // At 17 cm the shadow of an edge 0.8 m ahead ends at 1.14 m.
+        let places = [0.0, 0.06, 0.12, 0.18].map(|more| (0.85 + more, -0.17));
+        assert_eq!(told(&places), None);
+    }
+
+    #[test]
+    fn the_far_wall_of_a_hole_tells_no_depth() {
+        let wall = [-0.34, -0.27, -0.2, -0.13, -0.06].map(|y_m| (1.4, y_m));
+        assert_eq!(told(&wall), None);
+    }
+
+    #[test]
+    fn what_lies_deeper_than_two_low_risers_is_not_told() {
+        let places = [0.0, 0.06, 0.12, 0.18].map(|more| (1.6 + more, -0.34));
+        assert_eq!(told(&places), None);
+    }
+
+    #[test]
+    fn two_levels_that_show_alike_tell_no_depth() {
+        let places = [
+            (1.05, -0.1),
+            (1.1, -0.1),
+            (1.3, -0.2),
+            (1.36, -0.2),
+            (1.42, -0.1),
+            (1.48, -0.2),
+        ];
+        assert_eq!(told(&places), None);
+    }
+
+    #[test]
+    fn a_mirror_on_the_ground_does_no_harm() {
+        let places = seen(&[(0.9, -0.1), (1.0, -0.1), (1.1, -0.1)]);
+        for height_m in [0.0, f32::NAN, -0.4, f32::INFINITY] {
+            let _ = behind(&places, height_m, 0.8);
+        }
+    }
+}
