@@ -40,12 +40,8 @@ fn a_flight_outweighs_what_did_not_make_its_echoes() {
         against(&Staircase::nothing(), 10.0, "nothing");
         against(&s.less_last(), 3.0, "one less");
         let (n, next) = (s.len(), s.last_x() + s.going().unwrap());
-        // Behind a nosing that is about as high as the mirror little would show of it.
-        let nats = if s.level(n) < VIEW.height_m - 0.03 {
-            2.0
-        } else {
-            0.5
-        };
+        // Behind a nosing above the mirror little would show of it.
+        let nats = if s.level(n) < VIEW.height_m { 1.9 } else { 0.5 };
         against(&s.with(n, next, s.level(n) + s.rise()), nats, "one more");
         for k in 0..n {
             // Behind a nosing above the mirror little says how high it is.
