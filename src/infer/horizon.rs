@@ -578,6 +578,7 @@ fn clear_of(horizon_m: f32, steps: &[Step]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::vec::Vec;
 
     /// The horizon where each cell is valid up to `valid_m` and none beyond, and the ground ends at `at_m`.
     fn horizon_m(valid_m: f32, at_m: f32) -> f32 {
@@ -594,6 +595,31 @@ mod tests {
             reach.take(end_m, if end_m < valid_m { 1.0 } else { 0.0 }, 0.99);
         }
         reach.horizon_m(&Params::DEFAULT)
+    }
+
+    #[test]
+    fn the_first_step_is_as_sure_as_the_cell_that_holds_it() {
+        let first_step = |distance_m: Option<f32>| {
+            let step = |distance_m| Step {
+                distance_m,
+                ..Step::default()
+            };
+            let steps: Vec<Step> = distance_m.into_iter().map(step).collect();
+            let mut reach = Reach::new(&steps, None);
+            for k in 0..CELLS {
+                reach.take(FIRST_END_M + CELL_M * k as f32, 1.0 - 0.01 * k as f32, 0.99);
+            }
+            reach.first_step()
+        };
+        // Cell 19 ends at 1.6 m; a step's place may be off by 3 cm and still be right.
+        for (distance_m, cell) in [(1.52, 19), (1.56, 19), (1.58, 20), (1.62, 20)] {
+            let wanted = 1.0 - 0.01 * cell as f32;
+            assert!(
+                (first_step(Some(distance_m)) - wanted).abs() < 1e-6,
+                "{distance_m}"
+            );
+        }
+        assert!(first_step(None) >= 1.0);
     }
 
     #[test]

@@ -167,6 +167,21 @@ fn a_fault_has_no_horizon_a_doubt_leaves_nothing_of_it_and_an_ok_has_a_metre_or_
 }
 
 #[test]
+fn stairs_beyond_the_horizon_that_are_not_sure_are_no_ok_and_keep_the_horizon() {
+    for (first_step, status) in [(0.89, Status::Degraded), (0.9, Status::Ok)] {
+        let valid = Some(Validity {
+            first_step,
+            ..valid_to(1.4)
+        });
+        let verdict = verdict(&seen(Sight { valid, ..sure() }));
+        assert_eq!(verdict.status, status, "{first_step}");
+        let short = verdict.reasons.has(Reason::ShortHorizon);
+        assert_eq!(short, status == Status::Degraded);
+        assert_eq!(verdict.valid, valid);
+    }
+}
+
+#[test]
 fn a_horizon_that_ends_at_a_nearer_drop_is_not_short() {
     let found = |horizon_m, drop_m| {
         let valid = Some(valid_to(horizon_m));

@@ -78,7 +78,7 @@ pub struct Row {
 pub struct Selection {
     /// Whose seeds they have.
     pub draw: Draw,
-    /// So many of each kind; as many as the draw takes if not given.
+    /// Number of scenes of each kind; the draw's own if `None`.
     pub scenes: Option<u64>,
     /// Only these kinds; all if empty.
     pub kinds: Vec<Kind>,

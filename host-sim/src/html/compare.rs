@@ -32,7 +32,7 @@ pub struct Side {
 pub struct Comparison {
     /// The page.
     pub page: String,
-    /// What differs; empty where the answers are the same.
+    /// Rows of the table of differences; empty if the answers are equal.
     pub differences: Vec<Difference>,
 }
 

@@ -51,7 +51,7 @@ impl Difference {
     }
 }
 
-/// What `second` tells otherwise than `first`; empty where their JSON is the same.
+/// The differences of two answers, a row each; empty if their JSON is equal.
 pub fn between(first: &Answer, second: &Answer) -> Vec<Difference> {
     let mut list = List::default();
     let both = [first, second];
@@ -208,7 +208,7 @@ fn drops(list: &mut List, both: [Option<&DropLine>; 2]) {
     list.shares("probability of the drop", probability);
 }
 
-/// What may stand where the answer holds nothing.
+/// Adds the rows of the two answers' `MAYBE`s, matched by distance.
 fn maybes(list: &mut List, both: [&Answer; 2]) {
     for pair in matched(both.map(|a| &a.maybes[..]), |m| metres(m.distance)) {
         let Some((_, known)) = pair.iter().flatten().next() else {

@@ -20,9 +20,9 @@ const RIM: f64 = 4.0;
 const BESIDE: f64 = 26.0;
 /// Height of a line of words, in sizes of its face.
 const LINE: f64 = 1.2;
-/// What a covered cell costs, in pixels of distance: nothing is covered while another place is in reach.
+/// Cost of a covered cell, pixels of distance: so large that a label covers data only if no free place is in reach.
 const COVERED: f64 = 1e4;
-/// What a pixel between the box's middle and what it speaks of costs: of equally near boxes the straightest is taken.
+/// Cost of a pixel of sideways offset between a label and its point: of equally near places the straightest is taken.
 const ASKEW: f64 = 0.05;
 
 /// What of a frame is taken.
