@@ -4,7 +4,6 @@
 //! Each differs from a hypothesis in a few risers, so that only their part of the
 //! likelihood is looked at anew.
 
-use super::cloud::{Cloud, Told};
 use crate::math;
 use crate::model::prior::{GOES_ON, LANDING, going, ln, prior};
 use crate::model::surfaces::{SLOT_M, SLOTS};
@@ -102,14 +101,16 @@ impl Base {
     }
 }
 
-/// Puts variants into a cloud.
+/// Takes weighed hypotheses: each with the logarithm of prior times likelihood, and the standard deviations of its
+/// levels, metres.
+pub type Sink<'a> = dyn FnMut(&Staircase, f32, &Sigmas) + 'a;
+
+/// Weighs variants.
 pub struct Variants<'a> {
-    /// What weighs them.
+    /// The measurement model.
     pub model: &'a Model<'a>,
-    /// The answer that they are held against.
-    pub told: &'a Told<'a>,
-    /// Where they go.
-    pub cloud: &'a mut Cloud,
+    /// Where the variants go.
+    pub sink: &'a mut Sink<'a>,
 }
 
 /// Places for one more riser, and how much of the way each stands for, metres.
@@ -138,7 +139,7 @@ impl Variants<'_> {
 
     #[inline(never)]
     fn put(&mut self, s: &Staircase, log_weight: f32, sigmas: &Sigmas) {
-        self.cloud.add(s, log_weight, sigmas, self.told);
+        (self.sink)(s, log_weight, sigmas);
     }
 
     /// Log-likelihood of a staircase's risers from `from` to before `to`.
