@@ -93,6 +93,10 @@ fn first_hazard(s: &Staircase) -> Option<(HazardKind, f32)> {
 }
 
 impl Likelihood {
+    /// TEMP
+    pub fn peek(&self) -> Option<(&crate::model::Surfaces, &crate::model::surfaces::Recursions)> {
+        match &self.phase { Phase::Ground(r) => Some((&self.posterior.model.surfaces, r)), _ => None }
+    }
     /// Weighs what may stand ahead by one sweep of the ground, after its last row, in place of
     /// [`Estimator::conclude`](crate::estimator::Estimator::conclude). Returns the mean noise, map units; `None` when that has been.
     #[inline(never)]
