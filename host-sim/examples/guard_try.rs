@@ -21,16 +21,6 @@ fn main() {
             let scan = MappedScan { map, config: s.config, number: n, drive: &s.drive };
             let mut ahead = Ahead::new();
             let noise = estimator.look_ahead(&scan, &mut ahead);
-            if let Ok(want) = std::env::var("PEEK") { if want == format!("{}:{}", recording.name, n) {
-                let (sf, r) = estimator.peek().unwrap();
-                println!("noise {noise:?} h {}", r.lines.height_m);
-                for b in 0..r.lines.cells().len() {
-                    let x = r.lines.x_m(r.lines.range_m(b));
-                    let g = r.lines.ground(b).shown();
-                    let lo: Vec<String> = (0..4).map(|k| format!("{:?}", r.lines.lower(b, k).shown())).collect();
-                    println!("{x:.2} {g:?} drop {:.1} rise {:.1} bump {:.1} {}", sf.drop_at(x), sf.rise_at(x), sf.bump_at(x), lo.len());
-                }
-            } }
             let free = filter.take(&ahead, s.drive.moved_m);
             let what = match free.what { None => "none", Some(HazardKind::Rise) => "rise", Some(HazardKind::Drop) => "drop", Some(HazardKind::Obstacle) => "obstacle" };
             let sum = |k: usize| ahead.hazards[k].iter().map(|w| (w * 1000.0).round() / 1000.0).collect::<Vec<f32>>();

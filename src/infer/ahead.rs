@@ -5,6 +5,7 @@ use super::bases::NEAREST_M;
 use super::variants::{Base, Variants};
 use super::{Likelihood, Phase, look_along};
 use crate::estimator::MappedScan;
+use crate::guard::{Filter, Free};
 use crate::math;
 use crate::model::chart::Chart;
 use crate::model::surfaces::{SLOT_M, SLOTS};
@@ -93,10 +94,15 @@ fn first_hazard(s: &Staircase) -> Option<(HazardKind, f32)> {
 }
 
 impl Likelihood {
-    /// TEMP
-    pub fn peek(&self) -> Option<(&crate::model::Surfaces, &crate::model::surfaces::Recursions)> {
-        match &self.phase { Phase::Ground(r) => Some((&self.posterior.model.surfaces, r)), _ => None }
+    /// How far the ground is free after the sweep of `scan`, by it and those before, in place of
+    /// [`Estimator::conclude`](crate::estimator::Estimator::conclude). `None` where no sweep's rows have been taken in.
+    #[inline(never)]
+    pub fn guard(&mut self, scan: &MappedScan<'_>, filter: &mut Filter) -> Option<Free> {
+        let mut ahead = Ahead::new();
+        self.look_ahead(scan, &mut ahead)?;
+        Some(filter.take(&ahead, scan.drive.moved_m))
     }
+
     /// Weighs what may stand ahead by one sweep of the ground, after its last row, in place of
     /// [`Estimator::conclude`](crate::estimator::Estimator::conclude). Returns the mean noise, map units; `None` when that has been.
     #[inline(never)]
