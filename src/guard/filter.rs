@@ -1,25 +1,20 @@
 //! The first hazard's place, from sweep to sweep.
 
-use super::{Ahead, HazardKind};
+use super::HazardKind;
 use crate::math;
+use crate::model::Surfaces;
+use crate::model::lines::PastLines;
 use crate::model::surfaces::{SLOT_M, SLOTS};
 
-/// Kinds of hazards.
-const KINDS: usize = HazardKind::ALL.len();
-/// What a sweep said counts so much in the next one.
-const KEPT: f32 = 0.6;
-/// One sweep says at most so many nats for or against a place.
-const MOST_NATS: f32 = 12.0;
-/// Prior probability that the first hazard stands in a slot, by kind.
-const PRIOR: [f32; KINDS] = [0.3 * SLOT_M, 0.1 * SLOT_M, 0.25 * SLOT_M];
-/// The free ground ends where a hazard nearer has this probability …
-const RISK: f32 = 0.002;
-/// … less this, metres.
-const MARGIN_M: f32 = 0.08;
-/// A kind is named from this probability on.
-const NAMED: f32 = 0.5;
-/// Hazards so far behind the free distance end it, metres.
-const ENDS_M: f32 = 0.35;
+fn env(name: &str, d: f32) -> f32 {
+    #[cfg(not(target_os = "none"))]
+    {
+        extern crate std;
+        return std::env::var(name).ok().and_then(|v| v.parse().ok()).unwrap_or(d);
+    }
+    #[cfg(target_os = "none")]
+    d
+}
 
 /// How far the ground is free.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -35,8 +30,9 @@ pub struct Free {
 /// Log-likelihood ratio of a hazard by kind and place against free ground, over all sweeps.
 #[derive(Clone, Debug)]
 pub struct Filter {
-    nats: [[f32; SLOTS]; KINDS],
-    /// Free distance one sweep ago, metres from where the mirror is now; none before the first.
+    pub(crate) past: PastLines,
+    sweeps: f32,
+    speckles: f32,
     last_m: Option<f32>,
 }
 
@@ -49,77 +45,54 @@ impl Default for Filter {
 impl Filter {
     /// Before the first sweep.
     pub const fn new() -> Self {
-        Self {
-            nats: [[0.0; SLOTS]; KINDS],
-            last_m: None,
-        }
+        Self { past: PastLines::NONE, sweeps: 0.0, speckles: 0.0, last_m: None }
     }
 
-    /// Takes in a sweep; `moved_m` is the travel since the one before, if it is known.
-    pub fn take(&mut self, ahead: &Ahead, moved_m: Option<f32>) -> Free {
-        self.carry(moved_m);
-        let free = math::max(ahead.free, f32::MIN_POSITIVE);
-        for ((nats, weights), prior) in self.nats.iter_mut().zip(&ahead.hazards).zip(PRIOR) {
-            for (nats, weight) in nats.iter_mut().zip(weights) {
-                let ratio = math::max(*weight, f32::MIN_POSITIVE) / free / prior;
-                let said = math::ln(math::max(ratio, f32::MIN_POSITIVE));
-                *nats += said.clamp(-MOST_NATS, MOST_NATS);
-            }
-        }
-        let now = self.read();
-        let m = self.last_m.map_or(now.free_m, |last| math::min(last, now.free_m));
-        self.last_m = Some(now.free_m);
-        Free { free_m: math::max(m - MARGIN_M, 0.0), ..now }
-    }
-
-    /// Moves what earlier sweeps said with the chair, and lets it fade.
-    fn carry(&mut self, moved_m: Option<f32>) {
-        let kept = if moved_m.is_some() { KEPT } else { 0.5 * KEPT };
-        let moved_m = moved_m.unwrap_or(0.0);
-        for nats in &mut self.nats {
-            let old = *nats;
-            for (k, nats) in nats.iter_mut().enumerate() {
-                let place = k as f32 + moved_m / SLOT_M;
-                let below = math::floor(place);
-                let share = place - below;
-                let at = |k: f32| {
-                    let inside = k >= 0.0 && k < SLOTS as f32;
-                    let nats = old.get(k as usize).copied().unwrap_or(0.0);
-                    if inside { nats } else { 0.0 }
-                };
-                *nats = kept * ((1.0 - share) * at(below) + share * at(below + 1.0));
-            }
-        }
-        self.last_m = self.last_m.map(|last| last - moved_m);
+    /// Kept, sweeps, speckles.
+    pub(crate) fn step(&mut self, moved_m: Option<f32>) -> (f32, f32, f32) {
+        let kept = if moved_m.is_some() { env("KEPT", 0.6) } else { env("KEPT0", 0.3) };
+        let w = kept * self.sweeps;
+        self.sweeps = w + 1.0;
+        // Effective number: (Σw)²/Σw² of a geometric series.
+        let n = (1.0 + kept) / (1.0 - kept);
+        let n = math::min(n, self.sweeps);
+        let moves = moved_m.is_some_and(|m| m.abs() > 0.002);
+        (w, n, if moves { n } else { 1.0 })
     }
 
     /// How far the ground is free by now.
-    fn read(&self) -> Free {
+    pub(crate) fn read(&mut self, s: &Surfaces, things: &[f32; SLOTS], moved_m: Option<f32>) -> Free {
+        let t = env("T", 0.6);
+        let priors = [env("PR", 0.3) * SLOT_M, env("PD", 0.25) * SLOT_M, env("PO", 0.02) * SLOT_M, env("PB", 0.02) * SLOT_M];
         let slot = |kind: usize, k: usize| {
-            let nats = self.nats.get(kind).and_then(|n| n.get(k)).copied().unwrap_or(0.0);
-            PRIOR.get(kind).copied().unwrap_or(0.0) * math::exp(math::min(nats, 40.0))
+            let x = (k as f32 + 0.5) * SLOT_M;
+            let nats = match kind { 0 => s.rise_at(x), 1 => s.drop_at(x), 2 => things[k], _ => s.bump_at(x) };
+            priors[kind] * math::exp(math::min(if kind == 2 { env("TT", 1.0) * nats } else { t * nats }, 40.0))
         };
-        let sum = |k: usize| (0..KINDS).map(|kind| slot(kind, k)).sum::<f32>();
-        let total: f32 = 1.0 + (0..SLOTS).map(sum).sum::<f32>();
-        let (mut so_far, mut end) = (0.0, SLOTS);
-        let mut before = 0.0;
+        let sum = |k: usize| slot(0, k) + slot(1, k);
+        let thing = |k: usize| { let w = slot(2, k); w / (1.0 + w) };
+        let total: f32 = 1.0 + (0..SLOTS).map(|k| sum(k) + slot(3, k)).sum::<f32>();
+        let risk = env("RISK", 0.002);
+        let (mut so_far, mut end, mut before) = (0.0, SLOTS, 0.0);
         for k in 0..SLOTS {
             before = so_far;
-            so_far += sum(k) / total;
-            if so_far > RISK {
-                end = k;
-                break;
-            }
+            so_far += sum(k) / total + thing(k);
+            if so_far > risk { end = k; break; }
         }
-        let free_m = end as f32 * SLOT_M;
-        let near = ((free_m + ENDS_M) / SLOT_M) as usize;
-        let of = |kind: usize| (0..near.min(SLOTS)).map(|k| slot(kind, k)).sum::<f32>() / total;
-        let mut what = None;
-        for kind in HazardKind::ALL {
-            if of(kind as usize) > NAMED {
-                what = Some(kind);
-            }
+        #[cfg(not(target_os = "none"))]
+        if env("PEEK", 0.0) > 0.0 {
+            extern crate std;
+            std::eprintln!("things {:?}", things.iter().map(|t| (t * 10.0).round() / 10.0).collect::<std::vec::Vec<_>>());
+            for kind in [0, 1] { std::eprintln!("{kind} {:?}", (0..SLOTS).map(|k| { let x = (k as f32 + 0.5) * SLOT_M; let v = if kind == 0 { s.rise_at(x) } else { s.drop_at(x) }; (v * 10.0).round() / 10.0 }).collect::<std::vec::Vec<_>>()); }
         }
+        let now = end as f32 * SLOT_M;
+        let last = self.last_m.map(|l| l - moved_m.unwrap_or(0.0));
+        self.last_m = Some(now);
+        let m = last.map_or(now, |l| math::min(l, now));
+        let free_m = math::max(m - env("MARGIN", 0.08), 0.0);
+        let near = ((free_m + 0.35) / SLOT_M) as usize;
+        let of = |kind: usize| (0..near.min(SLOTS)).map(|k| if kind == 2 { thing(k) } else { slot(kind, k) / total }).sum::<f32>();
+        let what = if of(2) > 0.5 { Some(HazardKind::Obstacle) } else if of(0) > 0.5 { Some(HazardKind::Rise) } else if of(1) > 0.5 { Some(HazardKind::Drop) } else { None };
         Free { free_m, what, confidence: 1.0 - before }
     }
 }

@@ -8,7 +8,7 @@ use crate::estimator::MappedScan;
 use crate::guard::{Filter, Free};
 use crate::math;
 use crate::model::chart::Chart;
-use crate::model::surfaces::{SLOT_M, SLOTS};
+use crate::model::surfaces::{Recursions, SLOT_M, SLOTS};
 use crate::model::{GroundKind, MAX_STEPS, Sigmas, Staircase};
 use crate::motion::Ride;
 
@@ -98,9 +98,19 @@ impl Likelihood {
     /// [`Estimator::conclude`](crate::estimator::Estimator::conclude). `None` where no sweep's rows have been taken in.
     #[inline(never)]
     pub fn guard(&mut self, scan: &MappedScan<'_>, filter: &mut Filter) -> Option<Free> {
-        let mut ahead = Ahead::new();
-        self.look_ahead(scan, &mut ahead)?;
-        Some(filter.take(&ahead, scan.drive.moved_m))
+        let MappedScan { map, config, drive, .. } = *scan;
+        let Phase::Rows(_) = &mut self.phase else { return None };
+        let chart = Chart { map, noise: noise(map), bias_rad: 0.0, height_m: 0.0, ride: Ride::of(drive, &config.radar) };
+        self.phase = Phase::Ground(Recursions::new());
+        let Phase::Ground(ground) = &mut self.phase else { return None };
+        ground.lines.look(&chart);
+        let step = filter.step(drive.moved_m);
+        ground.lines.average(&mut filter.past, drive.moved_m.unwrap_or(0.0), step);
+        let surfaces = &mut self.posterior.model.surfaces;
+        ground.weigh(surfaces);
+        let mut things = [0.0; SLOTS];
+        ground.things(&mut things);
+        Some(filter.read(surfaces, &things, drive.moved_m))
     }
 
     /// Weighs what may stand ahead by one sweep of the ground, after its last row, in place of
@@ -147,4 +157,34 @@ impl Likelihood {
         }
         .around(&base);
     }
+}
+
+/// Mean noise of a sweep, map units: the cells that the ground does not reach.
+fn noise(map: &crate::signal::grid::PolarMap) -> f32 {
+    let geometry = map.geometry();
+    let mut counts = [0_u16; 256];
+    let mut all = 0_u32;
+    let off = (7.0_f32).to_radians();
+    for row in 0..map.rows() {
+        let angle = map.angle_rad(row);
+        for (bin, &level) in map.row(row).iter().enumerate() {
+            let range_m = geometry.range_m(bin as f32);
+            if range_m < 0.45 || range_m > 2.6 || level == 0 { continue; }
+            let down = geometry.mount_height_m / range_m;
+            let line = if down < 1.0 { math::atan2(down, math::sqrt(1.0 - down * down)) } else { f32::INFINITY };
+            if (line - angle).abs() < off { continue; }
+            counts[usize::from(level)] += 1;
+            all += 1;
+        }
+    }
+    let want = all as f32 * 0.35;
+    let mut sum = 0.0;
+    for (level, n) in counts.iter().enumerate() {
+        let next = sum + f32::from(*n);
+        if next >= want && *n > 0 {
+            return level as f32 - 0.5 + (want - sum) / f32::from(*n) + 8.0 * math::log2(1.0 / 0.4308);
+        }
+        sum = next;
+    }
+    0.0
 }

@@ -18,6 +18,9 @@ use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 
 /// Depths below the ground at which lower ground is looked for, metres: from what is a drop to a wheelchair to a step.
 pub const DEPTHS_M: [f32; 4] = [0.05, 0.08, 0.12, 0.17];
+/// Heights above the ground at which the guard looks for what stands there, metres: from what is a rise to a wheelchair to
+/// the top of a sweep's sector.
+pub const HEIGHTS_M: [f32; 6] = [0.05, 0.08, 0.12, 0.18, 0.26, 0.35];
 /// The ground may lie so far off, metres: joints, slopes, what is left of the mounting's error.
 const OFF_M: f32 = 0.01;
 /// From cell to cell, metres, or a bin if that is longer: nearer ones share a window's main lobe.
@@ -42,7 +45,8 @@ const SHOWN_IN_VARIANCE: f32 = 0.792;
 const LEAST_SHARE: f32 = 0.5;
 /// Share of a cell's strongest row that side lobes spread over all others.
 const SIDE_LOBES: f32 = 0.02;
-/// The strongest row is looked for among every fourth: a beam is many rows wide.
+/// The strongest row is looked for among every fourth where a beam is many rows wide, or in steps of at most this
+/// share of the beam's standard deviation.
 const STRIDE: usize = 4;
 /// A strongest row below this is noise: ln 70, and as much again.
 const FAINT: f32 = 8.0;
@@ -80,10 +84,10 @@ impl Term {
         least: (1.0, 0.0),
     };
 
-    /// Of a surface of power `s` that is seen in rows worth `n` independent ones.
-    fn new(s: f32, n: f32) -> Self {
+    /// Of a surface of power `s` that is seen in rows worth `n` independent ones, as so many independent speckles.
+    fn new(s: f32, n: f32, speckles: f32) -> Self {
         let mean = 1.0 + SHOWN * s;
-        let var = (1.0 + 2.0 * SHOWN_IN_VARIANCE * s) / n + SHOWN * s * SHOWN * s;
+        let var = (1.0 + 2.0 * SHOWN_IN_VARIANCE * s) / n + SHOWN * s * SHOWN * s / speckles;
         let (shape, scale) = (mean * mean / var, var / mean);
         let least_t = (n - shape) / (n - 1.0 / scale);
         Self {
@@ -146,6 +150,11 @@ pub struct Shown {
     leaks_db: f32,
 }
 
+impl Shown {
+    /// Seen.
+    pub fn t_seen(self) -> bool { self.t > 0.0 }
+}
+
 /// A range cell.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeCell {
@@ -153,6 +162,8 @@ pub struct RangeCell {
     pub ground: Power,
     /// Along lower ground.
     pub lower: [Power; DEPTHS_M.len()],
+    /// Above the ground: the strongest of all heights.
+    pub above: Power,
 }
 
 /// What the cells along the way ahead show, the nearest first.
@@ -166,6 +177,8 @@ pub struct Lines {
     step_m: f32,
     /// Mirror above the ground, metres.
     pub height_m: f32,
+    /// Independent rows that the rows of one sweep are worth.
+    rows: f32,
 }
 
 impl Default for Lines {
@@ -183,6 +196,7 @@ impl Lines {
             first_m: 0.0,
             step_m: 1.0,
             height_m: 0.0,
+            rows: 1.0,
         }
     }
 
@@ -191,10 +205,8 @@ impl Lines {
     pub fn look(&mut self, chart: &Chart<'_>) {
         let geometry = chart.map.geometry();
         let gaze = Gaze::new(chart);
-        for (k, term) in self.terms.iter_mut().enumerate() {
-            let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
-            *term = Term::new(s, WORTH * REACH * gaze.sigma_rows);
-        }
+        self.rows = WORTH * REACH * gaze.sigma_rows;
+        self.settle(1.0, 1.0);
         self.cells.clear();
         self.height_m = gaze.height_m;
         // `as` saturates.
@@ -213,6 +225,49 @@ impl Lines {
                 break;
             }
         }
+    }
+
+    /// Weighs cells that are means over so many sweeps, whose speckles are worth so many independent ones.
+    fn settle(&mut self, sweeps: f32, speckles: f32) {
+        for (k, term) in self.terms.iter_mut().enumerate() {
+            let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
+            *term = Term::new(s, self.rows * sweeps, speckles);
+        }
+    }
+
+    /// Averages the cells with those of earlier sweeps, and keeps the averages for the next one.
+    pub fn average(&mut self, past: &mut PastLines, moved_m: f32, (kept, sweeps, speckles): (f32, f32, f32)) {
+        let (step_m, first_m, h) = (self.step_m, self.first_m, self.height_m);
+        let old = past.cells;
+        for (b, cell) in self.cells.iter_mut().enumerate() {
+            let range_m = first_m + step_m * b as f32;
+            let x_m = math::sqrt(math::max(range_m * range_m - h * h, 0.0)) + moved_m;
+            let place = (math::hypot(x_m, h) - first_m) / step_m;
+            let below = math::floor(place);
+            let share = place - below;
+            let at = |line: usize, k: f32| {
+                let inside = k >= 0.0 && k < CELLS as f32;
+                let cell = if inside { old.get(k as usize) } else { None };
+                let t = cell.and_then(|c| c.get(line)).copied().unwrap_or(0);
+                (t > 0).then(|| Power { t, leaks: 0 }.shown().t)
+            };
+            let lines = [&mut cell.ground, &mut cell.above].into_iter().chain(&mut cell.lower);
+            for (line, power) in lines.enumerate() {
+                let before = match (at(line, below), at(line, below + 1.0)) {
+                    (Some(a), Some(b)) => Some(a + share * (b - a)),
+                    (a, b) => a.or(b),
+                };
+                let now = power.shown();
+                if let Some(before) = before.filter(|_| power.t > 0) {
+                    let t = (kept * before + now.t) / (kept + 1.0);
+                    *power = Power { t: Power::new(t, 1.0).t, leaks: power.leaks };
+                }
+                if let Some(place) = past.cells.get_mut(b).and_then(|c| c.get_mut(line)) {
+                    *place = power.t;
+                }
+            }
+        }
+        self.settle(sweeps, speckles);
     }
 
     /// The cells.
@@ -267,6 +322,19 @@ impl Lines {
             + term.per_ln_t * math::max(shown.ln_t, least_ln_t);
         math::exp(math::min(nats, MOST_NATS))
     }
+}
+
+/// Powers of the lines, averaged over sweeps.
+#[derive(Clone, Debug)]
+pub struct PastLines {
+    cells: [[u8; 2 + DEPTHS_M.len()]; CELLS],
+}
+
+impl PastLines {
+    /// Before the first sweep.
+    pub const NONE: Self = Self {
+        cells: [[0; 2 + DEPTHS_M.len()]; CELLS],
+    };
 }
 
 /// A map as it is looked at along lines.
@@ -325,7 +393,26 @@ impl<'c> Gaze<'c> {
         RangeCell {
             ground: brighter(level, brighter(below, above)),
             lower: DEPTHS_M.map(|depth_m| line(-depth_m)),
+            above: self.above(range_m, (seen, leaks, strongest)),
         }
+    }
+
+    /// The strongest line above the ground, of which what the ground's own line shows is no part.
+    fn above(&self, range_m: f32, (seen, leaks, _strongest): (usize, f32, f32)) -> Power {
+        let e = |n: &str, d: f32| { extern crate std; std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d) };
+        let (flank, side) = (e("FLANK", 0.25), e("SIDE", 0.02));
+        let leaks = 1.0 + (leaks - 1.0) * side / SIDE_LOBES;
+        let Some((bin, base)) = self.place(range_m, 0.0) else { return Power::default() };
+        let Some(ground) = self.along(bin, base).map(|t| math::max(t - 1.0, 0.0)) else { return Power::default() };
+        let _ = seen;
+        HEIGHTS_M.into_iter().map(|y_m| {
+            let Some((bin, row)) = self.place(range_m, y_m) else { return Power::default() };
+            let Some(t) = self.along(bin, row) else { return Power::default() };
+            let off = (row - base) / self.sigma_rows;
+            let own = if base.is_finite() { ground * math::exp(-flank * off * off) } else { 0.0 };
+            let leaks = leaks + own;
+            Power::new(t / leaks, leaks)
+        }).fold(Power::default(), |a, b| if b.t > a.t { b } else { a })
     }
 
     /// Bin and row in which the line at a level is seen at a range from where the chair stands now.
@@ -354,8 +441,10 @@ impl<'c> Gaze<'c> {
         let map = self.chart.map;
         let bins = map.bins();
         let cells = map.from(0, bin).filter(|_| bin < bins).unwrap_or(&[]);
-        let rows = (0..map.rows()).step_by(STRIDE);
-        let cells = rows.zip(cells.iter().step_by((STRIDE * bins).max(1)).copied());
+        // `as` saturates.
+        let stride = (self.sigma_rows as usize).clamp(1, STRIDE);
+        let rows = (0..map.rows()).step_by(stride);
+        let cells = rows.zip(cells.iter().step_by((stride * bins).max(1)).copied());
         let (row, level) = cells.fold(
             (0, 0),
             |best, cell| if cell.1 > best.1 { cell } else { best },
@@ -450,7 +539,7 @@ mod tests {
     fn what_is_stronger_speaks_for_a_surface_and_noise_against_it() {
         for s_db in [-3.0, 3.0, 9.0] {
             let s = math::power_ratio(s_db);
-            let term = Term::new(s, ROWS);
+            let term = Term::new(s, ROWS, 1.0);
             let told = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
             assert!(told.is_sorted(), "{s_db}: {told:?}");
             assert!(nats(term, 1.0) < 0.0, "{s_db}");
@@ -462,7 +551,7 @@ mod tests {
     fn a_term_is_the_ratio_of_two_densities() {
         // Over all t, p(t | nothing) times the ratio is a density again, but for the part below `least`.
         for s_db in [-6.0, 0.0, 6.0] {
-            let term = Term::new(math::power_ratio(s_db), ROWS);
+            let term = Term::new(math::power_ratio(s_db), ROWS, 1.0);
             let n = f64::from(ROWS);
             let ln_gamma = f64::from(math::ln_gamma(ROWS));
             let step = 0.005;
