@@ -117,18 +117,21 @@ impl Track {
 
     /// The two blocks between, or nearest to, which `row` lies.
     fn around(&self, row: f32) -> Option<(Block, Block)> {
-        let mut pair: Option<(Block, Block)> = None;
-        for &block in self.blocks.iter().filter(|b| b.rows > 0) {
-            pair = Some(match pair {
-                None => (block, block),
-                Some((_, last)) => (last, block),
-            });
-            let first = pair.is_some_and(|(a, b)| a.row == b.row);
-            if !first && block.row >= row {
-                break;
+        let filled = |b: &&Block| b.rows > 0;
+        // Rows of later blocks are larger: this block's may lie on either side of `row`. `as` saturates.
+        let here = (row / f32::from(self.rows_per_block.max(1))) as usize;
+        let (lower, upper) = self.blocks.split_at_checked(here).unwrap_or((&self.blocks, &[]));
+        let (mut lower, mut upper) = (lower.iter().rev().filter(filled), upper.iter().filter(filled));
+        let pair = match upper.next() {
+            Some(b) if b.row < row => upper.next().map(|next| (b, next)).or_else(|| lower.next().map(|a| (a, b))),
+            Some(b) => lower.next().map(|a| (a, b)).or_else(|| upper.next().map(|next| (b, next))),
+            None => {
+                let b = lower.next()?;
+                return Some(lower.next().map_or((*b, *b), |a| (*a, *b)));
             }
-        }
-        pair
+        };
+        let only = self.blocks.iter().find(filled)?;
+        Some(pair.map_or((*only, *only), |(a, b)| (*a, *b)))
     }
 
     /// When and where row `row` (a fraction, too) was seen: between the blocks on a straight line,

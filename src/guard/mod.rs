@@ -1,11 +1,95 @@
 //! The guard: a coarse sweep of the ground ahead, many times a second, and how far the ground is free.
 //!
-//! In: the weight of a first hazard at each place by one sweep ([`Ahead`]), and the chair's travel since the sweep
-//! before. [`Filter`] is a recursive Bayes filter over the place of the first hazard: what earlier sweeps said moves
-//! with the chair and fades, what this one says is multiplied to it. Out: free distance, what ends it, confidence.
+//! In: the map of one sweep ([`PolarMap`]), and the chair's travel since the one before. Method: recursive Bayes over
+//! sweeps. The powers along the ground, below it and above it are averaged with those of earlier sweeps, moved with the
+//! chair ([`MeanLines`]); the same recursions that weigh the ground of a full scan
+//! ([`crate::model::surfaces`]) say how likely the first hazard is at each place (`reach`). Out: [`Free`]. It stands apart
+//! from [`crate::infer`] because a sweep of some thirty rows shows no steps: it has no search and no particles, and its
+//! memory lasts from sweep to sweep.
 
-mod filter;
+mod noise;
+mod reach;
 
-pub use filter::{Filter, Free};
+pub use reach::{Free, HazardKind};
 
-pub use crate::infer::ahead::{Ahead, HazardKind};
+use crate::config::Config;
+use crate::drive::{Drive, Mode};
+use crate::model::Surfaces;
+use crate::model::chart::Chart;
+use crate::model::lines::{Above, MeanLines};
+use crate::model::surfaces::Recursions;
+use crate::motion::Ride;
+use crate::signal::grid::PolarMap;
+use reach::Hazards;
+
+/// What is kept from sweep to sweep, and the memory that a sweep is worked off in.
+#[derive(Debug)]
+pub struct Guard {
+    ground: Recursions,
+    above: Above,
+    surfaces: Surfaces,
+    mean: MeanLines,
+    /// Where the free ground ended by the sweep before, metres from where the mirror was then.
+    last_m: Option<f32>,
+}
+
+impl Default for Guard {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Guard {
+    /// Before the first sweep.
+    pub const fn new() -> Self {
+        Self {
+            ground: Recursions::new(),
+            above: Above::new(),
+            surfaces: Surfaces::NOTHING,
+            mean: MeanLines::new(),
+            last_m: None,
+        }
+    }
+
+    /// The next sweep is a first one.
+    pub fn forget(&mut self) {
+        self.mean = MeanLines::new();
+        self.last_m = None;
+    }
+
+    /// Returns how far the ground is free after a sweep, by it and by those before it.
+    #[inline(never)]
+    pub fn sweep(&mut self, map: &PolarMap, config: &Config, drive: &Drive<'_>) -> Free {
+        let moved_m = match drive.mode {
+            Mode::Standing => Some(0.0),
+            _ => drive.moved_m,
+        };
+        self.look(&Chart {
+            map,
+            noise: noise::level(map),
+            bias_rad: 0.0,
+            height_m: 0.0,
+            ride: Ride::of(drive, &config.radar),
+        });
+        let lines = &mut self.ground.lines;
+        self.mean.average(lines, &mut self.above, moved_m);
+        self.ground.weigh(&mut self.surfaces);
+        self.conclude(moved_m)
+    }
+
+    #[inline(never)]
+    fn look(&mut self, chart: &Chart<'_>) {
+        self.ground.lines.look(chart);
+        self.above.look(chart, &self.ground.lines);
+    }
+
+    /// Two sweeps must agree before the free distance grows: the nearer of both counts.
+    #[inline(never)]
+    fn conclude(&mut self, moved_m: Option<f32>) -> Free {
+        let hazards = Hazards::new(&self.surfaces, &self.above, &self.ground.lines);
+        let before = self.last_m.map(|last| last - moved_m.unwrap_or(0.0));
+        let reach = hazards.reach();
+        self.last_m = Some(reach.end_m);
+        hazards.free(reach, before)
+    }
+}

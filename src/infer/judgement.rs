@@ -10,7 +10,7 @@ use super::variants::{Base, Variants};
 use crate::answer::{DropEdge, MAX_MAYBES, Maybe};
 use crate::config::Plane;
 use crate::math;
-use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Sigmas, Staircase, ToldDrop, ToldStep};
+use crate::model::{Edge, GroundKind, MAX_STEPS, SAME_M, Staircase, ToldDrop, ToldStep};
 use crate::observer::{Event, Observer};
 use crate::sort::shell_sort;
 use heapless::Vec;
@@ -259,13 +259,7 @@ impl Posterior {
             let next = near.filter(fresh);
             let next = next.max_by(|a, b| a.log_weight.total_cmp(&b.log_weight));
             let Some(base) = next else { break };
-            let mut sink =
-                |s: &Staircase, weight, sigmas: &Sigmas| cloud.add(s, weight, sigmas, told);
-            Variants {
-                model,
-                sink: &mut sink,
-            }
-            .around(base);
+            Variants { model, told, cloud }.around(base);
             // There is room, or the loop would have ended.
             let _ = looked.push(base);
         }

@@ -27,7 +27,6 @@
 // The stages are `inline(never)`: each has its working memory on a stack of 18 KB, and merged into
 // one function they would hold all of it at the same time.
 
-pub mod ahead;
 mod bases;
 mod cloud;
 mod depth;

@@ -4,6 +4,7 @@
 //! Each differs from a hypothesis in a few risers, so that only their part of the
 //! likelihood is looked at anew.
 
+use super::cloud::{Cloud, Told};
 use crate::math;
 use crate::model::prior::{GOES_ON, LANDING, going, ln, prior};
 use crate::model::surfaces::{SLOT_M, SLOTS};
@@ -101,16 +102,14 @@ impl Base {
     }
 }
 
-/// Takes weighed hypotheses: each with the logarithm of prior times likelihood, and the standard deviations of its
-/// levels, metres.
-pub type Sink<'a> = dyn FnMut(&Staircase, f32, &Sigmas) + 'a;
-
-/// Weighs variants.
+/// Puts variants into a cloud.
 pub struct Variants<'a> {
-    /// The measurement model.
+    /// What weighs them.
     pub model: &'a Model<'a>,
-    /// Where the variants go.
-    pub sink: &'a mut Sink<'a>,
+    /// The answer that they are held against.
+    pub told: &'a Told<'a>,
+    /// Where they go.
+    pub cloud: &'a mut Cloud,
 }
 
 /// Places for one more riser, and how much of the way each stands for, metres.
@@ -139,7 +138,7 @@ impl Variants<'_> {
 
     #[inline(never)]
     fn put(&mut self, s: &Staircase, log_weight: f32, sigmas: &Sigmas) {
-        (self.sink)(s, log_weight, sigmas);
+        self.cloud.add(s, log_weight, sigmas, self.told);
     }
 
     /// Log-likelihood of a staircase's risers from `from` to before `to`.

@@ -12,15 +12,18 @@
 //!
 //! What a cell's strongest row leaks into its other rows counts as noise: side lobes everywhere, and the beam's flank near it.
 
+mod above;
+mod mean;
+
+pub use above::Above;
+pub use mean::{MeanLines, Weights};
+
 use super::chart::Chart;
 use crate::math;
 use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
 
 /// Depths below the ground at which lower ground is looked for, metres: from what is a drop to a wheelchair to a step.
 pub const DEPTHS_M: [f32; 4] = [0.05, 0.08, 0.12, 0.17];
-/// Heights above the ground at which the guard looks for what stands there, metres: from what is a rise to a wheelchair to
-/// the top of a sweep's sector.
-pub const HEIGHTS_M: [f32; 6] = [0.05, 0.08, 0.12, 0.18, 0.26, 0.35];
 /// The ground may lie so far off, metres: joints, slopes, what is left of the mounting's error.
 const OFF_M: f32 = 0.01;
 /// From cell to cell, metres, or a bin if that is longer: nearer ones share a window's main lobe.
@@ -129,6 +132,14 @@ impl Power {
         }
     }
 
+    /// Of what is not seen.
+    const DARK: Self = Self { t: 0, leaks: 0 };
+
+    /// The stronger of two.
+    fn brighter(self, other: Self) -> Self {
+        if other.t > self.t { other } else { self }
+    }
+
     /// What it shows.
     pub fn shown(self) -> Shown {
         let t_db = Self::LEAST_DB + f32::from(self.t) * (1.0 / Self::PER_DB);
@@ -150,11 +161,6 @@ pub struct Shown {
     leaks_db: f32,
 }
 
-impl Shown {
-    /// Seen.
-    pub fn t_seen(self) -> bool { self.t > 0.0 }
-}
-
 /// A range cell.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeCell {
@@ -162,8 +168,6 @@ pub struct RangeCell {
     pub ground: Power,
     /// Along lower ground.
     pub lower: [Power; DEPTHS_M.len()],
-    /// Above the ground: the strongest of all heights.
-    pub above: Power,
 }
 
 /// What the cells along the way ahead show, the nearest first.
@@ -227,47 +231,12 @@ impl Lines {
         }
     }
 
-    /// Weighs cells that are means over so many sweeps, whose speckles are worth so many independent ones.
+    /// Terms of cells that are means over `sweeps` sweeps whose speckle was `speckles` times another.
     fn settle(&mut self, sweeps: f32, speckles: f32) {
         for (k, term) in self.terms.iter_mut().enumerate() {
             let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
             *term = Term::new(s, self.rows * sweeps, speckles);
         }
-    }
-
-    /// Averages the cells with those of earlier sweeps, and keeps the averages for the next one.
-    pub fn average(&mut self, past: &mut PastLines, moved_m: f32, (kept, sweeps, speckles): (f32, f32, f32)) {
-        let (step_m, first_m, h) = (self.step_m, self.first_m, self.height_m);
-        let old = past.cells;
-        for (b, cell) in self.cells.iter_mut().enumerate() {
-            let range_m = first_m + step_m * b as f32;
-            let x_m = math::sqrt(math::max(range_m * range_m - h * h, 0.0)) + moved_m;
-            let place = (math::hypot(x_m, h) - first_m) / step_m;
-            let below = math::floor(place);
-            let share = place - below;
-            let at = |line: usize, k: f32| {
-                let inside = k >= 0.0 && k < CELLS as f32;
-                let cell = if inside { old.get(k as usize) } else { None };
-                let t = cell.and_then(|c| c.get(line)).copied().unwrap_or(0);
-                (t > 0).then(|| Power { t, leaks: 0 }.shown().t)
-            };
-            let lines = [&mut cell.ground, &mut cell.above].into_iter().chain(&mut cell.lower);
-            for (line, power) in lines.enumerate() {
-                let before = match (at(line, below), at(line, below + 1.0)) {
-                    (Some(a), Some(b)) => Some(a + share * (b - a)),
-                    (a, b) => a.or(b),
-                };
-                let now = power.shown();
-                if let Some(before) = before.filter(|_| power.t > 0) {
-                    let t = (kept * before + now.t) / (kept + 1.0);
-                    *power = Power { t: Power::new(t, 1.0).t, leaks: power.leaks };
-                }
-                if let Some(place) = past.cells.get_mut(b).and_then(|c| c.get_mut(line)) {
-                    *place = power.t;
-                }
-            }
-        }
-        self.settle(sweeps, speckles);
     }
 
     /// The cells.
@@ -324,19 +293,6 @@ impl Lines {
     }
 }
 
-/// Powers of the lines, averaged over sweeps.
-#[derive(Clone, Debug)]
-pub struct PastLines {
-    cells: [[u8; 2 + DEPTHS_M.len()]; CELLS],
-}
-
-impl PastLines {
-    /// Before the first sweep.
-    pub const NONE: Self = Self {
-        cells: [[0; 2 + DEPTHS_M.len()]; CELLS],
-    };
-}
-
 /// A map as it is looked at along lines.
 struct Gaze<'c> {
     chart: &'c Chart<'c>,
@@ -389,30 +345,10 @@ impl<'c> Gaze<'c> {
         };
         let ground = [-OFF_M, 0.0, OFF_M].map(line);
         let [below, level, above] = ground;
-        let brighter = |a: Power, b: Power| if b.t > a.t { b } else { a };
         RangeCell {
-            ground: brighter(level, brighter(below, above)),
+            ground: Power::brighter(level, Power::brighter(below, above)),
             lower: DEPTHS_M.map(|depth_m| line(-depth_m)),
-            above: self.above(range_m, (seen, leaks, strongest)),
         }
-    }
-
-    /// The strongest line above the ground, of which what the ground's own line shows is no part.
-    fn above(&self, range_m: f32, (seen, leaks, _strongest): (usize, f32, f32)) -> Power {
-        let e = |n: &str, d: f32| { extern crate std; std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d) };
-        let (flank, side) = (e("FLANK", 0.25), e("SIDE", 0.02));
-        let leaks = 1.0 + (leaks - 1.0) * side / SIDE_LOBES;
-        let Some((bin, base)) = self.place(range_m, 0.0) else { return Power::default() };
-        let Some(ground) = self.along(bin, base).map(|t| math::max(t - 1.0, 0.0)) else { return Power::default() };
-        let _ = seen;
-        HEIGHTS_M.into_iter().map(|y_m| {
-            let Some((bin, row)) = self.place(range_m, y_m) else { return Power::default() };
-            let Some(t) = self.along(bin, row) else { return Power::default() };
-            let off = (row - base) / self.sigma_rows;
-            let own = if base.is_finite() { ground * math::exp(-flank * off * off) } else { 0.0 };
-            let leaks = leaks + own;
-            Power::new(t / leaks, leaks)
-        }).fold(Power::default(), |a, b| if b.t > a.t { b } else { a })
     }
 
     /// Bin and row in which the line at a level is seen at a range from where the chair stands now.

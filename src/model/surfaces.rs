@@ -335,30 +335,6 @@ impl Recursions {
         drop.finish();
     }
 
-    /// That something stands in each slot and the ground goes on beside it, nats.
-    pub fn things(&self, out: &mut [f32; SLOTS]) {
-        *out = [0.0; SLOTS];
-        let mut slots = Slots::new(out);
-        let e = |n: &str, d: f32| { extern crate std; std::env::var(n).ok().and_then(|v| v.parse().ok()).unwrap_or(d) };
-        let (first, n, odd, near) = (e("THING_DB", 12.0), e("THING_N", 4.0) as usize, e("TODD", 0.03), e("NEAR", 1.0) as usize);
-        let cells = self.lines.cells();
-        let nats = |b: usize| {
-            let Some(cell) = cells.get(b) else { return 0.0 };
-            let shown = cell.above.shown();
-            let sum: f32 = (0..n).map(|k| self.lines.ratio(shown, first + ANY_DB * k as f32)).sum();
-            let lr = sum / n as f32;
-            math::ln(lr / (1.0 - odd + odd * lr))
-        };
-        for b in 0..cells.len() {
-            if cells[b].above.shown().t_seen() { } else { continue }
-            let v = (b.saturating_sub(near)..=b + near).filter(|k| *k != b).map(|k| nats(k)).fold(f32::NEG_INFINITY, math::max);
-            slots.add(self.lines.x_m(self.lines.range_m(b)), nats(b) + if near > 0 { v } else { 0.0 });
-        }
-        let first = slots.first.map_or(SLOTS, |f| f.0);
-        slots.finish();
-        out.iter_mut().take(first).for_each(|v| *v = -40.0);
-    }
-
     /// Likelihood ratio by state of a surface at a level that shows `power` in cell `b`.
     #[inline(never)]
     fn likelihood(&self, b: usize, y_m: f32, power: Power) -> State {

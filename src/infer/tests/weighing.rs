@@ -170,20 +170,15 @@ fn variants_find_the_step_that_a_hypothesis_lacks_or_has_too_many() {
             view: VIEW,
         };
         let base = Base::new(&model, start, [0.01; MAX_STEPS]);
-        vary(&model, &base, &told, &mut cloud);
+        let mut variants = Variants {
+            model: &model,
+            told: &told,
+            cloud: &mut cloud,
+        };
+        variants.around(&base);
         let counts = cloud.counts();
         assert!(counts[n] > 0.5, "{start:?}: {counts:?}");
     }
-}
-
-/// Puts the variants of `base` into a cloud.
-fn vary(model: &Model<'_>, base: &Base, told: &Told<'_>, cloud: &mut Cloud) {
-    let mut sink = |s: &Staircase, weight, sigmas: &Sigmas| cloud.add(s, weight, sigmas, told);
-    Variants {
-        model,
-        sink: &mut sink,
-    }
-    .around(base);
 }
 
 #[test]
@@ -199,7 +194,12 @@ fn a_rise_that_is_odd_is_proposed() {
         view: VIEW,
     };
     let base = Base::new(&model, regular(3, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
-    vary(&model, &base, &told, &mut cloud);
+    Variants {
+        model: &model,
+        told: &told,
+        cloud: &mut cloud,
+    }
+    .around(&base);
     let near: f32 = cloud
         .particles()
         .filter(|(s, _)| s.len() == 3 && (s.level(2) - 0.35).abs() < 0.005)
@@ -222,7 +222,12 @@ fn shorter_flights_weigh_what_they_weigh_alone() {
     let mut cloud = Cloud::new();
     // Two steps too many, so that they are taken away one after the other.
     let base = Base::new(&model, regular(4, 0.7, 0.29, 0.16), [0.01; MAX_STEPS]);
-    vary(&model, &base, &told, &mut cloud);
+    Variants {
+        model: &model,
+        told: &told,
+        cloud: &mut cloud,
+    }
+    .around(&base);
     // A mark of the same weight.
     let mark = Staircase {
         kind: GroundKind::Box,
@@ -332,7 +337,8 @@ proptest! {
         let mut cloud = Cloud::new();
         let edges = told(&[(0.8, 0.16)]);
         let told = Told { edges: &edges, drop: None, view: VIEW };
-        vary(&model, &Base::new(&model, found, sigmas), &told, &mut cloud);
+        Variants { model: &model, told: &told, cloud: &mut cloud }
+            .around(&Base::new(&model, found, sigmas));
         cloud.resample();
         prop_assert!(cloud.doubts().iter().all(|d| d.is_finite()));
         let sum: f32 = cloud.counts().iter().sum();
