@@ -120,11 +120,23 @@ impl Track {
         let filled = |b: &&Block| b.rows > 0;
         // Rows of later blocks are larger: this block's may lie on either side of `row`. `as` saturates.
         let here = (row / f32::from(self.rows_per_block.max(1))) as usize;
-        let (lower, upper) = self.blocks.split_at_checked(here).unwrap_or((&self.blocks, &[]));
-        let (mut lower, mut upper) = (lower.iter().rev().filter(filled), upper.iter().filter(filled));
+        let (lower, upper) = self
+            .blocks
+            .split_at_checked(here)
+            .unwrap_or((&self.blocks, &[]));
+        let (mut lower, mut upper) = (
+            lower.iter().rev().filter(filled),
+            upper.iter().filter(filled),
+        );
         let pair = match upper.next() {
-            Some(b) if b.row < row => upper.next().map(|next| (b, next)).or_else(|| lower.next().map(|a| (a, b))),
-            Some(b) => lower.next().map(|a| (a, b)).or_else(|| upper.next().map(|next| (b, next))),
+            Some(b) if b.row < row => upper
+                .next()
+                .map(|next| (b, next))
+                .or_else(|| lower.next().map(|a| (a, b))),
+            Some(b) => lower
+                .next()
+                .map(|a| (a, b))
+                .or_else(|| upper.next().map(|next| (b, next))),
             None => {
                 let b = lower.next()?;
                 return Some(lower.next().map_or((*b, *b), |a| (*a, *b)));

@@ -9,6 +9,8 @@
 
 mod noise;
 mod reach;
+#[cfg(test)]
+mod tests;
 
 pub use reach::{Free, HazardKind};
 

@@ -141,7 +141,11 @@ impl<'a> Hazards<'a> {
         let free_m = math::max(end_m - MARGIN_M, 0.0);
         // `as` saturates.
         let near = ((free_m + NAMED_WITHIN_M) / SLOT_M) as usize;
-        let of = |kind| (0..near.min(SLOTS)).map(|k| self.probability(kind, k)).sum::<f32>();
+        let of = |kind| {
+            (0..near.min(SLOTS))
+                .map(|k| self.probability(kind, k))
+                .sum::<f32>()
+        };
         let what = HazardKind::ALL.map(|kind| (kind, of(kind)));
         let likeliest = what.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
         Free {

@@ -391,14 +391,21 @@ impl<'a> Slots<'a> {
         // `as` saturates.
         let slot = (x_m / SLOT_M) as usize;
         self.first.get_or_insert((slot, value));
-        let Some(place) = self.values.get_mut(slot) else {
+        if slot >= self.values.len() {
             return;
+        }
+        let before = self
+            .last
+            .map(|last| (last, self.values.get(last).copied().unwrap_or(value)));
+        let value = match before {
+            Some((last, before)) if last == slot => math::max(before, value),
+            _ => value,
         };
-        *place = if self.last == Some(slot) {
-            math::max(*place, value)
-        } else {
-            value
-        };
+        // Slots in which no cell lies are as likely as the next one.
+        let from = before.map_or(slot, |(last, _)| (last + 1).min(slot));
+        if let Some(slots) = self.values.get_mut(from..=slot) {
+            slots.fill(value);
+        }
         self.last = Some(slot);
     }
 

@@ -1,7 +1,7 @@
 //! Power above the ground: what stands there though the ground may go on beside it.
 
-use super::{CELLS, FLANK, Gaze, Lines, Power, Shown};
 use super::super::chart::Chart;
+use super::{CELLS, FLANK, Gaze, Lines, Power, Shown};
 use crate::math;
 
 /// Heights above the ground that are looked at, metres: from what is a rise to a wheelchair to the upper end of a
@@ -45,7 +45,11 @@ impl Above {
         let gaze = Gaze::new(chart);
         for (b, power) in self.powers.iter_mut().enumerate() {
             let seen = b < lines.cells.len();
-            *power = if seen { gaze.above(lines.range_m(b)) } else { Power::DARK };
+            *power = if seen {
+                gaze.above(lines.range_m(b))
+            } else {
+                Power::DARK
+            };
         }
     }
 

@@ -3,8 +3,8 @@
 //! A sweep has few rows, so that noise and speckle of a single one leave much open. The mean of t over sweeps is known
 //! to more rows, and to as many speckles as the chair has seen from places more than a wavelength apart.
 
-use super::{CELLS, DEPTHS_M, Lines, Power, RangeCell};
 use super::above::Above;
+use super::{CELLS, DEPTHS_M, Lines, Power, RangeCell};
 use crate::math;
 
 /// Share of what earlier sweeps are worth that is left after another one, where the chair's way in between is known.
@@ -54,7 +54,11 @@ impl MeanLines {
 
     /// Counts another sweep, `moved_m` metres behind the last one if that is known.
     fn count(&mut self, moved_m: Option<f32>) -> Weights {
-        let kept = if moved_m.is_some() { KEPT } else { KEPT_UNPLACED };
+        let kept = if moved_m.is_some() {
+            KEPT
+        } else {
+            KEPT_UNPLACED
+        };
         let earlier = kept * self.weight;
         self.weight = earlier + 1.0;
         // (Σw)² / Σw² of a geometric series.
@@ -73,7 +77,11 @@ impl MeanLines {
         let share = place - below;
         let t = |k: f32| {
             // `as` saturates.
-            let cell = if k < 0.0 { None } else { self.powers.get(k as usize) };
+            let cell = if k < 0.0 {
+                None
+            } else {
+                self.powers.get(k as usize)
+            };
             let t = cell.and_then(|c| c.get(line)).copied().filter(|t| *t > 0);
             t.map(|t| Power { t, leaks: 0 }.shown().t)
         };
