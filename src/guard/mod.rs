@@ -66,23 +66,18 @@ impl Guard {
             Mode::Standing => Some(0.0),
             _ => drive.moved_m,
         };
-        self.look(&Chart {
+        let chart = Chart {
             map,
             noise: noise::level(map),
             bias_rad: 0.0,
             height_m: 0.0,
             ride: Ride::of(drive, &config.radar),
-        });
+        };
         let lines = &mut self.ground.lines;
+        self.above.look(&chart, lines);
         self.mean.average(lines, &mut self.above, moved_m);
-        self.ground.weigh(&mut self.surfaces);
+        self.ground.weigh(&mut self.surfaces, false);
         self.conclude(moved_m)
-    }
-
-    #[inline(never)]
-    fn look(&mut self, chart: &Chart<'_>) {
-        self.ground.lines.look(chart);
-        self.above.look(chart, &self.ground.lines);
     }
 
     /// Two sweeps must agree before the free distance grows: the nearer of both counts.

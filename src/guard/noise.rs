@@ -15,42 +15,43 @@ const OF_MEAN: f32 = 0.4308;
 /// Returns the mean noise of a sweep, map units; that of no power where all cells see ground.
 #[inline(never)]
 pub fn level(map: &PolarMap) -> f32 {
-    let geometry = map.geometry();
     let mut counts = [0_u16; 256];
-    let mut all = 0.0;
-    for bin in 0..map.bins() {
-        let range_m = geometry.range_m(bin as f32);
-        if !RANGES_M.contains(&range_m) {
-            continue;
-        }
-        let (first, end) = ground(map, range_m);
-        for row in (0..first).chain(end..map.rows()) {
-            // A row that was lost is all 0, which noise is not.
-            if let Some(level) = map.row(row).get(bin).filter(|l| **l > 0)
-                && let Some(count) = counts.get_mut(usize::from(*level))
-            {
+    for row in 0..map.rows() {
+        let (cells, angle_rad) = (map.row(row), map.angle_rad(row));
+        let (near, far) = (bin(map, *RANGES_M.start()), bin(map, *RANGES_M.end()));
+        // The ground shows between these ranges: nowhere where the row looks too far up, to the end where it does so partly.
+        let first = bin(map, ground_m(map, angle_rad + OFF_RAD)).clamp(near, far);
+        let end = bin(map, ground_m(map, angle_rad - OFF_RAD)).clamp(first, far);
+        let before = cells.get(near..first).unwrap_or(&[]);
+        let behind = cells.get(end..far.min(cells.len())).unwrap_or(&[]);
+        for level in before.iter().chain(behind) {
+            if let Some(count) = counts.get_mut(usize::from(*level)) {
                 *count = count.saturating_add(1);
-                all += 1.0;
             }
         }
     }
-    quantile(&counts, QUANTILE * all) - f32::from(UNITS_PER_OCTAVE) * math::log2(OF_MEAN)
+    // A row that was lost is all 0, which noise is not.
+    let [lost, ..] = &mut counts;
+    *lost = 0;
+    let all: u32 = counts.iter().map(|n| u32::from(*n)).sum();
+    quantile(&counts, QUANTILE * all as f32) - f32::from(UNITS_PER_OCTAVE) * math::log2(OF_MEAN)
 }
 
-/// The rows that see the ground at a range: the first, and the one behind the last.
-fn ground(map: &PolarMap, range_m: f32) -> (usize, usize) {
+/// The bin of a range, metres: the first one that is not nearer.
+fn bin(map: &PolarMap, range_m: f32) -> usize {
     let geometry = map.geometry();
-    let down = geometry.mount_height_m / range_m;
-    // The ground is not seen as near as this.
-    if down >= 1.0 {
-        return (0, 0);
-    }
-    let line_rad = math::atan2(down, math::sqrt(1.0 - down * down)) - map.angle_rad(0);
-    let step_rad = math::max(geometry.step_rad, f32::MIN_POSITIVE);
     // `as` saturates.
-    let first = math::ceil((line_rad - OFF_RAD) / step_rad) as usize;
-    let end = math::ceil((line_rad + OFF_RAD) / step_rad) as usize;
-    (first.min(map.rows()), end.min(map.rows()))
+    math::ceil((range_m - geometry.first_range_m) / geometry.bin_m) as usize
+}
+
+/// Range at which a line of sight meets the ground, metres; infinite where it never does.
+fn ground_m(map: &PolarMap, angle_rad: f32) -> f32 {
+    let (sin, _) = math::sin_cos(angle_rad);
+    if sin > 0.0 {
+        map.geometry().mount_height_m / sin
+    } else {
+        f32::INFINITY
+    }
 }
 
 /// The level below which so many of the cells are.

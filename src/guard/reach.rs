@@ -77,14 +77,14 @@ impl<'a> Hazards<'a> {
     /// Of a sweep.
     pub fn new(surfaces: &'a Surfaces, above: &Above, lines: &Lines) -> Self {
         let mut beside = [0.0; SLOTS];
-        for b in 0..lines.cells().len() {
+        above.things(lines, |b, nats| {
             // `as` saturates.
             let slot = (lines.x_m(lines.range_m(b)) / SLOT_M) as usize;
-            if let (Some(nats), Some(place)) = (above.thing(b, lines), beside.get_mut(slot)) {
+            if let Some(place) = beside.get_mut(slot) {
                 let odds = weight(BESIDE_PER_M, nats);
                 *place = math::max(*place, odds / (1.0 + odds));
             }
-        }
+        });
         let mut hazards = Self {
             surfaces,
             beside,

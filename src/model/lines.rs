@@ -207,8 +207,15 @@ impl Lines {
     /// Looks along the ground in front of the chair, and below it.
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>) {
+        self.fill(&Gaze::new(chart), |gaze, bin, range_m| {
+            gaze.cell(bin, range_m)
+        });
+    }
+
+    /// Fills the cells with what `cell` makes of each bin and its range, metres.
+    fn fill(&mut self, gaze: &Gaze<'_>, mut cell: impl FnMut(&Gaze<'_>, usize, f32) -> RangeCell) {
+        let chart = gaze.chart;
         let geometry = chart.map.geometry();
-        let gaze = Gaze::new(chart);
         self.rows = WORTH * REACH * gaze.sigma_rows;
         self.settle(1.0, 1.0);
         self.cells.clear();
@@ -225,7 +232,7 @@ impl Lines {
             if self.cells.is_empty() {
                 self.first_m = range_m;
             }
-            if range_m > FARTHEST_M || self.cells.push(gaze.cell(bin, range_m)).is_err() {
+            if range_m > FARTHEST_M || self.cells.push(cell(gaze, bin, range_m)).is_err() {
                 break;
             }
         }
@@ -318,36 +325,10 @@ impl<'c> Gaze<'c> {
     /// What a range cell shows.
     #[inline(never)]
     fn cell(&self, bin: usize, range_m: f32) -> RangeCell {
-        // Where the chair drives, what stands at this range now was seen in another bin.
-        let seen = self.place(range_m, 0.0).map_or(bin, |(bin, _)| bin);
-        let (row, strongest) = self.strongest(seen);
-        let leaks = 1.0 + SIDE_LOBES * strongest;
-        let rival = if strongest > FAINT {
-            self.along(seen, row).unwrap_or(0.0)
-        } else {
-            0.0
-        };
-        let line = |y_m: f32| {
-            let Some((bin, middle)) = self.place(range_m, y_m) else {
-                return Power::default();
-            };
-            let Some(t) = self.along(bin, middle) else {
-                return Power::default();
-            };
-            let off = (middle - row) / self.sigma_rows;
-            let flank = if rival > t && off.abs() > ITSELF {
-                math::max(rival / leaks - 1.0, 0.0) * math::exp(-FLANK * off * off)
-            } else {
-                0.0
-            };
-            let leaks = leaks * (1.0 + flank);
-            Power::new(t / leaks, leaks)
-        };
-        let ground = [-OFF_M, 0.0, OFF_M].map(line);
-        let [below, level, above] = ground;
+        let cell = Cell::new(self, bin, range_m);
         RangeCell {
-            ground: Power::brighter(level, Power::brighter(below, above)),
-            lower: DEPTHS_M.map(|depth_m| line(-depth_m)),
+            ground: cell.ground(cell.seen(0.0)),
+            lower: DEPTHS_M.map(|depth_m| cell.line(cell.seen(-depth_m))),
         }
     }
 
@@ -414,6 +395,71 @@ impl<'c> Gaze<'c> {
             }
         }
         (weight > LEAST_SHARE * WEIGHTS * reach).then(|| self.chart.over_noise(power / weight))
+    }
+}
+
+/// A range cell that is looked at.
+struct Cell<'g> {
+    gaze: &'g Gaze<'g>,
+    range_m: f32,
+    /// Its strongest row, and that one's power over the noise.
+    row: f32,
+    strongest: f32,
+    /// Noise and side lobes of the strongest row, over the noise.
+    leaks: f32,
+    /// Power along the line of the strongest row; 0 where that is noise.
+    rival: f32,
+}
+
+/// Power over the noise along a line, and the row in which it is seen.
+type Seen = Option<(f32, f32)>;
+
+impl<'g> Cell<'g> {
+    fn new(gaze: &'g Gaze<'g>, bin: usize, range_m: f32) -> Self {
+        // Where the chair drives, what stands at this range now was seen in another bin.
+        let seen = gaze.place(range_m, 0.0).map_or(bin, |(bin, _)| bin);
+        let (row, strongest) = gaze.strongest(seen);
+        let rival = if strongest > FAINT {
+            gaze.along(seen, row).unwrap_or(0.0)
+        } else {
+            0.0
+        };
+        Self {
+            gaze,
+            range_m,
+            row,
+            strongest,
+            leaks: 1.0 + SIDE_LOBES * strongest,
+            rival,
+        }
+    }
+
+    /// The line at a level.
+    fn seen(&self, y_m: f32) -> Seen {
+        let (bin, row) = self.gaze.place(self.range_m, y_m)?;
+        Some((self.gaze.along(bin, row)?, row))
+    }
+
+    /// What a line shows over the noise and all that leaks into it.
+    fn line(&self, seen: Seen) -> Power {
+        let Some((t, row)) = seen else {
+            return Power::DARK;
+        };
+        let off = (row - self.row) / self.gaze.sigma_rows;
+        let flank = if self.rival > t && off.abs() > ITSELF {
+            math::max(self.rival / self.leaks - 1.0, 0.0) * math::exp(-FLANK * off * off)
+        } else {
+            0.0
+        };
+        let leaks = self.leaks * (1.0 + flank);
+        Power::new(t / leaks, leaks)
+    }
+
+    /// Along the ground, a little below it and above it, of which `level` is the middle one: the strongest of the three.
+    fn ground(&self, level: Seen) -> Power {
+        let below = self.line(self.seen(-OFF_M));
+        let above = self.line(self.seen(OFF_M));
+        self.line(level).brighter(below.brighter(above))
     }
 }
 

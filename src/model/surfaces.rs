@@ -219,7 +219,7 @@ impl Recursions {
 
     /// Weighs what may be with the ground.
     #[inline(never)]
-    pub fn weigh(&mut self, out: &mut Surfaces) {
+    pub fn weigh(&mut self, out: &mut Surfaces, below: bool) {
         *out = Surfaces::NOTHING;
         if self.lines.cells().len() < LEAST_CELLS {
             return;
@@ -228,7 +228,7 @@ impl Recursions {
         self.backward(0.0, Lines::ground);
         self.behind();
         self.risers(level, out);
-        self.lower();
+        self.lower(below);
         self.drops(level, out);
     }
 
@@ -302,7 +302,7 @@ impl Recursions {
 
     /// What is behind an edge in each cell.
     #[inline(never)]
-    fn lower(&mut self) {
+    fn lower(&mut self, below: bool) {
         const HIDDEN: f32 = math::ln(1.0 - LOWER);
         const EACH: f32 = math::ln(LOWER / DEPTHS_M.len() as f32);
         let n = self.lines.cells().len();
@@ -312,6 +312,9 @@ impl Recursions {
             let again = self.lines.at(math::hypot(x_m + HOLE_M, h));
             let hidden = HIDDEN + value(&self.behind, again);
             set(&mut self.drop, b, hidden);
+        }
+        if !below {
+            return;
         }
         for (k, depth_m) in DEPTHS_M.into_iter().enumerate() {
             self.backward(-depth_m, |lines, b| lines.lower(b, k));
@@ -468,7 +471,7 @@ mod tests {
         let mut surfaces = Surfaces::NOTHING;
         let mut recursions = std::boxed::Box::new(Recursions::new());
         recursions.lines.look(chart);
-        recursions.weigh(&mut surfaces);
+        recursions.weigh(&mut surfaces, true);
         surfaces
     }
 

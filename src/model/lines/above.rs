@@ -1,7 +1,7 @@
 //! Power above the ground: what stands there though the ground may go on beside it.
 
 use super::super::chart::Chart;
-use super::{CELLS, FLANK, Gaze, Lines, Power, Shown};
+use super::{CELLS, Cell, DEPTHS_M, FLANK, Gaze, Lines, Power, RangeCell, Seen, Shown};
 use crate::math;
 
 /// Heights above the ground that are looked at, metres: from what is a rise to a wheelchair to the upper end of a
@@ -39,18 +39,22 @@ impl Above {
         }
     }
 
-    /// Looks above the ground in the cells of `lines`.
+    /// Looks along the ground and above it, and not below it: in place of [`Lines::look`].
     #[inline(never)]
-    pub fn look(&mut self, chart: &Chart<'_>, lines: &Lines) {
-        let gaze = Gaze::new(chart);
-        for (b, power) in self.powers.iter_mut().enumerate() {
-            let seen = b < lines.cells.len();
-            *power = if seen {
-                gaze.above(lines.range_m(b))
-            } else {
-                Power::DARK
-            };
-        }
+    pub fn look(&mut self, chart: &Chart<'_>, lines: &mut Lines) {
+        self.powers = [Power::DARK; CELLS];
+        let mut powers = self.powers.iter_mut();
+        lines.fill(&Gaze::new(chart), |gaze, bin, range_m| {
+            let cell = Cell::new(gaze, bin, range_m);
+            let level = cell.seen(0.0);
+            if let Some(power) = powers.next() {
+                *power = cell.above(level);
+            }
+            RangeCell {
+                ground: cell.ground(level),
+                lower: [Power::DARK; DEPTHS_M.len()],
+            }
+        });
     }
 
     /// That of cell `b`.
@@ -69,32 +73,33 @@ impl Above {
         Some(math::ln(ratio / (1.0 - ODD + ODD * ratio)))
     }
 
-    /// The same of something that shows in cell `b` and in one beside it: a single cell is a ghost as a rule.
-    pub fn thing(&self, b: usize, lines: &Lines) -> Option<f32> {
-        let here = self.nats(b, lines)?;
-        let before = b.checked_sub(1).and_then(|b| self.nats(b, lines));
-        let beside = [before, self.nats(b + 1, lines)].into_iter().flatten();
-        Some(here + beside.reduce(math::max).unwrap_or(0.0))
+    /// The same of something that shows in a cell and in one beside it: a single cell is a ghost as a rule. Calls `tell`
+    /// for each cell that is seen.
+    pub fn things(&self, lines: &Lines, mut tell: impl FnMut(usize, f32)) {
+        let (mut before, mut here) = (None, self.nats(0, lines));
+        for b in 0..lines.cells.len() {
+            let next = self.nats(b + 1, lines);
+            if let Some(here) = here {
+                let beside = [before, next].into_iter().flatten().reduce(math::max);
+                tell(b, here + beside.unwrap_or(0.0));
+            }
+            (before, here) = (here, next);
+        }
     }
 }
 
-impl Gaze<'_> {
-    /// The strongest of the lines above the ground at a range, over what the ground's own line shows there.
-    #[inline(never)]
-    fn above(&self, range_m: f32) -> Power {
-        let Some((bin, level)) = self.place(range_m, 0.0) else {
+impl Cell<'_> {
+    /// The strongest of the lines above the ground, over what the ground's own line shows there; dark where that is not
+    /// seen.
+    fn above(&self, level: Seen) -> Power {
+        let Some((ground, base)) = level else {
             return Power::DARK;
         };
-        let Some(ground) = self.along(bin, level) else {
-            return Power::DARK;
-        };
-        let (_, strongest) = self.strongest(bin);
+        let ground = math::max(ground - 1.0, 0.0);
         let line = |y_m: f32| {
-            let (bin, row) = self.place(range_m, y_m)?;
-            let t = self.along(bin, row)?;
-            let off = (row - level) / self.sigma_rows;
-            let flank = math::max(ground - 1.0, 0.0) * math::exp(-FLANK * off * off);
-            let leaks = 1.0 + SIDE_LOBES * strongest + flank;
+            let (t, row) = self.seen(y_m)?;
+            let off = (row - base) / self.gaze.sigma_rows;
+            let leaks = 1.0 + SIDE_LOBES * self.strongest + ground * math::exp(-FLANK * off * off);
             Some(Power::new(t / leaks, leaks))
         };
         let lines = HEIGHTS_M.into_iter().filter_map(line);
