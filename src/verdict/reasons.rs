@@ -107,6 +107,9 @@ reasons! {
     /// What was carried on from earlier scans contradicts this one, and was forgotten.
     SceneChanged = "scene-changed" [Word]
         "What earlier scans said contradicts this one.",
+    /// The last full scan has a nearer hazard than this guard sweep: the nearer counts.
+    ScanNearer = "scan-nearer" [Word]
+        "Beside a guard sweep: the last full scan, at most 5 s old and moved by the motion input, has a step or a drop nearer than the sweep's free distance.",
     /// Samples at the converter's full scale.
     Saturated = "saturated" [Fault]
         "More than one sample in 1000 stands at full scale.",
