@@ -4,6 +4,7 @@ use crate::answer::Answer;
 use crate::config::{Config, ConfigError, EstimatorKind};
 use crate::drive::Drive;
 use crate::estimator::{Estimator, MappedScan};
+use crate::guard::{Filter, Free};
 use crate::infer::Likelihood;
 use crate::infer::past::History;
 use crate::observer::Observer;
@@ -135,6 +136,26 @@ impl StairFinder {
             .conclude(&scan, past, observer, answer);
         answer.link();
         sight
+    }
+
+    /// How far the ground is free after guard sweep number `number`, by it and by those that `filter` has taken in; `None`
+    /// without an estimator that knows. In place of [`StairFinder::finish`].
+    pub fn guard(
+        &mut self,
+        config: &Config,
+        (number, drive): (u32, &Drive<'_>),
+        filter: &mut Filter,
+    ) -> Option<Free> {
+        let scan = MappedScan {
+            map: &self.map,
+            config,
+            number,
+            drive,
+        };
+        match &mut self.scratch {
+            Scratch::Likelihood(estimator) => estimator.guard(&scan, filter),
+            _ => None,
+        }
     }
 
     /// The echoes of the map after the last row, placed as the configuration has it and with nothing taken

@@ -3,8 +3,9 @@
 use crate::Iq;
 use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
-use crate::drive::{Drive, Retention};
+use crate::drive::{Drive, Mode, Retention};
 use crate::finder::StairFinder;
+use crate::guard::{Filter, ground};
 use crate::health::{Expected, Health};
 use crate::infer::past::History;
 use crate::mount::Mounting;
@@ -15,7 +16,9 @@ use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
 use crate::track::Track;
-use crate::verdict::{Conditions, Evidence, Outcome, Sight};
+use crate::verdict::{
+    Conditions, Evidence, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
+};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -53,7 +56,12 @@ pub struct Pipeline {
     health: Health,
     /// What earlier scans said.
     past: History,
+    /// What earlier guard sweeps said.
+    guard: Filter,
 }
+
+/// A longer break between two guard sweeps makes the next one a first one, seconds: a person steps in within less.
+const GUARD_BREAK_S: f32 = 1.0;
 
 /// What the scan state may take of the chip's memory, with either estimator.
 const BUDGET: usize = 104 * 1024;
@@ -74,6 +82,7 @@ impl Pipeline {
             finder: StairFinder::new(),
             health: Health::new(),
             past: History::new(),
+            guard: Filter::new(),
         }
     }
 
@@ -122,6 +131,7 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Outcome {
         let mut outcome = Outcome::silent();
+        self.guard = Filter::new();
         let mut evidence = Evidence {
             unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
             conditions,
@@ -171,6 +181,42 @@ impl Pipeline {
         };
         self.finder
             .finish(&self.config, scan, past, observer, answer)
+    }
+
+    /// What the last guard sweep shows of instrument and ground.
+    #[inline(never)]
+    fn guard_evidence(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardEvidence {
+        let mut evidence = GuardEvidence {
+            unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
+            motion: MotionDoubt::of(drive),
+            conditions,
+            ..GuardEvidence::default()
+        };
+        if evidence.unusable.is_some() {
+            return evidence;
+        }
+        // A chair that moves is no defect: a sweep is too short for a way that matters.
+        let expected = Expected {
+            moving: true,
+            uncalibrated: false,
+        };
+        let map = self.finder.map();
+        evidence.signs = self.health.doubts(&self.config, map, expected);
+        evidence.heard = self.health.heard(map);
+        if self.scan == 1 || drive.since_s.is_some_and(|s| s > GUARD_BREAK_S) {
+            self.guard = Filter::new();
+        }
+        let drive = Drive {
+            moved_m: match drive.mode {
+                Mode::Standing => Some(0.0),
+                _ => drive.moved_m,
+            },
+            stood: self.stood(drive),
+            ..*drive
+        };
+        let free = (self.finder).guard(&self.config, (self.scan, &drive), &mut self.guard);
+        evidence.ground = free.map(ground);
+        evidence
     }
 
     /// Whether motion input and echoes agree that the chair stood during the last scan.
@@ -233,6 +279,17 @@ impl DataPath for Pipeline {
 
     fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome {
         self.conclude_observed(drive, conditions, &mut ())
+    }
+
+    #[inline(never)]
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+        let evidence = self.guard_evidence(drive, conditions);
+        let word = GuardWord::new(&evidence);
+        // What an instrument in doubt says is not carried on.
+        if evidence.unusable.is_some() || !evidence.signs.is_empty() {
+            self.guard = Filter::new();
+        }
+        word
     }
 
     #[inline(never)]

@@ -239,6 +239,15 @@ impl DataPath for Data {
         });
         outcome
     }
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+        GuardWord::new(&GuardEvidence {
+            heard: true,
+            motion: MotionDoubt::of(drive),
+            conditions,
+            ground: self.0.0.borrow().ground,
+            ..GuardEvidence::default()
+        })
+    }
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
         self.0.0.borrow().mounting.map_or(
             Err(ConfigError {

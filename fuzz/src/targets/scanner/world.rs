@@ -407,6 +407,26 @@ impl DataPath for Rows {
         outcome
     }
 
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+        assert!(
+            self.seen.iter().all(|&seen| seen),
+            "a guard's word without all rows"
+        );
+        let ground = FreeGround {
+            free_m: 0.9,
+            ending: Ending::Rise,
+            confidence: 0.999,
+        };
+        let verdict = self.world.0.borrow().verdict;
+        GuardWord::new(&GuardEvidence {
+            heard: verdict % 3 != 1,
+            motion: MotionDoubt::of(drive),
+            conditions,
+            ground: Some(ground).filter(|_| verdict % 3 != 0),
+            ..GuardEvidence::default()
+        })
+    }
+
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
         assert!(
             self.seen.iter().all(|&seen| seen),
