@@ -6,7 +6,7 @@ use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::drive::{Drive, Mode, Retention};
 use crate::finder::StairFinder;
 use crate::guard::{Filter, ground};
-use crate::health::{Expected, Health};
+use crate::health::{Expected, Health, NOISE_DB};
 use crate::infer::past::History;
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
@@ -58,8 +58,15 @@ pub struct Pipeline {
     past: History,
     /// What earlier guard sweeps said.
     guard: Filter,
+    /// Mean level along the line of the ground over some guard sweeps, dB above the median cell.
+    ground_db: f32,
 }
 
+/// Share of a guard sweep's level along the ground in the mean over some.
+const NEWEST: f32 = 0.25;
+/// The ground is seen where that mean is above this, dB: of noise alone, whose mean over the 62 cells of a sweep spreads
+/// by 0.8 dB, it has 0.3 dB about -0.92 dB.
+const GROUND_SEEN_DB: f32 = 0.0;
 /// A longer break between two guard sweeps makes the next one a first one, seconds: a person steps in within less.
 const GUARD_BREAK_S: f32 = 1.0;
 
@@ -83,6 +90,7 @@ impl Pipeline {
             health: Health::new(),
             past: History::new(),
             guard: Filter::new(),
+            ground_db: 0.0,
         }
     }
 
@@ -131,7 +139,7 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Outcome {
         let mut outcome = Outcome::silent();
-        self.guard = Filter::new();
+        self.forget_guard();
         let mut evidence = Evidence {
             unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
             conditions,
@@ -183,6 +191,12 @@ impl Pipeline {
             .finish(&self.config, scan, past, observer, answer)
     }
 
+    /// The next guard sweep is a first one.
+    fn forget_guard(&mut self) {
+        self.guard = Filter::new();
+        self.ground_db = NOISE_DB;
+    }
+
     /// What the last guard sweep shows of instrument and ground.
     #[inline(never)]
     fn guard_evidence(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardEvidence {
@@ -202,10 +216,12 @@ impl Pipeline {
         };
         let map = self.finder.map();
         evidence.signs = self.health.doubts(&self.config, map, expected);
-        evidence.heard = self.health.heard(map);
+        let (heard, ground_db) = (self.health.heard(map), self.health.ground_db(map));
         if self.scan == 1 || drive.since_s.is_some_and(|s| s > GUARD_BREAK_S) {
-            self.guard = Filter::new();
+            self.forget_guard();
         }
+        self.ground_db += NEWEST * (ground_db - self.ground_db);
+        evidence.heard = heard || self.ground_db > GROUND_SEEN_DB;
         let drive = Drive {
             moved_m: match drive.mode {
                 Mode::Standing => Some(0.0),
@@ -287,7 +303,7 @@ impl DataPath for Pipeline {
         let word = GuardWord::new(&evidence);
         // What an instrument in doubt says is not carried on.
         if evidence.unusable.is_some() || !evidence.signs.is_empty() {
-            self.guard = Filter::new();
+            self.forget_guard();
         }
         word
     }

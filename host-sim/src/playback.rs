@@ -60,7 +60,7 @@ impl<'a> Playback<'a> {
             parts,
             backward,
             mode: setup::mode(recording),
-            kind: setup::kind(recording)?,
+            kind: Kind::Scans,
             by_trigger: false,
         })
     }
@@ -109,7 +109,15 @@ impl<'a> Playback<'a> {
         &self.part(scan).config
     }
 
-    /// What the recording's scans are.
+    /// The same for a scanner that guards: each scan of the recording is a guard sweep.
+    pub fn guarding(self) -> Self {
+        Self {
+            kind: Kind::Guard,
+            ..self
+        }
+    }
+
+    /// What the recording's scans are played as.
     pub fn kind(&self) -> Kind {
         self.kind
     }

@@ -244,7 +244,7 @@ pub fn guarded(recording: &Recording, options: &Options) -> Result<Vec<Guarded>>
     };
     let mut words = Vec::new();
     let mut part = |recording: &Recording, sweeps, first| {
-        let playback = playback(recording, options)?;
+        let playback = playback(recording, options)?.guarding();
         run(recording, options, &playback, sweeps, |_, sentences| {
             words.extend(Guarded::parse(first, sentences)?);
             Ok(())

@@ -57,10 +57,9 @@ pub fn kind(recording: &Recording) -> Result<Kind> {
 /// Refuses a key that is nearly one of the project's: it would be passed over in silence.
 fn check_spelling(recording: &Recording) -> Result<()> {
     for key in recording.meta.extra.keys() {
-        let meant = OPTIONAL
-            .iter()
-            .find(|known| distance(key, known) <= MISSPELT);
-        if let Some(meant) = meant {
+        let nearest = OPTIONAL.iter().min_by_key(|known| distance(key, known));
+        let near = |known: &&&str| (1..=MISSPELT).contains(&distance(key, known));
+        if let Some(meant) = nearest.filter(near) {
             let name = &recording.name;
             return Err(anyhow!(
                 "{name}.{META_SUFFIX}: global {key}: no such key, expected {meant}"

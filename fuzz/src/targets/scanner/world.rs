@@ -18,7 +18,9 @@ use stairscan::scanner::settings::MotorConfig;
 use stairscan::scanner::store::StoreError;
 use stairscan::scanner::{Board, BytePort, DataPath, MICROSTEPS_PER_TURN, Settings};
 use stairscan::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, Progress};
-use stairscan::verdict::{Conditions, Evidence, Outcome, Sight};
+use stairscan::verdict::{
+    Conditions, Ending, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
+};
 
 /// What the module is set to: few samples, so that a scan is short.
 pub const RADAR: RadarConfig = RadarConfig {
