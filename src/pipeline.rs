@@ -16,9 +16,7 @@ use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
 use crate::track::Track;
-use crate::verdict::{
-    Conditions, Evidence, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
-};
+use crate::verdict::{Conditions, Evidence, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///

@@ -198,8 +198,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
         }
         _ => {
-            let expected =
-                "start stop scan guard watch status version selftest reset get set save or calibrate";
+            let expected = "start stop scan guard watch status version selftest reset get set save or calibrate";
             return Err(bad("-", "command", expected));
         }
     };

@@ -103,13 +103,14 @@ impl Guard {
             .flatten()
             .filter(|&(m, _)| m > 0.0)
             .reduce(|a, b| if b.0 < a.0 { b } else { a });
-        self.hazard = nearest
-            .filter(|_| outcome.status() != Status::Fault)
-            .map(|(from_m, ending)| Hazard {
-                at: now,
-                from_m,
-                ending,
-            });
+        self.hazard =
+            nearest
+                .filter(|_| outcome.status() != Status::Fault)
+                .map(|(from_m, ending)| Hazard {
+                    at: now,
+                    from_m,
+                    ending,
+                });
     }
 
     /// Holds the word of a sweep against the last full scan; `moved_m` is the travel since, 0 where it is not known: then
@@ -235,7 +236,10 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
             pin: settings.module.pin,
         };
         let wire = self.hardware.link.wire();
-        fit(settings, wire.map(|wire| if self.connected { wire } else { asked }))
+        fit(
+            settings,
+            wire.map(|wire| if self.connected { wire } else { asked }),
+        )
     }
 
     /// The guard ends by itself, and says why.

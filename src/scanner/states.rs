@@ -61,7 +61,10 @@ enum ScannerState {
     Reporting(Telling),
     /// The word of a guard sweep waits for the port; whether hardware ended the sweep.
     Warning(GuardLine, bool),
-    Fault { until: Until, told: bool },
+    Fault {
+        until: Until,
+        told: bool,
+    },
 }
 
 /// How long a fault holds.

@@ -149,7 +149,11 @@ impl Sweep {
         // An error is told by the next look.
         if running && mirror.poll(now) == Ok(Motion::Moving) {
             self.astray = true;
-            let bound = self.settings.motor.ramp().bound_us(MICROSTEPS_PER_TURN as u32);
+            let bound = self
+                .settings
+                .motor
+                .ramp()
+                .bound_us(MICROSTEPS_PER_TURN as u32);
             self.move_deadline = now.plus(bound).plus(MARGIN_US);
         } else {
             self.start_move(now, mirror, target);

@@ -127,7 +127,7 @@ reasons! {
         "The median of the map is zero.",
     /// Nothing but noise: not even the floor was seen.
     NoEcho = "no-echo" [Fault]
-        "No echo reaches `sure_echo_db`; in the paper's estimator no more than three times as many cells as false alarms are expected.",
+        "No echo reaches `sure_echo_db`; in the paper's estimator no more than three times as many cells as false alarms are expected; in a guard sweep no cell is 15 dB above the median, and over some sweeps the ground's line is not above it either.",
     /// A bit of the converter never changes.
     AdcBit = "adc-bit" [Doubt]
         "In more than `lame_rows` rows a bit of the samples does not change though a lower one does.",

@@ -21,7 +21,9 @@ use stairscan::scanner::{
 use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::wire::Wire;
 use stairscan::signal::radar::{LinkError, RadarModule};
-use stairscan::verdict::{Conditions, Evidence, Outcome, Sight};
+use stairscan::verdict::{
+    Conditions, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
+};
 
 /// Everything outside the scanner, shared between its traits and the test.
 #[derive(Default)]
@@ -60,6 +62,8 @@ pub struct World {
     pub planes: Vec<Plane>,
     /// Where the depth plane sees the ground end, metres.
     pub drop_m: Option<f32>,
+    /// What the guard's inference says of the ground.
+    pub ground: Option<FreeGround>,
     pub arithmetic_broken: bool,
     pub row_worked_while_still: bool,
 }
@@ -408,7 +412,11 @@ impl<M: Mirror> Bench<M> {
         let is_answer = |s: &Sentence<'_>| {
             !matches!(
                 s,
-                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Boot { .. } | Sentence::Live(_)
+                Sentence::Scan(_)
+                    | Sentence::Step(_)
+                    | Sentence::Guard(_)
+                    | Sentence::Boot { .. }
+                    | Sentence::Live(_)
             )
         };
         let lines = self.until(is_answer);

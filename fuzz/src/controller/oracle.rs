@@ -4,7 +4,8 @@ use stairscan::answer::Direction;
 use stairscan::config::Plane;
 use stairscan::motion::Reading;
 use stairscan::report::{
-    DropLine, GuardLine, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
+    DropLine, GuardLine, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths,
+    motion,
 };
 use stairscan::scanner::command::{
     self, CalibrationRequest, Command, LineReader, ParserEvent, framed,

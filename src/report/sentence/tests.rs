@@ -106,10 +106,7 @@ fn every_sentence_survives_the_way_out_and_back() {
             confidence: 998,
             reasons,
         }),
-        Sentence::Guard(GuardLine::new(
-            7,
-            &GuardWord::broken(Reason::MotorStall),
-        )),
+        Sentence::Guard(GuardLine::new(7, &GuardWord::broken(Reason::MotorStall))),
         Sentence::Boot {
             version: "0.1.0",
             revision: "abc",
