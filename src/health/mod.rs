@@ -305,6 +305,7 @@ impl Health {
     }
 
     /// Why the scan can be no answer, if so. `mirror` says whether the radar looks at a mirror.
+    #[inline(never)]
     pub fn verdict(&self, mirror: bool) -> Option<Reason> {
         let most = |rows: u32| 2 * rows > self.rows;
         if self.rows == 0 || most(self.silent) {

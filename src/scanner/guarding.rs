@@ -228,6 +228,7 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
     }
 
     /// Says whether the scanner can guard with these settings.
+    #[inline(never)]
     pub(super) fn fit_to_guard(&self, settings: &Settings) -> Result<(), ConfigError> {
         // Before the module has answered its link is what the settings ask for.
         let asked = Wire {
