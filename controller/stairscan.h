@@ -198,7 +198,7 @@ const char *stairscan_reason_meaning(uint32_t reason);
 enum stairscan_status { STAIRSCAN_OK, STAIRSCAN_DEGRADED, STAIRSCAN_FAULT };
 enum stairscan_direction { STAIRSCAN_NONE, STAIRSCAN_UP, STAIRSCAN_DOWN };
 
-/* What ends the free ground of a guard sweep. NOTHING: nothing within the range that a sweep sees; UNKNOWN: nothing is
+/* Kinds of hazards that end the free ground of a guard sweep. NOTHING: nothing within the range that a sweep sees; UNKNOWN: nothing is
  * known of the ground beyond. */
 enum stairscan_ending {
     STAIRSCAN_ENDS_NOTHING,

@@ -54,7 +54,7 @@ pub struct Pipeline {
     health: Health,
     /// What earlier scans said.
     past: History,
-    /// What earlier guard sweeps said.
+    /// Evidence of earlier guard sweeps.
     guard: Filter,
     /// Mean level along the line of the ground over some guard sweeps, dB above the median cell.
     ground_db: f32,
@@ -195,7 +195,7 @@ impl Pipeline {
         self.ground_db = NOISE_DB;
     }
 
-    /// What the last guard sweep shows of instrument and ground.
+    /// Returns the evidence of the last guard sweep: instrument, and ground by it and those before.
     #[inline(never)]
     fn guard_evidence(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardEvidence {
         let mut evidence = GuardEvidence {

@@ -20,7 +20,7 @@ pub struct Guarded {
     pub sentence: String,
     /// Which sweep of the recording it is, from 1.
     pub sweep: u32,
-    /// What it says.
+    /// The parsed sentence.
     pub line: GuardLine,
 }
 

@@ -117,7 +117,7 @@ impl<'a> Playback<'a> {
         }
     }
 
-    /// What the recording's scans are played as.
+    /// Whether the recording's scans are played as full scans or as guard sweeps.
     pub fn kind(&self) -> Kind {
         self.kind
     }

@@ -30,7 +30,7 @@ const MODE: &str = "stairscan:mode";
 /// So many letters less, more or other make a misspelt key; two that have changed places are two.
 const MISSPELT: usize = 2;
 
-/// What the scans of a recording are.
+/// Kind of a recording's scans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Full scans.

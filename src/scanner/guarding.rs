@@ -46,7 +46,7 @@ pub(super) struct Guard {
     pub mode: GuardMode,
     /// A full scan comes next.
     pub asked: bool,
-    /// What is near has had its full scan.
+    /// Whether the hazard that is near has had its full scan.
     looked: bool,
     /// The mirror may still run out behind the last sweep.
     pub running: bool,

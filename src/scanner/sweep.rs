@@ -75,7 +75,7 @@ pub struct Sweep {
     proven: bool,
 }
 
-/// What a sweep is for.
+/// Purpose of a sweep.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Task {
     /// Number of the scan, or of the guard sweep.

@@ -8,7 +8,7 @@ use super::reasons::{Reason, Reasons};
 use super::status::Status;
 use crate::drive::{Drive, Input, Mode};
 
-/// What ends the free ground.
+/// Kind of the hazard that ends the free ground.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ending {
     /// Nothing within the range that the sweep sees.
@@ -51,7 +51,7 @@ impl Ending {
 pub struct FreeGround {
     /// Free distance, metres from the mirror at the sweep's last row.
     pub free_m: f32,
-    /// What ends it.
+    /// Kind of the hazard that ends it.
     pub ending: Ending,
     /// Probability that no hazard is nearer.
     pub confidence: f32,
@@ -60,7 +60,7 @@ pub struct FreeGround {
 /// All that the word of a guard sweep rests on. Empty, it makes a `fault`.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct GuardEvidence {
-    /// What of motor or link ended the sweep.
+    /// Faults of motor or link that ended the sweep.
     pub faults: Reasons,
     /// Why the chirps can be no answer.
     pub unusable: Option<Reason>,
@@ -68,15 +68,15 @@ pub struct GuardEvidence {
     pub heard: bool,
     /// Signs of the instrument above their limits.
     pub signs: Reasons,
-    /// What the scanner knows of the sweep beside its chirps.
+    /// Conditions of the sweep that its chirps do not show.
     pub conditions: Conditions,
     /// Why motion input keeps the word from being `ok`, and whether it was bad.
     pub motion: MotionDoubt,
-    /// What the inference says; `None` where none has worked.
+    /// Result of the inference; `None` where none has worked.
     pub ground: Option<FreeGround>,
 }
 
-/// What is wrong with the motion input of a sweep.
+/// Quality of a sweep's motion input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MotionDoubt {
     /// Nothing.
@@ -195,7 +195,7 @@ impl GuardWord {
         self.free_m
     }
 
-    /// What ends the free ground.
+    /// Kind of the hazard that ends the free ground.
     pub fn ending(&self) -> Ending {
         self.ending
     }

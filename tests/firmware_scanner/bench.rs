@@ -62,7 +62,7 @@ pub struct World {
     pub planes: Vec<Plane>,
     /// Where the depth plane sees the ground end, metres.
     pub drop_m: Option<f32>,
-    /// What the guard's inference says of the ground.
+    /// Result of the guard's inference.
     pub ground: Option<FreeGround>,
     pub arithmetic_broken: bool,
     pub row_worked_while_still: bool,

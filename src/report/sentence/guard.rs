@@ -11,11 +11,11 @@ use crate::verdict::{Ending, GuardWord, Reasons, Status};
 pub struct GuardLine {
     /// Number of the sweep since the guard was switched on, from 1.
     pub sweep: u32,
-    /// What the word is worth.
+    /// Status of the sweep.
     pub status: Status,
     /// Free distance from the mirror at the sweep's last row; none of a fault.
     pub free: Option<Tenths>,
-    /// What ends it.
+    /// Kind of the hazard that ends it.
     pub ending: Ending,
     /// Probability that no hazard is nearer, tenths of a per cent.
     pub confidence: u16,
