@@ -1,6 +1,6 @@
 //! Commands: lines of the report port, carried out one by one.
 
-use super::guarding::GuardMode;
+use super::guard::GuardMode;
 use super::pulse::Pulse;
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;

@@ -30,7 +30,8 @@
 //! | `commands` | lines of the report port, carried out on the machine; `LIVE` | `states`, `reports`, `pulse` |
 //! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::mount::command`] |
 //! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`record`] |
-//! | `guarding` | guard sweeps, and full scans in between | `states`, [`crate::guard`], [`pace`] |
+//! | `guarding` | guard sweeps, and full scans in between | `states`, `guard` |
+//! | `guard` | the guard between two sweeps, and whether settings allow one | [`pace`] |
 //! | `planes` | which plane a scan is made in, with `plane both` | [`crate::drive`], [`crate::verdict`] |
 //! | `fitness` | whether processor, memory, clock and supply are fit to scan | |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`outbox`] |
@@ -63,6 +64,7 @@ mod commands;
 pub mod driver;
 pub mod encoder;
 mod fitness;
+mod guard;
 mod guarding;
 mod keeper;
 pub mod mirror;

@@ -2,7 +2,7 @@
 
 use core::task::Poll;
 
-use super::guarding::{Guard, GuardMode};
+use super::guard::{Guard, GuardMode};
 use super::keeper::{Keeper, ScanSettings};
 use super::planes::asks_below;
 use super::reports::{Reports, Telling};

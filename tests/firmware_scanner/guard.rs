@@ -140,7 +140,8 @@ fn what_cannot_keep_up_is_refused_by_its_field() {
         settings.validate().unwrap();
         settings
     };
-    let changes: [(fn(&mut Settings), &str); 9] = [
+    type Change = fn(&mut Settings);
+    let changes: [(Change, &str); 9] = [
         (|s| s.sweep_mode = SweepMode::Stop, "sweep-mode"),
         (|s| s.module.baud = 1_000_000, "link-rate"),
         (|_| (), "acceleration"),
