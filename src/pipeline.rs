@@ -5,7 +5,7 @@ use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::drive::{Drive, Retention};
 use crate::finder::StairFinder;
-use crate::health::{Expected, Health};
+use crate::health::{Expected, Health, NOISE_DB};
 use crate::infer::past::History;
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
@@ -15,7 +15,7 @@ use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
 use crate::track::Track;
-use crate::verdict::{Conditions, Evidence, Outcome, Sight};
+use crate::verdict::{Conditions, Evidence, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -53,7 +53,17 @@ pub struct Pipeline {
     health: Health,
     /// What earlier scans said.
     past: History,
+    /// Mean level along the line of the ground over some guard sweeps, dB above the median cell.
+    ground_db: f32,
 }
+
+/// Share of a guard sweep's level along the ground in the mean over some.
+const NEWEST: f32 = 0.25;
+/// The ground is seen where that mean is above this, dB: of noise alone, whose mean over the 62 cells of a sweep spreads
+/// by 0.8 dB, it has 0.3 dB about -0.92 dB.
+const GROUND_SEEN_DB: f32 = 0.0;
+/// A longer break between two guard sweeps makes the next one a first one, seconds: a person steps in within less.
+const GUARD_BREAK_S: f32 = 1.0;
 
 /// What the scan state may take of the chip's memory, with either estimator.
 const BUDGET: usize = 104 * 1024;
@@ -74,6 +84,7 @@ impl Pipeline {
             finder: StairFinder::new(),
             health: Health::new(),
             past: History::new(),
+            ground_db: 0.0,
         }
     }
 
@@ -122,6 +133,7 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Outcome {
         let mut outcome = Outcome::silent();
+        self.forget_guard();
         let mut evidence = Evidence {
             unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
             conditions,
@@ -173,6 +185,55 @@ impl Pipeline {
             .finish(&self.config, scan, past, observer, answer)
     }
 
+    /// Ready for the chirps of a scan or guard sweep. Returns the configuration that everything behind measures with: its
+    /// sweep is the one that was calibrated.
+    fn ready(&mut self, config: &Config, scan: u32) -> Result<Config, ConfigError> {
+        let config = Config {
+            radar: config.radar.scaled(config.mount.range_scale),
+            ..*config
+        };
+        self.range.configure_scan(&config)?;
+        self.scan = scan;
+        self.health = Health::new();
+        self.config = config;
+        Ok(config)
+    }
+
+    /// The next guard sweep is a first one.
+    fn forget_guard(&mut self) {
+        self.finder.forget_guard();
+        self.ground_db = NOISE_DB;
+    }
+
+    /// Returns the evidence of the last guard sweep: instrument, and ground by it and those before.
+    #[inline(never)]
+    fn guard_evidence(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardEvidence {
+        let mut evidence = GuardEvidence {
+            unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
+            motion: MotionDoubt::of(drive),
+            conditions,
+            ..GuardEvidence::default()
+        };
+        if evidence.unusable.is_some() {
+            return evidence;
+        }
+        // A chair that moves is no defect: a sweep is too short for a way that matters.
+        let expected = Expected {
+            moving: true,
+            uncalibrated: false,
+        };
+        let map = self.finder.map();
+        evidence.signs = self.health.doubts(&self.config, map, expected);
+        let (heard, ground_db) = (self.health.heard(map), self.health.ground_db(map));
+        if self.scan == 1 || drive.since_s.is_some_and(|s| s > GUARD_BREAK_S) {
+            self.forget_guard();
+        }
+        self.ground_db += NEWEST * (ground_db - self.ground_db);
+        evidence.heard = heard || self.ground_db > GROUND_SEEN_DB;
+        evidence.ground = self.finder.guard(&self.config, drive);
+        evidence
+    }
+
     /// Whether motion input and echoes agree that the chair stood during the last scan.
     pub fn stood(&self, drive: &Drive<'_>) -> bool {
         let mirror = self.config.mount.mirror_offset > 0;
@@ -204,17 +265,13 @@ fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
 
 impl DataPath for Pipeline {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
-        // Everything behind measures with the sweep that was calibrated.
-        let config = &Config {
-            radar: config.radar.scaled(config.mount.range_scale),
-            ..*config
-        };
-        self.range.configure_scan(config)?;
-        self.finder.begin(config)?;
-        self.scan = scan;
-        self.health = Health::new();
-        self.config = *config;
-        Ok(())
+        let config = &self.ready(config, scan)?;
+        self.finder.begin(config)
+    }
+
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
+        let config = &self.ready(config, sweep)?;
+        self.finder.begin_guard(config)
     }
 
     fn samples(&mut self) -> &mut [Iq] {
@@ -233,6 +290,17 @@ impl DataPath for Pipeline {
 
     fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome {
         self.conclude_observed(drive, conditions, &mut ())
+    }
+
+    #[inline(never)]
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+        let evidence = self.guard_evidence(drive, conditions);
+        let word = GuardWord::new(&evidence);
+        // What an instrument in doubt says is not carried on.
+        if evidence.unusable.is_some() || !evidence.signs.is_empty() {
+            self.forget_guard();
+        }
+        word
     }
 
     #[inline(never)]

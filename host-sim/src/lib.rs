@@ -21,6 +21,7 @@ pub mod film;
 #[cfg(feature = "program")]
 pub mod fit;
 #[cfg(feature = "program")]
+pub mod guarded;
 pub mod hardware;
 pub mod html;
 #[cfg(feature = "program")]

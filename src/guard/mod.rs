@@ -3,7 +3,7 @@
 //! In: the map of one sweep ([`PolarMap`]), and the chair's travel since the one before. Method: recursive Bayes over
 //! sweeps. The powers along the ground, below it and above it are averaged with those of earlier sweeps, moved with the
 //! chair ([`MeanLines`]); the same recursions that weigh the ground of a full scan
-//! ([`crate::model::surfaces`]) say how likely the first hazard is at each place (`reach`). Out: [`Free`]. It stands apart
+//! ([`crate::model::surfaces`]) say how likely the first hazard is at each place (`reach`). Out: [`FreeGround`]. It stands apart
 //! from [`crate::infer`] because a sweep of some thirty rows shows no steps: it has no search and no particles, and its
 //! memory lasts from sweep to sweep.
 
@@ -11,8 +11,6 @@ mod noise;
 mod reach;
 #[cfg(test)]
 mod tests;
-
-pub use reach::{Free, HazardKind};
 
 use crate::config::Config;
 use crate::drive::{Drive, Mode};
@@ -22,6 +20,7 @@ use crate::model::lines::{Above, MeanLines};
 use crate::model::surfaces::Recursions;
 use crate::motion::Ride;
 use crate::signal::grid::PolarMap;
+use crate::verdict::FreeGround;
 use reach::Hazards;
 
 /// What is kept from sweep to sweep, and the memory that a sweep is worked off in.
@@ -61,7 +60,7 @@ impl Guard {
 
     /// Returns how far the ground is free after a sweep, by it and by those before it.
     #[inline(never)]
-    pub fn sweep(&mut self, map: &PolarMap, config: &Config, drive: &Drive<'_>) -> Free {
+    pub fn sweep(&mut self, map: &PolarMap, config: &Config, drive: &Drive<'_>) -> FreeGround {
         let moved_m = match drive.mode {
             Mode::Standing => Some(0.0),
             _ => drive.moved_m,
@@ -82,7 +81,7 @@ impl Guard {
 
     /// Two sweeps must agree before the free distance grows: the nearer of both counts.
     #[inline(never)]
-    fn conclude(&mut self, moved_m: Option<f32>) -> Free {
+    fn conclude(&mut self, moved_m: Option<f32>) -> FreeGround {
         let hazards = Hazards::new(&self.surfaces, &self.above, &self.ground.lines);
         let before = self.last_m.map(|last| last - moved_m.unwrap_or(0.0));
         let reach = hazards.reach();

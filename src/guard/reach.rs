@@ -9,6 +9,7 @@ use crate::math;
 use crate::model::Surfaces;
 use crate::model::lines::{Above, Lines};
 use crate::model::surfaces::{SLOT_M, SLOTS};
+use crate::verdict::{Ending, FreeGround};
 
 /// Density of rises, and of drops, ahead of a chair, per metre: what corridors, kerbs and stairs are to a day's way is
 /// not counted anywhere; four times as many or as few change the free distance of 3 % of tuning sweeps (docs/guard.md).
@@ -24,35 +25,13 @@ const MARGIN_M: f32 = 0.08;
 const NAMED: f32 = 0.5;
 /// … if it is within this of the free distance's end, metres.
 const NAMED_WITHIN_M: f32 = 0.35;
+/// Free ground that ends here or farther is ended by nothing that a sweep sees, metres: its cells end there.
+const FARTHEST_M: f32 = 1.9;
 /// No log-likelihood counts more, nats: e to this and a slot's weight stay finite.
 const MOST_NATS: f32 = 40.0;
 
-/// What ends the free ground.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum HazardKind {
-    /// A rise that may be a step.
-    Rise,
-    /// Something that stands there.
-    Obstacle,
-    /// The ground ends or falls.
-    Drop,
-}
-
-impl HazardKind {
-    /// All of them.
-    pub const ALL: [Self; 3] = [Self::Rise, Self::Obstacle, Self::Drop];
-}
-
-/// How far the ground is free.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Free {
-    /// Up to where, metres from the mirror at the sweep's last row.
-    pub free_m: f32,
-    /// What ends it, if that is known.
-    pub what: Option<HazardKind>,
-    /// Probability that no hazard is nearer.
-    pub confidence: f32,
-}
+/// What may end the free ground.
+const HAZARDS: [Ending; 3] = [Ending::Rise, Ending::Obstacle, Ending::Drop];
 
 /// Where the sum of the hazards' probabilities passes the risk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -95,24 +74,24 @@ impl<'a> Hazards<'a> {
     }
 
     /// Weight of a kind of hazard across the way in slot `k`.
-    fn weight(&self, kind: HazardKind, k: usize) -> f32 {
+    fn weight(&self, kind: Ending, k: usize) -> f32 {
         let x_m = (k as f32 + 0.5) * SLOT_M;
         match kind {
-            HazardKind::Rise => weight(ACROSS_PER_M, self.surfaces.rise_at(x_m)),
-            HazardKind::Drop => weight(ACROSS_PER_M, self.surfaces.drop_at(x_m)),
-            HazardKind::Obstacle => 0.0,
+            Ending::Rise => weight(ACROSS_PER_M, self.surfaces.rise_at(x_m)),
+            Ending::Drop => weight(ACROSS_PER_M, self.surfaces.drop_at(x_m)),
+            Ending::Obstacle | Ending::None | Ending::Unknown => 0.0,
         }
     }
 
     /// Weight of a hazard across the way in slot `k`.
     fn across(&self, k: usize) -> f32 {
-        self.weight(HazardKind::Rise, k) + self.weight(HazardKind::Drop, k)
+        self.weight(Ending::Rise, k) + self.weight(Ending::Drop, k)
     }
 
     /// Probability of a kind of hazard in slot `k`.
-    fn probability(&self, kind: HazardKind, k: usize) -> f32 {
+    fn probability(&self, kind: Ending, k: usize) -> f32 {
         match kind {
-            HazardKind::Obstacle => self.beside.get(k).copied().unwrap_or(0.0),
+            Ending::Obstacle => self.beside.get(k).copied().unwrap_or(0.0),
             kind => self.weight(kind, k) / self.total,
         }
     }
@@ -121,7 +100,7 @@ impl<'a> Hazards<'a> {
     pub fn reach(&self) -> Reach {
         let mut before = 0.0;
         for k in 0..SLOTS {
-            let beside = self.probability(HazardKind::Obstacle, k);
+            let beside = self.probability(Ending::Obstacle, k);
             let here = self.across(k) / self.total + beside;
             if before + here > RISK {
                 let end_m = k as f32 * SLOT_M;
@@ -136,7 +115,7 @@ impl<'a> Hazards<'a> {
     }
 
     /// The free distance of this sweep, where the one before it ended at `last_m`, metres from where the mirror is now.
-    pub fn free(&self, reach: Reach, last_m: Option<f32>) -> Free {
+    pub fn free(&self, reach: Reach, last_m: Option<f32>) -> FreeGround {
         let end_m = last_m.map_or(reach.end_m, |last_m| math::min(last_m, reach.end_m));
         let free_m = math::max(end_m - MARGIN_M, 0.0);
         // `as` saturates.
@@ -146,11 +125,16 @@ impl<'a> Hazards<'a> {
                 .map(|k| self.probability(kind, k))
                 .sum::<f32>()
         };
-        let what = HazardKind::ALL.map(|kind| (kind, of(kind)));
+        let what = HAZARDS.map(|kind| (kind, of(kind)));
         let likeliest = what.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        Free {
+        let named = likeliest.filter(|(_, p)| *p > NAMED);
+        FreeGround {
             free_m,
-            what: likeliest.filter(|(_, p)| *p > NAMED).map(|(kind, _)| kind),
+            ending: match named {
+                Some((kind, _)) => kind,
+                None if end_m >= FARTHEST_M => Ending::None,
+                None => Ending::Unknown,
+            },
             confidence: 1.0 - reach.before,
         }
     }

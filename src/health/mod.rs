@@ -22,6 +22,7 @@ mod turning;
 
 use crate::Iq;
 use crate::config::Config;
+use crate::math::{max, sin_cos};
 use crate::params::current as p;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};
@@ -44,6 +45,12 @@ const SILENT_SWING: u16 = 1;
 /// The mirror's echo stands at least so far above the noise, map units (9 dB). Noise alone has its
 /// strongest bin of the mirror's few some 4 dB above the median.
 const MIRROR_ABOVE_NOISE: u32 = 24;
+/// An echo stands at least so far above the median cell, map units (15 dB): of the 65,536 cells of the largest map noise
+/// brings one there in fewer than one map in 50,000.
+const HEARD_ABOVE_NOISE: u8 = 40;
+/// Mean level of noise above its median, dB: power of an exponential distribution, 2.51 dB below its mean in the mean of
+/// its logarithm and 1.59 dB in the median.
+pub const NOISE_DB: f32 = -0.92;
 /// Samples of a chirp that are compared with those of the chirp before.
 const PROBES: usize = 4;
 /// Rows up to which a noise level that was seen last is a yardstick for the next.
@@ -269,7 +276,36 @@ impl Health {
         median.unwrap_or(0) as u8
     }
 
+    /// Whether any echo of `map` stands out of the noise.
+    pub fn heard(&self, map: &PolarMap) -> bool {
+        let least = self.noise().saturating_add(HEARD_ABOVE_NOISE);
+        (0..map.rows()).any(|k| map.hits(k).any(|(_, cell)| cell >= least))
+    }
+
+    /// Mean level of the cells of `map` along the line of level ground, dB above the median cell: [`NOISE_DB`] where there
+    /// is nothing but noise. It shows ground whose echoes stand out in no cell.
+    #[inline(never)]
+    pub fn ground_db(&self, map: &PolarMap) -> f32 {
+        let (geometry, noise) = (map.geometry(), f32::from(self.noise()));
+        let (mut sum, mut count) = (0.0, 0);
+        for k in (0..map.rows()).filter(|&k| map.present(k)) {
+            let (sin, _) = sin_cos(map.angle_rad(k));
+            let range_m = geometry.mount_height_m / max(sin, f32::MIN_POSITIVE);
+            // `as` saturates.
+            let bin = ((range_m - geometry.first_range_m) / geometry.bin_m) as usize;
+            for bin in bin..bin.saturating_add(2).min(map.bins()) {
+                sum += f32::from(map.cell(k, bin)) - noise;
+                count += 1;
+            }
+        }
+        match count {
+            0 => NOISE_DB,
+            count => DB_PER_UNIT * sum / count as f32,
+        }
+    }
+
     /// Why the scan can be no answer, if so. `mirror` says whether the radar looks at a mirror.
+    #[inline(never)]
     pub fn verdict(&self, mirror: bool) -> Option<Reason> {
         let most = |rows: u32| 2 * rows > self.rows;
         if self.rows == 0 || most(self.silent) {

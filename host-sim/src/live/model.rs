@@ -321,6 +321,8 @@ impl State {
             Sentence::Step(step) => self.belongs(now, step.scan, line),
             Sentence::Drop(drop) => self.belongs(now, drop.scan, line),
             Sentence::Maybe(maybe) => self.belongs(now, maybe.scan, line),
+            // Nothing of a guard sweep is shown yet.
+            Sentence::Guard(_) => {}
             Sentence::Live(live) => self.live(now, live),
             Sentence::Boot { .. } | Sentence::Halt { .. } => {
                 self.coming = None;
