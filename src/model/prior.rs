@@ -21,9 +21,9 @@ const WAY_M: f32 = 2.5;
 /// Goings that are not those of the flight: so often, evenly over 0.4 m.
 const IRREGULAR: f32 = 0.07;
 
-/// Density of a landing's length, per metre: one in thirty flights goes on after one, of up to a metre
+/// Density of a landing's length, per metre: one in five flights goes on after one, of up to a metre
 /// and more.
-pub const LANDING: f32 = 0.03;
+pub const LANDING: f32 = 0.2;
 
 /// Natural logarithm of a positive number; that of 10^-30 for what is less.
 pub const fn ln(x: f32) -> f32 {
