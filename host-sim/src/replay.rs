@@ -168,6 +168,10 @@ impl DataPath for Noting {
         self.pipeline.begin(config, scan)
     }
 
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> std::result::Result<(), ConfigError> {
+        self.pipeline.begin_guard(config, sweep)
+    }
+
     fn samples(&mut self) -> &mut [Iq] {
         self.pipeline.samples()
     }

@@ -29,9 +29,7 @@ pub trait DataPath {
     ///
     /// # Errors
     /// Names the field that does not fit.
-    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
-        self.begin(config, sweep)
-    }
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError>;
     /// The word of a guard sweep, after its last row, instead of [`DataPath::conclude`]: how far the ground is free by it
     /// and by the guard sweeps before, of which number 1, as [`DataPath::begin_guard`] has it, forgets all others.
     fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord;

@@ -209,6 +209,9 @@ impl DataPath for Data {
         w.planes.push(config.mount.plane.first());
         Ok(())
     }
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
+        self.begin(config, sweep)
+    }
     fn samples(&mut self) -> &mut [Iq] {
         &mut self.1
     }

@@ -371,6 +371,10 @@ impl DataPath for Rows {
         Ok(())
     }
 
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
+        self.begin(config, sweep)
+    }
+
     fn samples(&mut self) -> &mut [Iq] {
         &mut self.samples[..self.count]
     }

@@ -336,6 +336,10 @@ impl DataPath for Data {
         Ok(())
     }
 
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
+        self.begin(config, sweep)
+    }
+
     fn samples(&mut self) -> &mut [Iq] {
         &mut self.samples
     }
