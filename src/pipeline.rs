@@ -5,7 +5,7 @@ use crate::answer::Answer;
 use crate::config::{Config, ConfigError, MAX_SAMPLES};
 use crate::drive::{Drive, Retention};
 use crate::finder::StairFinder;
-use crate::health::{Expected, Health, NOISE_DB};
+use crate::health::{Expected, Health};
 use crate::infer::past::History;
 use crate::mount::Mounting;
 use crate::mount::command::calibrate;
@@ -53,15 +53,8 @@ pub struct Pipeline {
     health: Health,
     /// What earlier scans said.
     past: History,
-    /// Mean level along the line of the ground over some guard sweeps, dB above the median cell.
-    ground_db: f32,
 }
 
-/// Share of a guard sweep's level along the ground in the mean over some.
-const NEWEST: f32 = 0.25;
-/// The ground is seen where that mean is above this, dB: of noise alone, whose mean over the 62 cells of a sweep spreads
-/// by 0.8 dB, it has 0.3 dB about -0.92 dB.
-const GROUND_SEEN_DB: f32 = 0.0;
 /// A longer break between two guard sweeps makes the next one a first one, seconds: a person steps in within less.
 const GUARD_BREAK_S: f32 = 1.0;
 
@@ -84,7 +77,6 @@ impl Pipeline {
             finder: StairFinder::new(),
             health: Health::new(),
             past: History::new(),
-            ground_db: 0.0,
         }
     }
 
@@ -133,7 +125,7 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Outcome {
         let mut outcome = Outcome::silent();
-        self.forget_guard();
+        self.finder.forget_guard();
         let mut evidence = Evidence {
             unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
             conditions,
@@ -199,12 +191,6 @@ impl Pipeline {
         Ok(config)
     }
 
-    /// The next guard sweep is a first one.
-    fn forget_guard(&mut self) {
-        self.finder.forget_guard();
-        self.ground_db = NOISE_DB;
-    }
-
     /// Returns the evidence of the last guard sweep: instrument, and ground by it and those before.
     #[inline(never)]
     fn guard_evidence(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardEvidence {
@@ -224,13 +210,14 @@ impl Pipeline {
         };
         let map = self.finder.map();
         evidence.signs = self.health.doubts(&self.config, map, expected);
-        let (heard, ground_db) = (self.health.heard(map), self.health.ground_db(map));
+        let heard = self.health.heard(map);
         if self.scan == 1 || drive.since_s.is_some_and(|s| s > GUARD_BREAK_S) {
-            self.forget_guard();
+            self.finder.forget_guard();
         }
-        self.ground_db += NEWEST * (ground_db - self.ground_db);
-        evidence.heard = heard || self.ground_db > GROUND_SEEN_DB;
-        evidence.ground = self.finder.guard(&self.config, drive);
+        let ground = self.finder.guard(&self.config, drive);
+        // Averaged over rows and sweeps, ground shows whose echoes stand out in no cell.
+        evidence.heard = heard || ground.is_some_and(|ground| ground.free_m > 0.0);
+        evidence.ground = ground;
         evidence
     }
 
@@ -298,7 +285,7 @@ impl DataPath for Pipeline {
         let word = GuardWord::new(&evidence);
         // What an instrument in doubt says is not carried on.
         if evidence.unusable.is_some() || !evidence.signs.is_empty() {
-            self.forget_guard();
+            self.finder.forget_guard();
         }
         word
     }

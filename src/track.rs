@@ -117,33 +117,21 @@ impl Track {
 
     /// The two blocks between, or nearest to, which `row` lies.
     fn around(&self, row: f32) -> Option<(Block, Block)> {
-        let filled = |b: &&Block| b.rows > 0;
-        // Rows of later blocks are larger: this block's may lie on either side of `row`. `as` saturates.
+        let filled = |k: &usize| self.blocks.get(*k).is_some_and(|b| b.rows > 0);
+        let reaches = |k: &usize| self.blocks.get(*k).is_some_and(|b| b.row >= row);
+        // Rows of the blocks before this one are smaller. `as` saturates.
         let here = (row / f32::from(self.rows_per_block.max(1))) as usize;
-        let (lower, upper) = self
-            .blocks
-            .split_at_checked(here)
-            .unwrap_or((&self.blocks, &[]));
-        let (mut lower, mut upper) = (
-            lower.iter().rev().filter(filled),
-            upper.iter().filter(filled),
-        );
-        let pair = match upper.next() {
-            Some(b) if b.row < row => upper
-                .next()
-                .map(|next| (b, next))
-                .or_else(|| lower.next().map(|a| (a, b))),
-            Some(b) => lower
-                .next()
-                .map(|a| (a, b))
-                .or_else(|| upper.next().map(|next| (b, next))),
-            None => {
-                let b = lower.next()?;
-                return Some(lower.next().map_or((*b, *b), |a| (*a, *b)));
+        let upper = (here.min(BLOCKS)..BLOCKS).filter(filled).find(reaches);
+        let before = |k: usize| (0..k).rev().find(filled);
+        let (a, b) = match (before(upper.unwrap_or(BLOCKS)), upper) {
+            (Some(a), Some(b)) => (a, b),
+            (Some(b), None) => (before(b).unwrap_or(b), b),
+            (None, b) => {
+                let a = b?;
+                (a, (a + 1..BLOCKS).find(filled).unwrap_or(a))
             }
         };
-        let only = self.blocks.iter().find(filled)?;
-        Some(pair.map_or((*only, *only), |(a, b)| (*a, *b)))
+        self.blocks.get(a).copied().zip(self.blocks.get(b).copied())
     }
 
     /// When and where row `row` (a fraction, too) was seen: between the blocks on a straight line,

@@ -16,12 +16,12 @@ const OF_MEAN: f32 = 0.4308;
 #[inline(never)]
 pub fn level(map: &PolarMap) -> f32 {
     let mut counts = [0_u16; 256];
+    let (near, far) = (bin(map, *RANGES_M.start()), bin(map, *RANGES_M.end()));
     for row in 0..map.rows() {
         let (cells, angle_rad) = (map.row(row), map.angle_rad(row));
-        let (near, far) = (bin(map, *RANGES_M.start()), bin(map, *RANGES_M.end()));
         // The ground shows between these ranges: nowhere where the row looks too far up, to the end where it does so partly.
-        let first = bin(map, ground_m(map, angle_rad + OFF_RAD)).clamp(near, far);
-        let end = bin(map, ground_m(map, angle_rad - OFF_RAD)).clamp(first, far);
+        let first = meets(map, angle_rad + OFF_RAD).clamp(near, far);
+        let end = meets(map, angle_rad - OFF_RAD).clamp(first, far);
         let before = cells.get(near..first).unwrap_or(&[]);
         let behind = cells.get(end..far.min(cells.len())).unwrap_or(&[]);
         for level in before.iter().chain(behind) {
@@ -38,20 +38,19 @@ pub fn level(map: &PolarMap) -> f32 {
 }
 
 /// The bin of a range, metres: the first one that is not nearer.
+#[inline(never)]
 fn bin(map: &PolarMap, range_m: f32) -> usize {
     let geometry = map.geometry();
     // `as` saturates.
     math::ceil((range_m - geometry.first_range_m) / geometry.bin_m) as usize
 }
 
-/// Range at which a line of sight meets the ground, metres; infinite where it never does.
-fn ground_m(map: &PolarMap, angle_rad: f32) -> f32 {
+/// The bin at which a line of sight meets the ground; beyond all where it never does.
+#[inline(never)]
+fn meets(map: &PolarMap, angle_rad: f32) -> usize {
     let (sin, _) = math::sin_cos(angle_rad);
-    if sin > 0.0 {
-        map.geometry().mount_height_m / sin
-    } else {
-        f32::INFINITY
-    }
+    let range_m = map.geometry().mount_height_m / math::max(sin, f32::MIN_POSITIVE);
+    bin(map, range_m)
 }
 
 /// The level below which so many of the cells are.

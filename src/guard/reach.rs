@@ -141,6 +141,7 @@ impl<'a> Hazards<'a> {
 }
 
 /// Weight of a hazard in a slot.
+#[inline(never)]
 fn weight(per_m: f32, nats: f32) -> f32 {
     per_m * SLOT_M * math::exp(math::min(nats, MOST_NATS))
 }

@@ -48,9 +48,6 @@ const MIRROR_ABOVE_NOISE: u32 = 24;
 /// An echo stands at least so far above the median cell, map units (15 dB): of the 65,536 cells of the largest map noise
 /// brings one there in fewer than one map in 50,000.
 const HEARD_ABOVE_NOISE: u8 = 40;
-/// Mean level of noise above its median, dB: power of an exponential distribution, 2.51 dB below its mean in the mean of
-/// its logarithm and 1.59 dB in the median.
-pub const NOISE_DB: f32 = -0.92;
 /// Samples of a chirp that are compared with those of the chirp before.
 const PROBES: usize = 4;
 /// Rows up to which a noise level that was seen last is a yardstick for the next.
@@ -280,28 +277,6 @@ impl Health {
     pub fn heard(&self, map: &PolarMap) -> bool {
         let least = self.noise().saturating_add(HEARD_ABOVE_NOISE);
         (0..map.rows()).any(|k| map.hits(k).any(|(_, cell)| cell >= least))
-    }
-
-    /// Mean level of the cells of `map` along the line of level ground, dB above the median cell: [`NOISE_DB`] where there
-    /// is nothing but noise. It shows ground whose echoes stand out in no cell.
-    #[inline(never)]
-    pub fn ground_db(&self, map: &PolarMap) -> f32 {
-        let (geometry, noise) = (map.geometry(), f32::from(self.noise()));
-        let (mut sum, mut count) = (0.0, 0);
-        for k in (0..map.rows()).filter(|&k| map.present(k)) {
-            let (sin, _) = sin_cos(map.angle_rad(k));
-            let range_m = geometry.mount_height_m / max(sin, f32::MIN_POSITIVE);
-            // `as` saturates.
-            let bin = ((range_m - geometry.first_range_m) / geometry.bin_m) as usize;
-            for bin in bin..bin.saturating_add(2).min(map.bins()) {
-                sum += f32::from(map.cell(k, bin)) - noise;
-                count += 1;
-            }
-        }
-        match count {
-            0 => NOISE_DB,
-            count => DB_PER_UNIT * sum / count as f32,
-        }
     }
 
     /// Why the scan can be no answer, if so. `mirror` says whether the radar looks at a mirror.

@@ -84,7 +84,7 @@ impl Term {
         constant: 0.0,
         per_t: 0.0,
         per_ln_t: 0.0,
-        least: (1.0, 0.0),
+        least: (0.0, 0.0),
     };
 
     /// Of a surface of power `s` that is seen in rows worth `n` independent ones, as so many independent speckles.
@@ -192,15 +192,15 @@ impl Default for Lines {
 }
 
 impl Lines {
-    /// Of no map.
+    /// Of no map. All bits are zero, so that it is no constant in flash.
     pub const fn new() -> Self {
         Self {
             cells: heapless::Vec::new(),
             terms: [Term::ZERO; POWERS],
             first_m: 0.0,
-            step_m: 1.0,
+            step_m: 0.0,
             height_m: 0.0,
-            rows: 1.0,
+            rows: 0.0,
         }
     }
 
