@@ -20,8 +20,8 @@ pub fn level(map: &PolarMap) -> f32 {
     for row in 0..map.rows() {
         let (cells, angle_rad) = (map.row(row), map.angle_rad(row));
         // The ground shows between these ranges: nowhere where the row looks too far up, to the end where it does so partly.
-        let first = meets(map, angle_rad + OFF_RAD).clamp(near, far);
-        let end = meets(map, angle_rad - OFF_RAD).clamp(first, far);
+        let first = meets(map, angle_rad + OFF_RAD).max(near).min(far);
+        let end = meets(map, angle_rad - OFF_RAD).max(first).min(far);
         let before = cells.get(near..first).unwrap_or(&[]);
         let behind = cells.get(end..far.min(cells.len())).unwrap_or(&[]);
         for level in before.iter().chain(behind) {

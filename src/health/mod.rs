@@ -22,7 +22,7 @@ mod turning;
 
 use crate::Iq;
 use crate::config::Config;
-use crate::math::{max, sin_cos};
+
 use crate::params::current as p;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};

@@ -18,7 +18,6 @@ mod image {
     use microfft::Complex32;
     use stairscan::Iq;
     use stairscan::config::{Config, MAX_SAMPLES, RadarConfig};
-    use stairscan::guard::Guard;
     use stairscan::motion::Drive;
     use stairscan::observer::{Event, Observer};
     use stairscan::pipeline::Pipeline;
@@ -47,6 +46,7 @@ mod image {
         if let Some(peripherals) = cortex_m::Peripherals::take() {
             let mut counter = Counter::new(peripherals.SYST);
             transforms(&mut counter);
+            chirp_stages(&mut counter);
             scans(&mut counter);
             debug::exit(EXIT_SUCCESS);
         }
@@ -94,11 +94,87 @@ mod image {
         hprintln!("microfft_f32 {}", count);
     }
 
-    static mut PIPELINE: Pipeline = Pipeline::new();
-    static mut GUARD: Guard = Guard::new();
+    /// The passes over one chirp of 200 samples, and all of them.
+    #[inline(never)]
+    fn chirp_stages(counter: &mut Counter) {
+        let mut samples = [Iq::default(); 200];
+        for (to, x) in samples.iter_mut().zip(chirp(200)) {
+            *to = x;
+        }
+        let config = Config::default();
+        let mut window = Window::empty();
+        window.shape(200, 256);
+        let count = counter.count(ROUNDS, || ChirpLevels::of::<Native>(black_box(&samples)));
+        hprintln!("levels {}", count);
+        let levels = ChirpLevels::of::<Native>(&samples);
+        let mut data = [Packed::ZERO; 256];
+        let count = counter.count(ROUNDS, || {
+            let (levels, window) = (black_box(&levels), black_box(&window));
+            window::open::<Native, 256>(black_box(&samples), levels, window, black_box(&mut data))
+        });
+        hprintln!("window {}", count);
+        let seen = window::open::<Native, 256>(&samples, &levels, &window, &mut data);
+        let (mut spare, mut power) = ([Packed::ZERO; 256], [0u32; 256]);
+        let count = counter.count(ROUNDS, || {
+            let (spare, power) = (black_box(&mut spare), black_box(&mut power));
+            fft::finish::<Native, u32, 256>(black_box(&mut data), spare, power, seen)
+        });
+        hprintln!("stages {}", count);
+        row_stages(counter, &config, &window, &power);
+        // The same chirp once more taken for 400 real samples.
+        for (name, real) in [("chirp", false), ("chirp_real", true)] {
+            let radar = RadarConfig {
+                real,
+                ..config.radar
+            };
+            hprintln!("{} {}", name, whole(counter, &radar, &config, &samples));
+        }
+    }
 
-    /// A scan of no more rows is a sweep of the guard.
-    const MOST_GUARD_ROWS: u16 = 64;
+    /// From a chirp to a row of the map.
+    #[inline(never)]
+    fn whole(
+        counter: &mut Counter,
+        radar: &RadarConfig,
+        config: &Config,
+        samples: &[Iq; 200],
+    ) -> u32 {
+        // SAFETY: the only reference to the static while this function runs.
+        let processor = unsafe { &mut *addr_of_mut!(RANGE) };
+        let Ok(()) = processor.configure(radar, &config.mount, &config.cfar) else {
+            return 0;
+        };
+        let bins = usize::from(processor.kept().count);
+        let (mut cells, mut mask) = ([0; 256], [0; 8]);
+        counter.count(ROUNDS, || {
+            let mut row = Row {
+                cells: &mut cells[..bins],
+                mask: &mut mask[..bins.div_ceil(32)],
+            };
+            processor.process(black_box(samples), &mut row)
+        })
+    }
+
+    /// From power to a row.
+    #[inline(never)]
+    fn row_stages(counter: &mut Counter, config: &Config, window: &Window, power: &[u32; 256]) {
+        let kept = BinWindow::new(&config.radar, &config.mount, &config.cfar);
+        let power = &power[kept.first.into()..][..kept.count.into()];
+        let (mut cells, mut mask) = ([0; 256], [0; 8]);
+        let count = counter.count(ROUNDS, || {
+            log::fill_cells(black_box(power), 1000, black_box(&mut cells))
+        });
+        hprintln!("cells {}", count);
+        let mut cfar = Cfar::empty();
+        cfar.shape(&config.cfar, kept, window);
+        let count = counter.count(ROUNDS, || {
+            cfar.detect::<Native>(black_box(power), black_box(&mut mask))
+        });
+        hprintln!("cfar {}", count);
+    }
+
+    static mut PIPELINE: Pipeline = Pipeline::new();
+    static mut RANGE: RangeProcessor = RangeProcessor::idle();
 
     /// Takes the time of each stage after the last row.
     struct Laps<'c> {
@@ -132,7 +208,12 @@ mod image {
         };
         let mut bytes = [0; head::SIZE];
         while file.read(&mut bytes) {
-            scan(counter, pipeline, &head::decode(&bytes), &mut file);
+            let config = head::decode(&bytes);
+            if config.sweep.angle_count <= head::MOST_SWEEP_ROWS {
+                sweep(counter, pipeline, &config, &mut file);
+            } else {
+                scan(counter, pipeline, &config, &mut file);
+            }
         }
     }
 
@@ -145,14 +226,8 @@ mod image {
         let ready = pipeline.begin(config, 1).is_ok();
         let (mut worst_chirp, mut worst_row) = (0, 0);
         for k in 0..config.sweep.angle_count {
-            let mut bytes = [0; 4 * MAX_SAMPLES];
-            let bytes = &mut bytes[..4 * usize::from(config.radar.samples)];
-            if !ready || !file.read(bytes) {
+            if !ready || !chirp_of(file, config, pipeline) {
                 return;
-            }
-            let samples = bytes.as_chunks::<4>().0;
-            for (to, &[i0, i1, q0, q1]) in pipeline.samples().iter_mut().zip(samples) {
-                *to = Iq::new(i16::from_le_bytes([i0, i1]), i16::from_le_bytes([q0, q1]));
             }
             let ((), chirp) = counter.once(|| pipeline.watch(k));
             worst_chirp = worst_chirp.max(chirp);
@@ -168,14 +243,6 @@ mod image {
         let outcome = pipeline.conclude_observed(&Drive::STANDING, Conditions::GOOD, &mut laps);
         let [echoes, search, dimensions] = laps.counts;
         let ((), report) = counter.once(|| report(&outcome));
-        if config.sweep.angle_count <= MOST_GUARD_ROWS {
-            // SAFETY: the only reference to the static while this function runs.
-            let guard = unsafe { &mut *addr_of_mut!(GUARD) };
-            let map = pipeline.map();
-            let (free, count) = counter.once(|| guard.sweep(map, config, &Drive::STANDING));
-            black_box(free);
-            hprintln!("guard {}", count);
-        }
         let post = counter.lap(&mut since);
         hprintln!(
             "scan {} {} {} {} {} {} {}",
@@ -187,6 +254,36 @@ mod image {
             dimensions,
             report
         );
+    }
+
+    /// Reads the next row's chirp; says whether there was one.
+    #[inline(never)]
+    fn chirp_of(file: &mut HostFile, config: &Config, pipeline: &mut Pipeline) -> bool {
+        let mut bytes = [0; 4 * MAX_SAMPLES];
+        let bytes = &mut bytes[..4 * usize::from(config.radar.samples)];
+        if !file.read(bytes) {
+            return false;
+        }
+        let samples = bytes.as_chunks::<4>().0;
+        for (to, &[i0, i1, q0, q1]) in pipeline.samples().iter_mut().zip(samples) {
+            *to = Iq::new(i16::from_le_bytes([i0, i1]), i16::from_le_bytes([q0, q1]));
+        }
+        true
+    }
+
+    /// One sweep of the guard: `sweep COUNT`, from the last row to the word, health included.
+    #[inline(never)]
+    fn sweep(counter: &mut Counter, pipeline: &mut Pipeline, config: &Config, file: &mut HostFile) {
+        let ready = pipeline.begin_guard(config, 1).is_ok();
+        for k in 0..config.sweep.angle_count {
+            if !ready || !chirp_of(file, config, pipeline) {
+                return;
+            }
+            pipeline.row(k);
+        }
+        let (word, count) = counter.once(|| pipeline.guard(&Drive::STANDING, Conditions::GOOD));
+        black_box(word.free_m());
+        hprintln!("sweep {}", count);
     }
 
     /// Writes the sentences of an outcome.
