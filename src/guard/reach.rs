@@ -26,12 +26,9 @@ const NAMED: f32 = 0.5;
 /// … if it is within this of the free distance's end, metres.
 const NAMED_WITHIN_M: f32 = 0.35;
 /// Free ground that ends here or farther is ended by nothing that a sweep sees, metres: its cells end there.
-const FARTHEST_M: f32 = 1.9;
+const FARTHEST_M: f32 = 1.6;
 /// No log-likelihood counts more, nats: e to this and a slot's weight stay finite.
 const MOST_NATS: f32 = 40.0;
-
-/// What may end the free ground.
-const HAZARDS: [Ending; 3] = [Ending::Rise, Ending::Obstacle, Ending::Drop];
 
 /// Where the sum of the hazards' probabilities passes the risk.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -42,20 +39,30 @@ pub struct Reach {
     pub before: f32,
 }
 
-/// Probabilities of hazards by place.
+/// Kinds of hazards by place.
+const KINDS: [Ending; 3] = [Ending::Rise, Ending::Drop, Ending::Obstacle];
+
+/// Probabilities of hazards by kind, in the order of [`KINDS`], and place.
 #[derive(Debug)]
-pub struct Hazards<'a> {
-    surfaces: &'a Surfaces,
-    /// Probability of a thing beside the ground, by slot.
-    beside: [f32; SLOTS],
-    /// 1 + Σ w over everything across the way.
-    total: f32,
+pub struct Hazards {
+    probabilities: [[f32; SLOTS]; KINDS.len()],
 }
 
-impl<'a> Hazards<'a> {
+impl Hazards {
     /// Of a sweep.
-    pub fn new(surfaces: &'a Surfaces, above: &Above, lines: &Lines) -> Self {
-        let mut beside = [0.0; SLOTS];
+    pub fn new(surfaces: &Surfaces, above: &Above, lines: &Lines) -> Self {
+        let mut probabilities = [[0.0; SLOTS]; KINDS.len()];
+        let [rise, drop, beside] = &mut probabilities;
+        let mut total = 1.0;
+        for (k, (rise, drop)) in rise.iter_mut().zip(drop.iter_mut()).enumerate() {
+            let x_m = (k as f32 + 0.5) * SLOT_M;
+            *rise = weight(ACROSS_PER_M, surfaces.rise_at(x_m));
+            *drop = weight(ACROSS_PER_M, surfaces.drop_at(x_m));
+            total += *rise + *drop;
+        }
+        let share = 1.0 / total;
+        let across = rise.iter_mut().chain(drop.iter_mut());
+        across.for_each(|weight| *weight *= share);
         above.things(lines, |b, nats| {
             // `as` saturates.
             let slot = (lines.x_m(lines.range_m(b)) / SLOT_M) as usize;
@@ -64,44 +71,15 @@ impl<'a> Hazards<'a> {
                 *place = math::max(*place, odds / (1.0 + odds));
             }
         });
-        let mut hazards = Self {
-            surfaces,
-            beside,
-            total: 1.0,
-        };
-        hazards.total += (0..SLOTS).map(|k| hazards.across(k)).sum::<f32>();
-        hazards
-    }
-
-    /// Weight of a kind of hazard across the way in slot `k`.
-    fn weight(&self, kind: Ending, k: usize) -> f32 {
-        let x_m = (k as f32 + 0.5) * SLOT_M;
-        match kind {
-            Ending::Rise => weight(ACROSS_PER_M, self.surfaces.rise_at(x_m)),
-            Ending::Drop => weight(ACROSS_PER_M, self.surfaces.drop_at(x_m)),
-            Ending::Obstacle | Ending::None | Ending::Unknown => 0.0,
-        }
-    }
-
-    /// Weight of a hazard across the way in slot `k`.
-    fn across(&self, k: usize) -> f32 {
-        self.weight(Ending::Rise, k) + self.weight(Ending::Drop, k)
-    }
-
-    /// Probability of a kind of hazard in slot `k`.
-    fn probability(&self, kind: Ending, k: usize) -> f32 {
-        match kind {
-            Ending::Obstacle => self.beside.get(k).copied().unwrap_or(0.0),
-            kind => self.weight(kind, k) / self.total,
-        }
+        Self { probabilities }
     }
 
     /// Where the risk is reached.
     pub fn reach(&self) -> Reach {
+        let [rise, drop, beside] = &self.probabilities;
+        let across = rise.iter().zip(drop).map(|(rise, drop)| rise + drop);
         let mut before = 0.0;
-        for k in 0..SLOTS {
-            let beside = self.probability(Ending::Obstacle, k);
-            let here = self.across(k) / self.total + beside;
+        for (k, here) in across.zip(beside).map(|(a, b)| a + b).enumerate() {
             if before + here > RISK {
                 let end_m = k as f32 * SLOT_M;
                 return Reach { end_m, before };
@@ -120,17 +98,17 @@ impl<'a> Hazards<'a> {
         let free_m = math::max(end_m - MARGIN_M, 0.0);
         // `as` saturates.
         let near = ((free_m + NAMED_WITHIN_M) / SLOT_M) as usize;
-        let of = |kind| {
-            (0..near.min(SLOTS))
-                .map(|k| self.probability(kind, k))
-                .sum::<f32>()
-        };
-        let what = HAZARDS.map(|kind| (kind, of(kind)));
-        let likeliest = what.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
-        let named = likeliest.filter(|(_, p)| *p > NAMED);
+        let sums = self
+            .probabilities
+            .iter()
+            .map(|kind| kind.iter().take(near).sum::<f32>());
+        let named = KINDS
+            .into_iter()
+            .zip(sums)
+            .max_by(|a, b| a.1.total_cmp(&b.1));
         FreeGround {
             free_m,
-            ending: match named {
+            ending: match named.filter(|(_, p)| *p > NAMED) {
                 Some((kind, _)) => kind,
                 None if end_m >= FARTHEST_M => Ending::None,
                 None => Ending::Unknown,

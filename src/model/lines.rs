@@ -161,6 +161,13 @@ pub struct Shown {
     leaks_db: f32,
 }
 
+impl Shown {
+    /// Whether the line is seen.
+    pub fn is_seen(self) -> bool {
+        self.t > 0.0
+    }
+}
+
 /// A range cell.
 #[derive(Clone, Copy, Debug)]
 pub struct RangeCell {
@@ -207,13 +214,18 @@ impl Lines {
     /// Looks along the ground in front of the chair, and below it.
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>) {
-        self.fill(&Gaze::new(chart), |gaze, bin, range_m| {
+        self.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
             gaze.cell(bin, range_m)
         });
     }
 
     /// Fills the cells with what `cell` makes of each bin and its range, metres.
-    fn fill(&mut self, gaze: &Gaze<'_>, mut cell: impl FnMut(&Gaze<'_>, usize, f32) -> RangeCell) {
+    fn fill(
+        &mut self,
+        gaze: &Gaze<'_>,
+        farthest_m: f32,
+        mut cell: impl FnMut(&Gaze<'_>, usize, f32) -> RangeCell,
+    ) {
         let chart = gaze.chart;
         let geometry = chart.map.geometry();
         self.rows = WORTH * REACH * gaze.sigma_rows;
@@ -232,7 +244,7 @@ impl Lines {
             if self.cells.is_empty() {
                 self.first_m = range_m;
             }
-            if range_m > FARTHEST_M || self.cells.push(cell(gaze, bin, range_m)).is_err() {
+            if range_m > farthest_m || self.cells.push(cell(gaze, bin, range_m)).is_err() {
                 break;
             }
         }

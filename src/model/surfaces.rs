@@ -186,6 +186,8 @@ type ByCell = [f32; CELLS + 1];
 pub struct Recursions {
     /// What the map shows.
     pub lines: Lines,
+    /// Likelihood ratio of the ground in each cell by state: the way out and the way back need it.
+    ratios: [State; CELLS],
     /// The ground up to each cell.
     ground: ByCell,
     /// What shows around a riser, summed up to each cell.
@@ -209,6 +211,7 @@ impl Recursions {
     pub const fn new() -> Self {
         Self {
             lines: Lines::new(),
+            ratios: [[0.0; STATES]; CELLS],
             ground: [0.0; CELLS + 1],
             around: [0.0; CELLS + 1],
             surface: [0.0; CELLS + 1],
@@ -225,7 +228,7 @@ impl Recursions {
             return;
         }
         let level = self.forward();
-        self.backward(0.0, Lines::ground);
+        self.backward(|r, b| r.ratios.get(b).copied().unwrap_or(EVEN));
         self.behind();
         self.risers(level, out);
         self.lower(below);
@@ -238,8 +241,12 @@ impl Recursions {
         let (mut state, mut sum, mut around) = (EVEN, 0.0, 0.0);
         for b in 0..self.lines.cells().len() {
             let power = self.lines.ground(b);
-            sum += weigh(&mut state, &self.likelihood(b, 0.0, power));
+            let ratio = self.likelihood(b, 0.0, power);
+            sum += weigh(&mut state, &ratio);
             walk(&mut state);
+            if let Some(place) = self.ratios.get_mut(b) {
+                *place = ratio;
+            }
             around += math::ln(DARK_AT_RISER + (1.0 - DARK_AT_RISER) * self.any(&[power]));
             set(&mut self.ground, b + 1, sum);
             set(&mut self.around, b + 1, around);
@@ -247,15 +254,14 @@ impl Recursions {
         sum
     }
 
-    /// A surface at a level from each cell on.
+    /// A surface from each cell on, of which `ratio` is the likelihood ratio by state in a cell.
     #[inline(never)]
-    fn backward(&mut self, y_m: f32, power: impl Fn(&Lines, usize) -> Power) {
+    fn backward(&mut self, ratio: impl Fn(&Self, usize) -> State) {
         let n = self.lines.cells().len();
         let (mut state, mut sum) = (EVEN, 0.0);
         set(&mut self.surface, n, 0.0);
         for b in (0..n).rev() {
-            let power = power(&self.lines, b);
-            sum += weigh(&mut state, &self.likelihood(b, y_m, power));
+            sum += weigh(&mut state, &ratio(self, b));
             walk(&mut state);
             set(&mut self.surface, b, sum);
         }
@@ -317,7 +323,7 @@ impl Recursions {
             return;
         }
         for (k, depth_m) in DEPTHS_M.into_iter().enumerate() {
-            self.backward(-depth_m, |lines, b| lines.lower(b, k));
+            self.backward(|r, b| r.likelihood(b, -depth_m, r.lines.lower(b, k)));
             for b in 0..n {
                 let shadow = self.lines.at(self.lines.range_m(b) * (h + depth_m) / h);
                 let lower = EACH + value(&self.surface, shadow);
@@ -365,6 +371,11 @@ impl Recursions {
         let mut sum = 0.0;
         for power in powers {
             let shown = power.shown();
+            // A line that is not seen says nothing, of any power.
+            if !shown.is_seen() {
+                sum += ANY_POWERS as f32;
+                continue;
+            }
             for k in 0..ANY_POWERS {
                 sum += self.lines.ratio(shown, ANY_DB * k as f32);
             }

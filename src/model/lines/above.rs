@@ -6,7 +6,9 @@ use crate::math;
 
 /// Heights above the ground that are looked at, metres: from what is a rise to a wheelchair to the upper end of a
 /// sweep's sector at 1 m.
-const HEIGHTS_M: [f32; 6] = [0.05, 0.08, 0.12, 0.18, 0.26, 0.35];
+const HEIGHTS_M: [f32; 4] = [0.05, 0.1, 0.18, 0.3];
+/// Range up to which they are, metres: what is farther than 1.65 m a chair does not reach within three seconds.
+const FARTHEST_M: f32 = 1.7;
 /// Share of a cell's strongest row that shows in rows far from it: side lobes of an unknown antenna, and of a mirror
 /// that turns meanwhile. Counted on tuning sweeps (docs/guard.md): with 0.02 things are seen where nothing stands.
 const SIDE_LOBES: f32 = 0.05;
@@ -44,7 +46,7 @@ impl Above {
     pub fn look(&mut self, chart: &Chart<'_>, lines: &mut Lines) {
         self.powers = [Power::DARK; CELLS];
         let mut powers = self.powers.iter_mut();
-        lines.fill(&Gaze::new(chart), |gaze, bin, range_m| {
+        lines.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
             let cell = Cell::new(gaze, bin, range_m);
             let level = cell.seen(0.0);
             if let Some(power) = powers.next() {
@@ -65,7 +67,7 @@ impl Above {
     /// How much likelier cell `b` is with something that stands there than without, nats; `None` where it is not seen.
     fn nats(&self, b: usize, lines: &Lines) -> Option<f32> {
         let shown: Shown = self.powers.get(b)?.shown();
-        if shown.t <= 0.0 {
+        if !shown.is_seen() {
             return None;
         }
         let powers = (0..POWERS).map(|k| lines.ratio(shown, FIRST_DB + STEP_DB * k as f32));
