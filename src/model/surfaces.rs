@@ -550,6 +550,25 @@ mod tests {
     }
 
     #[test]
+    fn slots_between_two_cells_are_as_likely_as_the_farther_one() {
+        let mut values = [0.0; SLOTS];
+        let mut slots = Slots::new(&mut values);
+        for (x_m, value) in [(0.12, -3.0), (0.13, -2.0), (0.27, -5.0), (0.41, -1.0)] {
+            slots.add(x_m, value);
+        }
+        slots.finish();
+        // Nearer than all cells as in the first one; the last slot was not looked at as a whole.
+        let expected = [-3.0, -3.0, -2.0, -5.0, -5.0, -5.0, -1.0, -1.0, 0.0_f32];
+        assert!(
+            values
+                .iter()
+                .zip(expected)
+                .all(|(v, e)| (v - e).abs() < 1e-6),
+            "{values:?}"
+        );
+    }
+
+    #[test]
     fn where_nothing_is_seen_nothing_is_told() {
         let surfaces = weighed(&chart(&scene(&Config::default(), &[])));
         // Half of the reflectivities would show: so much it costs that none does.

@@ -135,3 +135,77 @@ fn all<'a>(cell: &'a mut RangeCell, above: &'a mut Power) -> [&'a mut Power; LIN
     let [a, b, c, d] = &mut cell.lower;
     [&mut cell.ground, above, a, b, c, d]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Ten cells from 0.6 m on, all of this power along the ground.
+    fn lines(power: Power) -> (Lines, Above) {
+        let mut lines = Lines::new();
+        (lines.first_m, lines.step_m, lines.height_m) = (0.6, 0.02, 0.4);
+        lines.rows = 10.0;
+        for _ in 0..10 {
+            let lower = [Power::DARK; DEPTHS_M.len()];
+            let cell = RangeCell {
+                ground: power,
+                lower,
+            };
+            lines.cells.push(cell).unwrap();
+        }
+        (lines, Above::new())
+    }
+
+    fn t(power: Power) -> f32 {
+        power.shown().t
+    }
+
+    #[test]
+    fn a_mean_of_equal_sweeps_is_like_each_of_them() {
+        let mut mean = MeanLines::new();
+        for _ in 0..20 {
+            let (mut lines, mut above) = lines(Power::new(5.0, 1.0));
+            mean.average(&mut lines, &mut above, Some(0.0));
+            // A quarter of a decibel is 6 %.
+            assert!((t(lines.ground(3)) / 5.0 - 1.0).abs() < 0.06);
+        }
+    }
+
+    #[test]
+    fn a_new_sweep_has_its_share() {
+        let mut mean = MeanLines::new();
+        let (mut first, mut above) = lines(Power::new(1.0, 1.0));
+        mean.average(&mut first, &mut above, Some(0.0));
+        let (mut second, _) = lines(Power::new(10.0, 1.0));
+        mean.average(&mut second, &mut above, Some(0.0));
+        let expected = (10.0 + KEPT) / (1.0 + KEPT);
+        assert!((t(second.ground(3)) / expected - 1.0).abs() < 0.06);
+    }
+
+    #[test]
+    fn sweeps_are_counted_as_a_fading_mean_counts_them() {
+        let mut mean = MeanLines::new();
+        let mut weights: std::vec::Vec<Weights> = (0..40).map(|_| mean.count(Some(0.1))).collect();
+        let last = weights.pop().unwrap();
+        let full = (1.0 + KEPT) / (1.0 - KEPT);
+        assert!((last.sweeps - last.speckles).abs() < 1e-6 && last.sweeps <= full);
+        assert!((last.earlier - KEPT / (1.0 - KEPT)).abs() < 1e-3);
+        // A chair that stands sees the same speckle again and again.
+        assert!((mean.count(Some(0.0)).speckles - 1.0).abs() < 1e-6);
+        // Where the way is not known little is kept.
+        assert!(mean.count(None).earlier < last.earlier);
+    }
+
+    #[test]
+    fn what_was_seen_farther_away_is_averaged_where_it_has_come_to() {
+        let mut mean = MeanLines::new();
+        let (mut first, mut above) = lines(Power::new(1.0, 1.0));
+        first.cells[6].ground = Power::new(100.0, 1.0);
+        mean.average(&mut first, &mut above, Some(0.0));
+        let moved_m = first.x_m(first.range_m(6)) - first.x_m(first.range_m(4));
+        let (mut second, _) = lines(Power::new(1.0, 1.0));
+        mean.average(&mut second, &mut above, Some(moved_m));
+        assert!(t(second.ground(4)) > 20.0, "{}", t(second.ground(4)));
+        assert!(t(second.ground(6)) < 2.0);
+    }
+}
