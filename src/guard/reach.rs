@@ -7,7 +7,8 @@
 
 use crate::math;
 use crate::model::Surfaces;
-use crate::model::lines::{Above, Lines};
+use crate::model::above::Above;
+use crate::model::lines::Lines;
 use crate::model::surfaces::{SLOT_M, SLOTS};
 use crate::verdict::{Ending, FreeGround};
 
@@ -32,7 +33,7 @@ const MOST_NATS: f32 = 40.0;
 
 /// Where the sum of the hazards' probabilities passes the risk.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub struct FreeEnd {
     /// Metres from the mirror.
     pub end_m: f32,
     /// Probability of a hazard before it.
@@ -75,25 +76,25 @@ impl Hazards {
     }
 
     /// Where the risk is reached.
-    pub fn reach(&self) -> Reach {
+    pub fn reach(&self) -> FreeEnd {
         let [rise, drop, beside] = &self.probabilities;
         let across = rise.iter().zip(drop).map(|(rise, drop)| rise + drop);
         let mut before = 0.0;
         for (k, here) in across.zip(beside).map(|(a, b)| a + b).enumerate() {
             if before + here > RISK {
                 let end_m = k as f32 * SLOT_M;
-                return Reach { end_m, before };
+                return FreeEnd { end_m, before };
             }
             before += here;
         }
-        Reach {
+        FreeEnd {
             end_m: SLOTS as f32 * SLOT_M,
             before,
         }
     }
 
     /// The free distance of this sweep, where the one before it ended at `last_m`, metres from where the mirror is now.
-    pub fn free(&self, reach: Reach, last_m: Option<f32>) -> FreeGround {
+    pub fn free(&self, reach: FreeEnd, last_m: Option<f32>) -> FreeGround {
         let end_m = last_m.map_or(reach.end_m, |last_m| math::min(last_m, reach.end_m));
         let free_m = math::max(end_m - MARGIN_M, 0.0);
         // `as` saturates.

@@ -12,12 +12,6 @@
 //!
 //! What a cell's strongest row leaks into its other rows counts as noise: side lobes everywhere, and the beam's flank near it.
 
-mod above;
-mod mean;
-
-pub use above::Above;
-pub use mean::{MeanLines, Weights};
-
 use super::chart::Chart;
 use crate::math;
 use crate::signal::grid::{EIGHTHS, UNITS_PER_OCTAVE};
@@ -56,7 +50,7 @@ const FAINT: f32 = 8.0;
 /// The strongest row is the surface itself up to so many standard deviations of the beam off its line.
 const ITSELF: f32 = 1.0;
 /// A Gaussian beam seen through one like it: exp(-d²/4) at d standard deviations.
-const FLANK: f32 = 0.25;
+pub(super) const FLANK: f32 = 0.25;
 /// Steeper than this no scan looks: the square of the angle's cosine.
 const STEEPEST: f32 = 0.1;
 /// Powers S that have terms: the first one, dB, their distance, and their number.
@@ -109,9 +103,9 @@ impl Term {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Power {
     /// Quarters of a decibel of t over [`Power::LEAST_DB`]; 0 where it is not seen.
-    t: u8,
+    pub(super) t: u8,
     /// Quarters of a decibel by which leaks raise the noise.
-    leaks: u8,
+    pub(super) leaks: u8,
 }
 
 impl Power {
@@ -123,7 +117,7 @@ impl Power {
     const NATS_PER_DB: f32 = core::f32::consts::LN_10 / 10.0;
 
     /// Of power t over the noise that leaks have raised by a ratio.
-    fn new(t: f32, leaks: f32) -> Self {
+    pub(super) fn new(t: f32, leaks: f32) -> Self {
         let db = |ratio: f32| math::DB_PER_OCTAVE * math::log2(math::max(ratio, f32::MIN_POSITIVE));
         // `as` saturates.
         Self {
@@ -133,10 +127,10 @@ impl Power {
     }
 
     /// Of what is not seen.
-    const DARK: Self = Self { t: 0, leaks: 0 };
+    pub(super) const DARK: Self = Self { t: 0, leaks: 0 };
 
     /// The stronger of two.
-    fn brighter(self, other: Self) -> Self {
+    pub(super) fn brighter(self, other: Self) -> Self {
         if other.t > self.t { other } else { self }
     }
 
@@ -156,7 +150,7 @@ impl Power {
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
     /// Power over the noise; 0 where it is not seen.
-    t: f32,
+    pub(super) t: f32,
     ln_t: f32,
     leaks_db: f32,
 }
@@ -180,16 +174,16 @@ pub struct RangeCell {
 /// What the cells along the way ahead show, the nearest first.
 #[derive(Clone, Debug)]
 pub struct Lines {
-    cells: heapless::Vec<RangeCell, CELLS>,
+    pub(super) cells: heapless::Vec<RangeCell, CELLS>,
     terms: [Term; POWERS],
     /// Range of the first cell, metres.
-    first_m: f32,
+    pub(super) first_m: f32,
     /// From cell to cell, metres.
-    step_m: f32,
+    pub(super) step_m: f32,
     /// Mirror above the ground, metres.
     pub height_m: f32,
     /// Independent rows that the rows of one sweep are worth.
-    rows: f32,
+    pub(super) rows: f32,
 }
 
 impl Default for Lines {
@@ -220,7 +214,7 @@ impl Lines {
     }
 
     /// Fills the cells with what `cell` makes of each bin and its range, metres.
-    fn fill(
+    pub(super) fn fill(
         &mut self,
         gaze: &Gaze<'_>,
         farthest_m: f32,
@@ -251,7 +245,7 @@ impl Lines {
     }
 
     /// Terms of cells that are means over `sweeps` sweeps whose speckle was `speckles` times another.
-    fn settle(&mut self, sweeps: f32, speckles: f32) {
+    pub(super) fn settle(&mut self, sweeps: f32, speckles: f32) {
         for (k, term) in self.terms.iter_mut().enumerate() {
             let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
             *term = Term::new(s, self.rows * sweeps, speckles);
@@ -313,16 +307,16 @@ impl Lines {
 }
 
 /// A map as it is looked at along lines.
-struct Gaze<'c> {
+pub(super) struct Gaze<'c> {
     chart: &'c Chart<'c>,
     height_m: f32,
     first_rad: f32,
     step_rad: f32,
-    sigma_rows: f32,
+    pub(super) sigma_rows: f32,
 }
 
 impl<'c> Gaze<'c> {
-    fn new(chart: &'c Chart<'c>) -> Self {
+    pub(super) fn new(chart: &'c Chart<'c>) -> Self {
         let geometry = chart.map.geometry();
         let step_rad = math::max(geometry.step_rad, f32::MIN_POSITIVE);
         Self {
@@ -337,7 +331,7 @@ impl<'c> Gaze<'c> {
     /// What a range cell shows.
     #[inline(never)]
     fn cell(&self, bin: usize, range_m: f32) -> RangeCell {
-        let cell = Cell::new(self, bin, range_m);
+        let cell = LookedCell::new(self, bin, range_m);
         RangeCell {
             ground: cell.ground(cell.seen(0.0)),
             lower: DEPTHS_M.map(|depth_m| cell.line(cell.seen(-depth_m))),
@@ -411,12 +405,12 @@ impl<'c> Gaze<'c> {
 }
 
 /// A range cell that is looked at.
-struct Cell<'g> {
-    gaze: &'g Gaze<'g>,
+pub(super) struct LookedCell<'g> {
+    pub(super) gaze: &'g Gaze<'g>,
     range_m: f32,
     /// Its strongest row, and that one's power over the noise.
     row: f32,
-    strongest: f32,
+    pub(super) strongest: f32,
     /// Noise and side lobes of the strongest row, over the noise.
     leaks: f32,
     /// Power along the line of the strongest row; 0 where that is noise.
@@ -424,10 +418,10 @@ struct Cell<'g> {
 }
 
 /// Power over the noise along a line, and the row in which it is seen.
-type Seen = Option<(f32, f32)>;
+pub(super) type LineSeen = Option<(f32, f32)>;
 
-impl<'g> Cell<'g> {
-    fn new(gaze: &'g Gaze<'g>, bin: usize, range_m: f32) -> Self {
+impl<'g> LookedCell<'g> {
+    pub(super) fn new(gaze: &'g Gaze<'g>, bin: usize, range_m: f32) -> Self {
         // Where the chair drives, what stands at this range now was seen in another bin.
         let seen = gaze.place(range_m, 0.0).map_or(bin, |(bin, _)| bin);
         let (row, strongest) = gaze.strongest(seen);
@@ -447,13 +441,13 @@ impl<'g> Cell<'g> {
     }
 
     /// The line at a level.
-    fn seen(&self, y_m: f32) -> Seen {
+    pub(super) fn seen(&self, y_m: f32) -> LineSeen {
         let (bin, row) = self.gaze.place(self.range_m, y_m)?;
         Some((self.gaze.along(bin, row)?, row))
     }
 
     /// What a line shows over the noise and all that leaks into it.
-    fn line(&self, seen: Seen) -> Power {
+    fn line(&self, seen: LineSeen) -> Power {
         let Some((t, row)) = seen else {
             return Power::DARK;
         };
@@ -468,7 +462,7 @@ impl<'g> Cell<'g> {
     }
 
     /// Along the ground, a little below it and above it, of which `level` is the middle one: the strongest of the three.
-    fn ground(&self, level: Seen) -> Power {
+    pub(super) fn ground(&self, level: LineSeen) -> Power {
         let below = self.line(self.seen(-OFF_M));
         let above = self.line(self.seen(OFF_M));
         self.line(level).brighter(below.brighter(above))

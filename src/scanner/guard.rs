@@ -37,7 +37,7 @@ const NEWEST: f32 = 0.25;
 
 /// The guard between two sweeps.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Guard {
+pub(super) struct GuardState {
     pub mode: GuardMode,
     /// A full scan comes next.
     pub asked: bool,
@@ -63,7 +63,7 @@ struct Hazard {
     ending: Ending,
 }
 
-impl Guard {
+impl GuardState {
     /// Off.
     pub const OFF: Self = Self {
         mode: GuardMode::Off,

@@ -2,7 +2,7 @@
 
 use core::task::Poll;
 
-use super::guard::{Guard, GuardMode};
+use super::guard::{GuardMode, GuardState};
 use super::keeper::{Keeper, ScanSettings};
 use super::planes::asks_below;
 use super::reports::{Reports, Telling};
@@ -86,7 +86,7 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub settings: Keeper,
     /// Of the scan under way, or the last one.
     pub(super) scan: ScanSettings,
-    pub(super) guard: Guard,
+    pub(super) guard: GuardState,
     pub identity: Identity,
     state: ScannerState,
     scans: u32,
@@ -191,7 +191,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         let settings = Keeper::new(stored, hardware.board.settings_before());
         let mut machine = Self {
             scan: ScanSettings::of(&settings, false),
-            guard: Guard::OFF,
+            guard: GuardState::OFF,
             booted: Some(now),
             hardware,
             data,
@@ -259,7 +259,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.hardware.mirror.disable();
         self.calibration = None;
         self.below = false;
-        self.guard = Guard::OFF;
+        self.guard = GuardState::OFF;
         self.state = ScannerState::Idle;
         self.reports.done("stop");
     }

@@ -4,7 +4,7 @@
 //! to more rows, and to as many speckles as the chair has seen from places more than a wavelength apart.
 
 use super::above::Above;
-use super::{CELLS, DEPTHS_M, Lines, Power, RangeCell};
+use super::lines::{CELLS, DEPTHS_M, Lines, Power, RangeCell};
 use crate::math;
 
 /// Share of what earlier sweeps are worth that is left after another one, where the chair's way in between is known.
@@ -19,7 +19,7 @@ const LINES: usize = 2 + DEPTHS_M.len();
 
 /// How the mean of a sweep with those before is made up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Weights {
+pub struct MeanWeights {
     /// Weight of all earlier sweeps, that of the last one being 1.
     earlier: f32,
     /// Sweeps that the mean is worth.
@@ -53,7 +53,7 @@ impl MeanLines {
     }
 
     /// Counts another sweep, `moved_m` metres behind the last one if that is known.
-    fn count(&mut self, moved_m: Option<f32>) -> Weights {
+    fn count(&mut self, moved_m: Option<f32>) -> MeanWeights {
         let kept = if moved_m.is_some() {
             KEPT
         } else {
@@ -64,7 +64,7 @@ impl MeanLines {
         // (Σw)² / Σw² of a geometric series.
         let sweeps = math::min((1.0 + kept) / (1.0 - kept), self.weight);
         let moves = moved_m.is_some_and(|m| m.abs() > OTHER_SPECKLE_M);
-        Weights {
+        MeanWeights {
             earlier,
             sweeps,
             speckles: if moves { sweeps } else { 1.0 },
@@ -185,7 +185,8 @@ mod tests {
     #[test]
     fn sweeps_are_counted_as_a_fading_mean_counts_them() {
         let mut mean = MeanLines::new();
-        let mut weights: std::vec::Vec<Weights> = (0..40).map(|_| mean.count(Some(0.1))).collect();
+        let mut weights: std::vec::Vec<MeanWeights> =
+            (0..40).map(|_| mean.count(Some(0.1))).collect();
         let last = weights.pop().unwrap();
         let full = (1.0 + KEPT) / (1.0 - KEPT);
         assert!((last.sweeps - last.speckles).abs() < 1e-6 && last.sweeps <= full);

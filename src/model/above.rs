@@ -1,7 +1,9 @@
 //! Power above the ground: what stands there though the ground may go on beside it.
 
-use super::super::chart::Chart;
-use super::{CELLS, Cell, DEPTHS_M, FLANK, Gaze, Lines, Power, RangeCell, Seen, Shown};
+use super::chart::Chart;
+use super::lines::{
+    CELLS, DEPTHS_M, FLANK, Gaze, LineSeen, Lines, LookedCell, Power, RangeCell, Shown,
+};
 use crate::math;
 
 /// Heights above the ground that are looked at, metres: from what is a rise to a wheelchair to the upper end of a
@@ -47,7 +49,7 @@ impl Above {
         self.powers = [Power::DARK; CELLS];
         let mut powers = self.powers.iter_mut();
         lines.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
-            let cell = Cell::new(gaze, bin, range_m);
+            let cell = LookedCell::new(gaze, bin, range_m);
             let level = cell.seen(0.0);
             if let Some(power) = powers.next() {
                 *power = cell.above(level);
@@ -90,10 +92,10 @@ impl Above {
     }
 }
 
-impl Cell<'_> {
+impl LookedCell<'_> {
     /// The strongest of the lines above the ground, over what the ground's own line shows there; dark where that is not
     /// seen.
-    fn above(&self, level: Seen) -> Power {
+    fn above(&self, level: LineSeen) -> Power {
         let Some((ground, base)) = level else {
             return Power::DARK;
         };
