@@ -52,6 +52,8 @@ pub mod setup;
 #[cfg(feature = "program")]
 pub mod soak;
 #[cfg(feature = "program")]
+pub mod sweeps;
+#[cfg(feature = "program")]
 pub mod tap;
 pub mod views;
 pub mod volatile;

@@ -32,6 +32,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
             "score",
             "accuracy",
             "sequences",
+            "guard",
             "modes",
             "faults",
             "soak",
@@ -71,6 +72,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
             "simulate scenes/wall.toml -o wall",
             "simulate random:ascending --seed 7 --approach 5 -o approach",
             "simulate random:none --count 100 -o many",
+            "simulate scenes/kerb.toml --guard=0.3 --sweeps 20 -o kerb",
         ],
     ),
     (
@@ -160,6 +162,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("score", &["score recordings", "score recordings --seeds 5"]),
     ("accuracy", &["accuracy --draw tuning --list"]),
     ("sequences", &["sequences"]),
+    ("guard", &["guard --list", "guard --draw reporting"]),
     ("modes", &["modes", "modes --baud 3000000 --vibration 0.1"]),
     ("faults", &["faults --scenes 1"]),
     ("soak", &["soak --scans 1000 --seed 1"]),
