@@ -20,7 +20,6 @@ pub mod faults;
 pub mod film;
 #[cfg(feature = "program")]
 pub mod fit;
-#[cfg(feature = "program")]
 pub mod guarded;
 pub mod hardware;
 pub mod html;
@@ -51,7 +50,6 @@ pub mod setting_file;
 pub mod setup;
 #[cfg(feature = "program")]
 pub mod soak;
-#[cfg(feature = "program")]
 pub mod sweeps;
 #[cfg(feature = "program")]
 pub mod tap;

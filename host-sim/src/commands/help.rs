@@ -164,7 +164,10 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("sequences", &["sequences"]),
     ("guard", &["guard --list", "guard --draw reporting"]),
     ("modes", &["modes", "modes --baud 3000000 --vibration 0.1"]),
-    ("faults", &["faults --scenes 1"]),
+    (
+        "faults",
+        &["faults --scenes 1", "faults --guard --scenes 1"],
+    ),
     ("soak", &["soak --scans 1000 --seed 1"]),
     ("table1", &["table1", "table1 --estimator paper"]),
     ("convergence", &["convergence"]),

@@ -6,6 +6,7 @@
 
 use stairscan::verdict::Ending;
 
+use super::truth::Hazard;
 use crate::scene::spec::{BoxSpec, DoorSpec, PolylineSpec, SceneSpec, StairsSpec, Way};
 
 /// Rises and falls above this are hazards, metres: the guard's contract.
@@ -17,15 +18,6 @@ const ASIDE_M: f64 = 0.08;
 const MOST_RISE_M: f64 = 0.30;
 /// Where a floor without an end ends, metres: scene files.
 const FLOOR_END_M: f64 = 4.0;
-
-/// The first thing of a way that a chair must not drive into or over.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Hazard {
-    /// Distance from the mirror, metres.
-    pub at_m: f64,
-    /// `Rise`, `Drop` or `Obstacle`.
-    pub kind: Ending,
-}
 
 /// A scene's geometry as the guard's beam meets it.
 struct Beam<'a> {

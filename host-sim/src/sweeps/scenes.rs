@@ -6,8 +6,8 @@
 use anyhow::{Context, Result};
 use clap::ValueEnum;
 
-use super::hazards::{self, Hazard};
-use super::truth::{self, Truth};
+use super::hazards;
+use super::truth::{self, Hazard, Truth};
 use crate::cache;
 use crate::recording::Recording;
 use crate::scene::Scene;

@@ -7,8 +7,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 use stairscan::verdict::{Ending, Status};
 
-use super::hazards::Hazard;
-use super::truth::Truth;
+use super::truth::{Hazard, Truth};
 use crate::answer::metres;
 use crate::guarded::Guarded;
 use crate::score::{Share, upper_bound};

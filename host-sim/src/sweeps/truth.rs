@@ -4,15 +4,22 @@ use anyhow::{Result, anyhow};
 use serde_json::{Value, json};
 use stairscan::verdict::Ending;
 
-use super::hazards::Hazard;
 use crate::recording::Recording;
+use crate::setup;
 
-/// The key of a recording whose scans are guard sweeps, and its value.
-const MODE: (&str, &str) = ("stairscan:mode", "guard");
 /// The key of the hazards, one a sweep.
 const KEY: &str = "stairscan:truth_guard";
 /// A hazard that is farther counts as none, metres: the recordings' profile.
 const FARTHEST_M: f64 = 2.5;
+
+/// The first thing of a way that a chair must not drive into or over.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hazard {
+    /// Distance from the mirror, metres.
+    pub at_m: f64,
+    /// `Rise`, `Drop` or `Obstacle`.
+    pub kind: Ending,
+}
 
 /// The first hazard of each sweep, from the mirror at its end.
 pub type Truth = Vec<Option<Hazard>>;
@@ -36,9 +43,9 @@ pub fn write(recording: &mut Recording, truth: &Truth) {
             "hazard": hazard.map(|h| h.kind.as_str()),
         })
     };
-    let extra = &mut recording.meta.extra;
-    extra.insert(MODE.0.into(), MODE.1.into());
-    extra.insert(KEY.into(), truth.iter().map(one).collect());
+    setup::mark_guard(recording);
+    let list = truth.iter().map(one).collect();
+    recording.meta.extra.insert(KEY.into(), list);
 }
 
 /// Returns the truth of a recording's sweeps; `None` of one that does not say.
