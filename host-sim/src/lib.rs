@@ -21,6 +21,7 @@ pub mod film;
 #[cfg(feature = "program")]
 pub mod fit;
 pub mod guarded;
+#[cfg(feature = "program")]
 pub mod hardware;
 pub mod html;
 #[cfg(feature = "program")]

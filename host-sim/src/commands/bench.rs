@@ -13,7 +13,7 @@ use stairscan::config::Config;
 use stairscan::params::{Params, Rules};
 use stairscan::scanner::Settings;
 
-use super::{Format, emit};
+use super::{Format, emit, full_scans};
 use crate::budgets::{CHIRP, CHIRP_REAL, FFT256, FLASH, POST, RAM};
 use crate::emulate::image::{self, Image};
 use crate::images;
@@ -111,7 +111,7 @@ struct Scan {
 /// Counts and prints; fails above a budget.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let recordings = if args.recordings.is_empty() {
-        recording::list(&image::workspace().join("recordings"))?
+        full_scans(&image::workspace().join("recordings"))?
     } else {
         args.recordings.clone()
     };

@@ -3,12 +3,13 @@
 //! A fault is drawn once for a recording and put on each of its sweeps alike.
 
 use anyhow::{Context, Result};
+use stairscan::verdict::Status;
 
 use super::{Args, Clean, Fate, Run, SEEDS};
 use crate::commands::harness;
 use crate::faults::Fault;
 use crate::guarded::Guarded;
-use crate::recording::{self, Recording};
+use crate::recording::{self, Motion, Recording};
 use crate::replay::{self, Options};
 use crate::setup::{self, Kind as Scans};
 use crate::sweeps::scenes::{self, Kind};
@@ -78,11 +79,11 @@ pub fn one(
         let word = &words[sweep.number - 1].line;
         let named = fault.reasons.iter().any(|reason| word.reasons.has(*reason));
         let fate = match (sweep.word.status, sweep.wrong()) {
-            (stairscan::verdict::Status::Fault, _) => Fate::Fault,
-            (stairscan::verdict::Status::Degraded, _) if named => Fate::Named,
-            (stairscan::verdict::Status::Degraded, _) => Fate::Unnamed,
-            (stairscan::verdict::Status::Ok, true) => Fate::Wrong,
-            (stairscan::verdict::Status::Ok, false) => Fate::Right,
+            (Status::Fault, _) => Fate::Fault,
+            (Status::Degraded, _) if named => Fate::Named,
+            (Status::Degraded, _) => Fate::Unnamed,
+            (Status::Ok, true) => Fate::Wrong,
+            (Status::Ok, false) => Fate::Right,
         };
         let words = format!("{} {strength} {}: {}", fault.name, fault.unit, sweep.text());
         Run { fate, named, words }
@@ -94,11 +95,21 @@ pub fn one(
 fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Recording> {
     let mut spoilt = recording.clone();
     spoilt.samples.clear();
+    spoilt.meta.angles_deg.clear();
+    spoilt.meta.motion = Motion::default();
     for sweep in 0..recording.scans() {
         let one = fault.on(&recording.scan(sweep), strength, seed)?;
+        let rows = one.meta.angles_deg.len();
         spoilt.samples.extend_from_slice(&one.samples);
+        let meta = &mut spoilt.meta;
+        meta.angles_deg.extend(one.meta.angles_deg);
+        // Some faults leave rows out.
+        let (to, from) = (&mut meta.motion, one.meta.motion);
+        to.travel_m.extend(from.travel_m.iter().take(rows));
+        to.time_s.extend(from.time_s.iter().take(rows));
+        to.pitch_deg.extend(from.pitch_deg.iter().take(rows));
         // A fault of the mounting is in what the recording says, for all sweeps alike.
-        spoilt.meta.mirror.clone_from(&one.meta.mirror);
+        meta.mirror.clone_from(&one.meta.mirror);
     }
     Ok(spoilt)
 }
