@@ -51,7 +51,7 @@ pub struct Args {
     #[arg(long)]
     signs: bool,
     /// On guard sweeps: those of the kinds of `guard`, or with --on the recordings of them; counted from the third
-    /// sweep on
+    /// sweep on; faults that leave rows out or move them against each other are not put on
     #[arg(long, conflicts_with_all = ["calibrated", "signs"])]
     guard: bool,
     /// Fail where more than so many per cent of all runs are ok and wrong

@@ -60,7 +60,7 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
         .map(|truth| sweeps::score::recording(&recording.name, &told, truth));
     let wrong = scored.map(|scored| scored.sweeps.iter().filter(|sweep| sweep.wrong()).count());
     let judged = wrong.map_or(String::new(), |n| {
-        format!(", {n} `ok` and wrong from the third on")
+        format!(", {n} ok and wrong from the third on")
     });
     let rank = match (status, wrong) {
         (_, Some(1..)) => Rank::OkAndWrong,

@@ -9,7 +9,7 @@ use super::{Args, Clean, Fate, Run, SEEDS};
 use crate::commands::harness;
 use crate::faults::Fault;
 use crate::guarded::Guarded;
-use crate::recording::{self, Motion, Recording};
+use crate::recording::{self, Recording};
 use crate::replay::{self, Options};
 use crate::setup::{self, Kind as Scans};
 use crate::sweeps::scenes::{self, Kind};
@@ -71,7 +71,9 @@ pub fn one(
     number: usize,
     options: &Options,
 ) -> Result<Vec<Run>> {
-    let spoilt = on(fault, strength, recording, SEEDS + number as u64)?;
+    let Some(spoilt) = on(fault, strength, recording, SEEDS + number as u64)? else {
+        return Ok(Vec::new());
+    };
     let context = || format!("{} {strength} on {}", fault.name, recording.name);
     let words = replay::guarded(&spoilt, options).with_context(context)?;
     let found = scored(&spoilt, &words)?;
@@ -91,25 +93,26 @@ pub fn one(
     Ok(found.sweeps.iter().map(run).collect())
 }
 
-/// The recording with the fault on each of its sweeps, drawn alike.
-fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Recording> {
+/// The recording with the fault on each of its sweeps, drawn alike; none where the fault leaves rows out or moves them
+/// against each other: the scanner would guard on with its own.
+fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Option<Recording>> {
     let mut spoilt = recording.clone();
     spoilt.samples.clear();
     spoilt.meta.angles_deg.clear();
-    spoilt.meta.motion = Motion::default();
     for sweep in 0..recording.scans() {
-        let one = fault.on(&recording.scan(sweep), strength, seed)?;
-        let rows = one.meta.angles_deg.len();
+        let clean = recording.scan(sweep);
+        let one = fault.on(&clean, strength, seed)?;
+        let (angles, clean) = (&one.meta.angles_deg, &clean.meta.angles_deg);
+        let mut off = angles.iter().zip(clean).map(|(a, b)| a - b);
+        let first = off.next().unwrap_or_default();
+        if angles.len() != clean.len() || off.any(|off| (off - first).abs() > 1e-9) {
+            return Ok(None);
+        }
+        spoilt.meta.angles_deg.extend(angles);
         spoilt.samples.extend_from_slice(&one.samples);
-        let meta = &mut spoilt.meta;
-        meta.angles_deg.extend(one.meta.angles_deg);
-        // Some faults leave rows out.
-        let (to, from) = (&mut meta.motion, one.meta.motion);
-        to.travel_m.extend(from.travel_m.iter().take(rows));
-        to.time_s.extend(from.time_s.iter().take(rows));
-        to.pitch_deg.extend(from.pitch_deg.iter().take(rows));
         // A fault of the mounting is in what the recording says, for all sweeps alike.
-        meta.mirror.clone_from(&one.meta.mirror);
+        spoilt.meta.mirror.clone_from(&one.meta.mirror);
+        spoilt.meta.bandwidth_hz = one.meta.bandwidth_hz;
     }
-    Ok(spoilt)
+    Ok(Some(spoilt))
 }
