@@ -117,6 +117,7 @@ pub fn answers(
     options: &Options,
     mut look: impl FnMut(&Scanned<'_>),
 ) -> Result<Vec<Answer>> {
+    setup::full_scans(recording)?;
     let scans = options.scans_of(recording)?;
     // A scan out of a sequence is no scan of a chair that stands.
     let mode = options.motion.unwrap_or(setup::mode(recording));

@@ -54,6 +54,25 @@ pub fn kind(recording: &Recording) -> Result<Kind> {
     }
 }
 
+/// Marks the scans of a recording as guard sweeps.
+pub fn mark_guard(recording: &mut Recording) {
+    recording.meta.extra.insert(MODE.into(), "guard".into());
+}
+
+/// Refuses guard sweeps where full scans are wanted.
+///
+/// # Errors
+/// Names the recording.
+pub fn full_scans(recording: &Recording) -> Result<()> {
+    ensure!(
+        kind(recording)? == Kind::Scans,
+        "{}: holds guard sweeps, expected full scans; replay, report, score, live --demo and faults --guard take \
+         guard sweeps",
+        recording.name
+    );
+    Ok(())
+}
+
 /// Refuses a key that is nearly one of the project's: it would be passed over in silence.
 fn check_spelling(recording: &Recording) -> Result<()> {
     for key in recording.meta.extra.keys() {
