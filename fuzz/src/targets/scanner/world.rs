@@ -428,7 +428,7 @@ impl DataPath for Rows {
             heard: verdict % 3 != 1,
             motion: MotionDoubt::of(drive),
             conditions,
-            ground: Some(ground).filter(|_| verdict % 3 != 0),
+            ground: Some(ground).filter(|_| !verdict.is_multiple_of(3)),
             ..GuardEvidence::default()
         })
     }
