@@ -21,9 +21,10 @@ static const char *const MEASURES[] = {STAIRSCAN_MEASURES(STAIRSCAN_X)};
 static const char *const STATUSES[] = {"ok", "degraded", "fault"};
 static const char *const DIRECTIONS[] = {"none", "up", "down"};
 static const char *const PLANES[] = {"", "depth", "height"};
+static const char *const ENDINGS[] = {"none", "rise", "drop", "obstacle", "unknown"};
 /* In the order of enum stairscan_command. */
-static const char *const COMMANDS[] = {"start",    "stop", "scan",  "status", "version", "selftest",
-                                       "save",     "reset", "get",  "set",    "calibrate",
+static const char *const COMMANDS[] = {"start",    "stop",  "scan", "guard", "watch",     "status", "version",
+                                       "selftest", "save",  "reset", "get",  "set",       "calibrate",
                                        "MOTION"};
 
 static const char *word_at(const char *const *words, size_t count, uint32_t at) {
@@ -251,6 +252,7 @@ enum type {
     PITCH,       /* stairscan_optional_t, or empty */
     STATUS,      /* uint32_t */
     DIRECTION,   /* uint32_t */
+    ENDING,      /* uint32_t */
     REASON,      /* uint32_t */
     REASON_SET,  /* uint64_t */
     MAY_PLANE    /* uint32_t; the last field, with its comma, may be missing */
@@ -308,6 +310,13 @@ static const struct field MAYBE[] = {
     F("distance", LENGTH, maybe.distance),
     F("height", LENGTH, maybe.height),
     F("probability", PERCENT, maybe.probability)};
+static const struct field GUARD[] = {
+    F("sweep", U32, guard.sweep),
+    F("status", STATUS, guard.status),
+    F("free", MAY_LENGTH, guard.free),
+    F("ending", ENDING, guard.ending),
+    F("confidence", PERCENT, guard.confidence),
+    F("reasons", REASON_SET, guard.reasons)};
 static const struct field BOOT[] = {
     F("version", TEXT, boot.version),
     F("revision", TEXT, boot.revision),
@@ -349,6 +358,7 @@ static const struct form FORMS[] = {
     {"STEP", STAIRSCAN_STEP, STEP, COUNT(STEP)},
     {"DROP", STAIRSCAN_DROP, DROP, COUNT(DROP)},
     {"MAYBE", STAIRSCAN_MAYBE, MAYBE, COUNT(MAYBE)},
+    {"GUARD", STAIRSCAN_GUARD, GUARD, COUNT(GUARD)},
     {"BOOT", STAIRSCAN_BOOT, BOOT, COUNT(BOOT)},
     {"STAT", STAIRSCAN_STAT, STAT, COUNT(STAT)},
     {"LIVE", STAIRSCAN_LIVE, LIVE, COUNT(LIVE)},
@@ -465,6 +475,8 @@ static bool store(stairscan_text_t text, enum type type, void *place) {
         return store_word(text, STATUSES, COUNT(STATUSES), (uint32_t *)place);
     case DIRECTION:
         return store_word(text, DIRECTIONS, COUNT(DIRECTIONS), (uint32_t *)place);
+    case ENDING:
+        return store_word(text, ENDINGS, COUNT(ENDINGS), (uint32_t *)place);
     case REASON:
         return store_word(text, REASONS, COUNT(REASONS), (uint32_t *)place);
     case REASON_SET:
@@ -695,6 +707,9 @@ static void push_field(stairscan_line_t *line, enum type type, const void *place
     case DIRECTION:
         push_word(line, word_at(DIRECTIONS, COUNT(DIRECTIONS), *number));
         return;
+    case ENDING:
+        push_word(line, word_at(ENDINGS, COUNT(ENDINGS), *number));
+        return;
     case REASON:
         push_word(line, stairscan_reason_word(*number));
         return;
@@ -749,6 +764,11 @@ void stairscan_write(const stairscan_sentence_t *sentence, stairscan_line_t *lin
 
 /* ---- commands ---- */
 
+/* Whether a command is switched on or off. */
+static bool is_switch(uint32_t command) {
+    return command == STAIRSCAN_COMMAND_GUARD || command == STAIRSCAN_COMMAND_WATCH;
+}
+
 void stairscan_write_command(const stairscan_command_t *command, stairscan_line_t *line) {
     bool has_key = command->kind == STAIRSCAN_COMMAND_SET ||
                    (command->kind == STAIRSCAN_COMMAND_GET && command->key.length > 0);
@@ -757,6 +777,9 @@ void stairscan_write_command(const stairscan_command_t *command, stairscan_line_
         push_field(line, TEXT, &command->key);
     }
     if (command->kind == STAIRSCAN_COMMAND_SET) {
+        push_field(line, TEXT, &command->value);
+    }
+    if (is_switch(command->kind)) {
         push_field(line, TEXT, &command->value);
     }
     if (command->kind == STAIRSCAN_COMMAND_MOTION) {
@@ -871,6 +894,12 @@ static const char *parse_calibration(stairscan_text_t *left, stairscan_calibrati
     return NULL;
 }
 
+/* Reads the argument of `guard` and `watch`; NULL, or the field that is wrong. */
+static const char *parse_switch(stairscan_text_t *left, stairscan_text_t *value) {
+    *value = next_word(left);
+    return is_word(*value, "on") || is_word(*value, "off") ? NULL : "switch";
+}
+
 stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
                                             stairscan_command_t *command) {
     static const stairscan_command_t none = {0, {NULL, 0}, {NULL, 0}, {0, 0, {false, 0}}, {0, 0}};
@@ -894,6 +923,9 @@ stairscan_refusal_t stairscan_parse_command(const char *line, size_t length,
     }
     if (command->kind == STAIRSCAN_COMMAND_GET || command->kind == STAIRSCAN_COMMAND_SET) {
         wrong = parse_setting(&left, command);
+    }
+    if (is_switch(command->kind)) {
+        wrong = parse_switch(&left, &command->value);
     }
     if (command->kind == STAIRSCAN_COMMAND_CALIBRATE) {
         wrong = parse_calibration(&left, &command->calibration);

@@ -68,6 +68,7 @@ extern "C" {
     X(MOVING, "moving", "The chair moves: two sweeps over the scene do not agree, or echoes' phases go on from row to row.") \
     X(MOTION_INPUT, "motion-input", "The motion input was lost, late, damaged or impossible: the scan was worked off without it.") \
     X(SCENE_CHANGED, "scene-changed", "What was carried on from earlier scans contradicts this one, and was forgotten.") \
+    X(SCAN_NEARER, "scan-nearer", "The last full scan has a nearer hazard than this guard sweep: the nearer counts.") \
     X(SATURATED, "saturated", "Samples at the converter's full scale.") \
     X(SILENT, "silent", "No signal at all.") \
     X(MIRROR_MISSING, "mirror-missing", "No echo from the mirror.") \
@@ -166,6 +167,11 @@ extern "C" {
     X("module-samples") \
     X("link-rate") \
     X("trigger-pin") \
+    X("guard-first") \
+    X("guard-last") \
+    X("guard-step") \
+    X("guard-rate") \
+    X("watch-distance") \
     X("sweep") \
     X("sweep-mode") \
     X("motion") \
@@ -191,6 +197,16 @@ const char *stairscan_reason_meaning(uint32_t reason);
 
 enum stairscan_status { STAIRSCAN_OK, STAIRSCAN_DEGRADED, STAIRSCAN_FAULT };
 enum stairscan_direction { STAIRSCAN_NONE, STAIRSCAN_UP, STAIRSCAN_DOWN };
+
+/* Kinds of hazards that end the free ground of a guard sweep. NOTHING: nothing within the range that a sweep sees; UNKNOWN: nothing is
+ * known of the ground beyond. */
+enum stairscan_ending {
+    STAIRSCAN_ENDS_NOTHING,
+    STAIRSCAN_ENDS_RISE,
+    STAIRSCAN_ENDS_DROP,
+    STAIRSCAN_ENDS_OBSTACLE,
+    STAIRSCAN_ENDS_UNKNOWN
+};
 
 /* The plane that a scan was made in. AS_SET: the one that the setting `plane` names, and no field of SCAN. */
 enum stairscan_plane { STAIRSCAN_PLANE_AS_SET, STAIRSCAN_PLANE_DEPTH, STAIRSCAN_PLANE_HEIGHT };
@@ -265,6 +281,16 @@ typedef struct {
     uint32_t probability; /* 0.1 % */
 } stairscan_maybe_t;
 
+/* GUARD: how far the ground is free by one guard sweep. Only an ok promises it. */
+typedef struct {
+    uint32_t sweep;            /* number since the guard was switched on, from 1 */
+    uint32_t status;           /* enum stairscan_status */
+    stairscan_optional_t free; /* 0.1 mm from the mirror at the sweep's last row; missing of a fault */
+    uint32_t ending;           /* enum stairscan_ending */
+    uint32_t confidence;       /* 0.1 %: that no hazard is nearer */
+    uint64_t reasons;          /* set of enum stairscan_reason */
+} stairscan_guard_t;
+
 /* BOOT: first sentence after a reset. */
 typedef struct {
     stairscan_text_t version;
@@ -278,7 +304,7 @@ typedef struct {
 
 /* STAT: answer to `status`. */
 typedef struct {
-    stairscan_text_t state; /* boot, self-test, idle, scanning, reporting, fault */
+    stairscan_text_t state; /* boot, self-test, idle, scanning, reporting, guarding, fault */
     stairscan_text_t clock;
     uint32_t scans;
     stairscan_text_t estimator;
@@ -329,6 +355,7 @@ enum stairscan_kind {
     STAIRSCAN_STEP,
     STAIRSCAN_DROP,
     STAIRSCAN_MAYBE,
+    STAIRSCAN_GUARD,
     STAIRSCAN_BOOT,
     STAIRSCAN_STAT,
     STAIRSCAN_LIVE,
@@ -345,6 +372,7 @@ typedef struct {
         stairscan_step_t step;
         stairscan_drop_t drop;
         stairscan_maybe_t maybe;
+        stairscan_guard_t guard;
         stairscan_boot_t boot;
         stairscan_stat_t stat;
         stairscan_live_t live;
@@ -389,6 +417,8 @@ enum stairscan_command {
     STAIRSCAN_COMMAND_START,
     STAIRSCAN_COMMAND_STOP,
     STAIRSCAN_COMMAND_SCAN,
+    STAIRSCAN_COMMAND_GUARD, /* `value`: on or off */
+    STAIRSCAN_COMMAND_WATCH, /* `value`: on or off */
     STAIRSCAN_COMMAND_STATUS,
     STAIRSCAN_COMMAND_VERSION,
     STAIRSCAN_COMMAND_SELFTEST,

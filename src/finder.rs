@@ -4,6 +4,7 @@ use crate::answer::Answer;
 use crate::config::{Config, ConfigError, EstimatorKind};
 use crate::drive::Drive;
 use crate::estimator::{Estimator, MappedScan};
+use crate::guard::Guard;
 use crate::infer::Likelihood;
 use crate::infer::past::History;
 use crate::observer::Observer;
@@ -12,7 +13,7 @@ use crate::paper::Paper;
 use crate::params::current;
 use crate::signal::echoes::Echo;
 use crate::signal::grid::{PolarMap, Row};
-use crate::verdict::Sight;
+use crate::verdict::{FreeGround, Sight};
 
 /// What one estimator keeps beside the map, during the scan and after it. Only one works at a
 /// time, so they share their memory.
@@ -28,6 +29,8 @@ enum Scratch {
     Likelihood(Likelihood),
     #[cfg(feature = "paper")]
     Paper(Paper),
+    /// No estimator of stairs: the guard has the memory while it sweeps.
+    Guard(Guard),
 }
 
 impl Scratch {
@@ -49,9 +52,17 @@ impl Scratch {
         *self = Self::Likelihood(Likelihood::with(current()));
     }
 
+    /// The guard, where it is not there without anything. By itself, because it comes over the stack.
+    #[inline(never)]
+    fn guard(&mut self) {
+        if !matches!(self, Self::Guard(_)) {
+            *self = Self::Guard(Guard::new());
+        }
+    }
+
     fn estimator(&mut self) -> Option<&mut dyn Estimator> {
         match self {
-            Self::Idle => None,
+            Self::Idle | Self::Guard(_) => None,
             Self::Likelihood(estimator) => Some(estimator),
             #[cfg(feature = "paper")]
             Self::Paper(estimator) => Some(estimator),
@@ -135,6 +146,32 @@ impl StairFinder {
             .conclude(&scan, past, observer, answer);
         answer.link();
         sight
+    }
+
+    /// [`StairFinder::begin`] of a guard sweep.
+    ///
+    /// # Errors
+    /// Names the field that makes the sweep larger than the map.
+    pub fn begin_guard(&mut self, config: &Config) -> Result<(), ConfigError> {
+        self.map.begin(config)?;
+        self.scratch.guard();
+        Ok(())
+    }
+
+    /// The next guard sweep is a first one.
+    pub fn forget_guard(&mut self) {
+        if let Scratch::Guard(guard) = &mut self.scratch {
+            guard.forget();
+        }
+    }
+
+    /// How far the ground is free after a guard sweep, by it and by those before; `None` where none was begun. In place of
+    /// [`StairFinder::finish`].
+    pub fn guard(&mut self, config: &Config, drive: &Drive<'_>) -> Option<FreeGround> {
+        match &mut self.scratch {
+            Scratch::Guard(guard) => Some(guard.sweep(&self.map, config, drive)),
+            _ => None,
+        }
     }
 
     /// The echoes of the map after the last row, placed as the configuration has it and with nothing taken

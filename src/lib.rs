@@ -52,6 +52,7 @@ pub mod drive;
 pub mod estimate;
 pub mod estimator;
 pub mod finder;
+pub mod guard;
 pub mod health;
 pub mod infer;
 pub mod math;

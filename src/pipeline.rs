@@ -15,7 +15,7 @@ use crate::scanner::DataPath;
 use crate::signal::grid::PolarMap;
 use crate::signal::range::{Profile, RangeProcessor};
 use crate::track::Track;
-use crate::verdict::{Conditions, Evidence, Outcome, Sight};
+use crate::verdict::{Conditions, Evidence, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight};
 
 /// Range processing, map, health and estimator: the scan state of the firmware.
 ///
@@ -54,6 +54,9 @@ pub struct Pipeline {
     /// What earlier scans said.
     past: History,
 }
+
+/// A longer break between two guard sweeps makes the next one a first one, seconds: a person steps in within less.
+const GUARD_BREAK_S: f32 = 1.0;
 
 /// What the scan state may take of the chip's memory, with either estimator.
 const BUDGET: usize = 104 * 1024;
@@ -122,6 +125,7 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Outcome {
         let mut outcome = Outcome::silent();
+        self.finder.forget_guard();
         let mut evidence = Evidence {
             unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
             conditions,
@@ -173,6 +177,50 @@ impl Pipeline {
             .finish(&self.config, scan, past, observer, answer)
     }
 
+    /// Ready for the chirps of a scan or guard sweep. Returns the configuration that everything behind measures with: its
+    /// sweep is the one that was calibrated.
+    fn ready(&mut self, config: &Config, scan: u32) -> Result<Config, ConfigError> {
+        let config = Config {
+            radar: config.radar.scaled(config.mount.range_scale),
+            ..*config
+        };
+        self.range.configure_scan(&config)?;
+        self.scan = scan;
+        self.health = Health::new();
+        self.config = config;
+        Ok(config)
+    }
+
+    /// Returns the evidence of the last guard sweep: instrument, and ground by it and those before.
+    #[inline(never)]
+    fn guard_evidence(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardEvidence {
+        let mut evidence = GuardEvidence {
+            unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
+            motion: MotionDoubt::of(drive),
+            conditions,
+            ..GuardEvidence::default()
+        };
+        if evidence.unusable.is_some() {
+            return evidence;
+        }
+        // A chair that moves is no defect: a sweep is too short for a way that matters.
+        let expected = Expected {
+            moving: true,
+            uncalibrated: false,
+        };
+        let map = self.finder.map();
+        evidence.signs = self.health.doubts(&self.config, map, expected);
+        let heard = self.health.heard(map);
+        if self.scan == 1 || drive.since_s.is_some_and(|s| s > GUARD_BREAK_S) {
+            self.finder.forget_guard();
+        }
+        let ground = self.finder.guard(&self.config, drive);
+        // Averaged over rows and sweeps, ground shows whose echoes stand out in no cell.
+        evidence.heard = heard || ground.is_some_and(|ground| ground.free_m > 0.0);
+        evidence.ground = ground;
+        evidence
+    }
+
     /// Whether motion input and echoes agree that the chair stood during the last scan.
     pub fn stood(&self, drive: &Drive<'_>) -> bool {
         let mirror = self.config.mount.mirror_offset > 0;
@@ -204,17 +252,13 @@ fn chirp(samples: &[Iq; MAX_SAMPLES], config: &Config) -> usize {
 
 impl DataPath for Pipeline {
     fn begin(&mut self, config: &Config, scan: u32) -> Result<(), ConfigError> {
-        // Everything behind measures with the sweep that was calibrated.
-        let config = &Config {
-            radar: config.radar.scaled(config.mount.range_scale),
-            ..*config
-        };
-        self.range.configure_scan(config)?;
-        self.finder.begin(config)?;
-        self.scan = scan;
-        self.health = Health::new();
-        self.config = *config;
-        Ok(())
+        let config = &self.ready(config, scan)?;
+        self.finder.begin(config)
+    }
+
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
+        let config = &self.ready(config, sweep)?;
+        self.finder.begin_guard(config)
     }
 
     fn samples(&mut self) -> &mut [Iq] {
@@ -233,6 +277,17 @@ impl DataPath for Pipeline {
 
     fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome {
         self.conclude_observed(drive, conditions, &mut ())
+    }
+
+    #[inline(never)]
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+        let evidence = self.guard_evidence(drive, conditions);
+        let word = GuardWord::new(&evidence);
+        // What an instrument in doubt says is not carried on.
+        if evidence.unusable.is_some() || !evidence.signs.is_empty() {
+            self.finder.forget_guard();
+        }
+        word
     }
 
     #[inline(never)]

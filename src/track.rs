@@ -117,18 +117,21 @@ impl Track {
 
     /// The two blocks between, or nearest to, which `row` lies.
     fn around(&self, row: f32) -> Option<(Block, Block)> {
-        let mut pair: Option<(Block, Block)> = None;
-        for &block in self.blocks.iter().filter(|b| b.rows > 0) {
-            pair = Some(match pair {
-                None => (block, block),
-                Some((_, last)) => (last, block),
-            });
-            let first = pair.is_some_and(|(a, b)| a.row == b.row);
-            if !first && block.row >= row {
-                break;
+        let filled = |k: &usize| self.blocks.get(*k).is_some_and(|b| b.rows > 0);
+        let reaches = |k: &usize| self.blocks.get(*k).is_some_and(|b| b.row >= row);
+        // Rows of the blocks before this one are smaller. `as` saturates.
+        let here = (row / f32::from(self.rows_per_block.max(1))) as usize;
+        let upper = (here.min(BLOCKS)..BLOCKS).filter(filled).find(reaches);
+        let before = |k: usize| (0..k).rev().find(filled);
+        let (a, b) = match (before(upper.unwrap_or(BLOCKS)), upper) {
+            (Some(a), Some(b)) => (a, b),
+            (Some(b), None) => (before(b).unwrap_or(b), b),
+            (None, b) => {
+                let a = b?;
+                (a, (a + 1..BLOCKS).find(filled).unwrap_or(a))
             }
-        }
-        pair
+        };
+        self.blocks.get(a).copied().zip(self.blocks.get(b).copied())
     }
 
     /// When and where row `row` (a fraction, too) was seen: between the blocks on a straight line,

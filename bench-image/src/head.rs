@@ -3,6 +3,9 @@
 
 use stairscan::config::{Config, Planes};
 
+/// A scan of no more rows is a sweep of the guard.
+pub const MOST_SWEEP_ROWS: u16 = 64;
+
 /// Bytes of a head.
 pub const SIZE: usize = 32;
 

@@ -111,6 +111,15 @@ static void say_maybe(struct out *out, const stairscan_maybe_t *m) {
     whole(out, " probability=", m->probability);
 }
 
+static void say_guard(struct out *out, const stairscan_guard_t *g) {
+    whole(out, "GUARD sweep=", g->sweep);
+    whole(out, " status=", g->status);
+    optional(out, " free=", g->free);
+    whole(out, " ending=", g->ending);
+    whole(out, " confidence=", g->confidence);
+    reasons(out, g->reasons);
+}
+
 static void say_boot(struct out *out, const stairscan_boot_t *b) {
     text(out, "BOOT version=", b->version);
     text(out, " revision=", b->revision);
@@ -163,6 +172,9 @@ static void say_sentence(struct out *out, const stairscan_sentence_t *sentence) 
         return;
     case STAIRSCAN_MAYBE:
         say_maybe(out, &sentence->as.maybe);
+        return;
+    case STAIRSCAN_GUARD:
+        say_guard(out, &sentence->as.guard);
         return;
     case STAIRSCAN_BOOT:
         say_boot(out, &sentence->as.boot);
@@ -226,9 +238,8 @@ static void report(struct out *out, const char *line, size_t length) {
 }
 
 static void command(struct out *out, const char *line, size_t length) {
-    static const char *const names[] = {"start", "stop",  "scan", "status", "version", "selftest",
-                                        "save",  "reset", "get",  "set",    "calibrate",
-                                        "MOTION"};
+    static const char *const names[] = {"start",    "stop", "scan",  "guard", "watch", "status",    "version",
+                                        "selftest", "save", "reset", "get",   "set",   "calibrate", "MOTION"};
     stairscan_command_t command;
     stairscan_line_t again;
     stairscan_refusal_t refusal = stairscan_parse_command(line, length, &command);
@@ -242,6 +253,9 @@ static void command(struct out *out, const char *line, size_t length) {
     say(out, names[command.kind]);
     if (command.kind == STAIRSCAN_COMMAND_GET || command.kind == STAIRSCAN_COMMAND_SET) {
         text(out, " key=", command.key);
+        text(out, " value=", command.value);
+    }
+    if (command.kind == STAIRSCAN_COMMAND_GUARD || command.kind == STAIRSCAN_COMMAND_WATCH) {
         text(out, " value=", command.value);
     }
     if (command.kind == STAIRSCAN_COMMAND_MOTION) {

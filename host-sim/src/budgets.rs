@@ -20,3 +20,5 @@ pub const CHIRP_REAL: u64 = 32_000;
 /// Most instructions from the last row to the finished report: 30 ms at 168 MHz, beside scans of
 /// seconds.
 pub const POST: u64 = 5_000_000;
+/// Most instructions from the last row of a guard sweep to its word: 5 ms at 168 MHz.
+pub const GUARD: u64 = 600_000;

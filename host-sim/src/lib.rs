@@ -20,6 +20,7 @@ pub mod faults;
 pub mod film;
 #[cfg(feature = "program")]
 pub mod fit;
+pub mod guarded;
 #[cfg(feature = "program")]
 pub mod hardware;
 pub mod html;
@@ -50,6 +51,7 @@ pub mod setting_file;
 pub mod setup;
 #[cfg(feature = "program")]
 pub mod soak;
+pub mod sweeps;
 #[cfg(feature = "program")]
 pub mod tap;
 pub mod views;

@@ -5,7 +5,6 @@ use std::sync::LazyLock;
 
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use host_sim::commands;
-use host_sim::scene::command::{SimulateArgs, simulate};
 
 #[derive(Parser)]
 #[command(
@@ -57,6 +56,8 @@ enum Command {
     Compare(commands::compare::Args),
     /// Measure the estimators on random scenes of the simulator: the tables of docs/accuracy.md
     Accuracy(commands::accuracy::Args),
+    /// Measure the free distance on guard sweeps of random scenes
+    Guard(commands::guard::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
     /// Show the strongest echo of a SiRad's captures, through the code that the chip runs
@@ -81,7 +82,7 @@ enum Command {
     /// Check in the emulator that instructions and their portable definitions give the same bits
     Twins,
     /// Scan a scene file with the simulated radar and write the recording
-    Simulate(SimulateArgs),
+    Simulate(commands::simulate::Args),
     /// How fast the particles converge, beside the paper's numbers of rounds
     Convergence(commands::convergence::Args),
     /// Scan the paper's stairs A, B and C and compare with its table I
@@ -124,6 +125,7 @@ fn main() -> ExitCode {
         Command::Ablate(args) => commands::ablate::run(&args),
         Command::Compare(args) => commands::compare::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
+        Command::Guard(args) => commands::guard::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Faults(args) => commands::faults::run(&args),
         Command::Sirad(args) => commands::sirad::run(&args),
@@ -137,7 +139,7 @@ fn main() -> ExitCode {
         Command::Bench(args) => commands::bench::run(&args),
         Command::Snr(args) => commands::snr::run(&args),
         Command::Twins => commands::twins::run(),
-        Command::Simulate(args) => simulate(&args).map(|()| ExitCode::SUCCESS),
+        Command::Simulate(args) => commands::simulate::run(&args),
         Command::Convergence(args) => commands::convergence::run(&args),
         Command::Table1(args) => commands::table1::run(&args),
         Command::Completions(args) => commands::help::completions(&args, program()),

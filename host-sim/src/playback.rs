@@ -7,9 +7,11 @@ use std::task::Poll;
 
 use anyhow::Result;
 use stairscan::Iq;
-use stairscan::config::{Config, Plane, RadarConfig};
+use stairscan::config::{Config, Plane, RadarConfig, SweepConfig};
 use stairscan::motion::Mode;
-use stairscan::scanner::settings::{MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing};
+use stairscan::scanner::settings::{
+    GuardConfig, MAX_TIME, MotorConfig, SweepMode, Sweeping, Timing,
+};
 use stairscan::scanner::{Micros, Mirror, MirrorError, Motion, Settings};
 use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::{LinkError, RadarModule};
@@ -17,7 +19,7 @@ use stairscan::signal::radar::{LinkError, RadarModule};
 use crate::motion::Timetable;
 use crate::motion::by_trigger::ByTrigger;
 use crate::recording::Recording;
-use crate::setup;
+use crate::setup::{self, Kind};
 
 /// One scan of a recording.
 #[derive(Clone, Debug)]
@@ -34,6 +36,7 @@ pub struct Playback<'a> {
     /// Whether the first scan goes from the last row to the first.
     backward: bool,
     mode: Mode,
+    kind: Kind,
     /// Whether motion sentences come with the triggers, whatever the clock says.
     by_trigger: bool,
 }
@@ -57,6 +60,7 @@ impl<'a> Playback<'a> {
             parts,
             backward,
             mode: setup::mode(recording),
+            kind: Kind::Scans,
             by_trigger: false,
         })
     }
@@ -105,6 +109,34 @@ impl<'a> Playback<'a> {
         &self.part(scan).config
     }
 
+    /// The same for a scanner that guards: each scan of the recording is a guard sweep.
+    pub fn guarding(self) -> Self {
+        Self {
+            kind: Kind::Guard,
+            ..self
+        }
+    }
+
+    /// Whether the recording's scans are played as full scans or as guard sweeps.
+    pub fn kind(&self) -> Kind {
+        self.kind
+    }
+
+    /// The guard's settings for a sweep with these angles.
+    fn guard(&self, sweep: &SweepConfig) -> GuardConfig {
+        match self.kind {
+            Kind::Scans => GuardConfig::default(),
+            Kind::Guard => GuardConfig {
+                first: sweep.first_angle,
+                last: sweep.angle(sweep.angle_count.saturating_sub(1)),
+                step: u16::try_from(sweep.angle_step).unwrap_or(u16::MAX),
+                // Neither a recording nor the emulator keeps the scanner's time.
+                rate: 0,
+                ..GuardConfig::default()
+            },
+        }
+    }
+
     /// The scanner's settings for the first scan. The mirror turns as it did in the recording.
     pub fn settings(&self) -> Settings {
         let mut timing = Timing::default();
@@ -117,6 +149,7 @@ impl<'a> Playback<'a> {
         }
         Settings {
             config: *self.config(),
+            guard: self.guard(&self.config().sweep),
             timing,
             // The shaft of a replay is at once where it is sent: there is nothing to pass.
             sweep_mode: SweepMode::Stop,
@@ -134,6 +167,7 @@ impl<'a> Playback<'a> {
     pub fn commands_after(&self, scan: usize) -> Vec<(&'static str, String)> {
         let settings = |k| Settings {
             config: *self.config_of(k),
+            guard: self.guard(&self.config_of(k).sweep),
             ..Settings::default()
         };
         let (this, next) = (settings(scan), settings(scan + 1));
@@ -141,7 +175,7 @@ impl<'a> Playback<'a> {
         let mut commands: Vec<(&str, String)> = changed
             .filter_map(|key| Some((*key, next.get(key)?.as_str().to_owned())))
             .collect();
-        if scan == 0 && self.backward {
+        if scan == 0 && self.backward && self.kind == Kind::Scans {
             // After one scan backward the next one goes forward, and so on by turns.
             commands.push(("sweep", "both".into()));
         }

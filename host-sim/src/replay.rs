@@ -4,7 +4,7 @@
 use std::cell::RefCell;
 use std::rc::Rc;
 
-use anyhow::{Context, Result, bail, ensure};
+use anyhow::{Context, Result, anyhow, bail, ensure};
 use stairscan::Iq;
 use stairscan::config::{Config, ConfigError};
 use stairscan::motion::{Drive, Mode, Odometry, Track};
@@ -12,14 +12,15 @@ use stairscan::mount::Mounting;
 use stairscan::pipeline::Pipeline;
 use stairscan::report::Sentence;
 use stairscan::scanner::{BytePort, DataPath, Hardware, Micros, Reports, Scanner};
-use stairscan::verdict::{Conditions, Outcome};
+use stairscan::verdict::{Conditions, GuardWord, Outcome};
 
 use crate::answer::Answer;
+use crate::guarded::Guarded;
 use crate::motion::inlet::Inlet;
 use crate::motion::{Fault, Feed, Timetable};
 use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
-use crate::setup;
+use crate::setup::{self, Kind};
 use crate::volatile::{Volatile, identity};
 
 /// Seed of the particles' random numbers where none is given.
@@ -116,6 +117,7 @@ pub fn answers(
     options: &Options,
     mut look: impl FnMut(&Scanned<'_>),
 ) -> Result<Vec<Answer>> {
+    setup::full_scans(recording)?;
     let scans = options.scans_of(recording)?;
     // A scan out of a sequence is no scan of a chair that stands.
     let mode = options.motion.unwrap_or(setup::mode(recording));
@@ -167,6 +169,10 @@ impl DataPath for Noting {
         self.pipeline.begin(config, scan)
     }
 
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> std::result::Result<(), ConfigError> {
+        self.pipeline.begin_guard(config, sweep)
+    }
+
     fn samples(&mut self) -> &mut [Iq] {
         self.pipeline.samples()
     }
@@ -189,6 +195,10 @@ impl DataPath for Noting {
         self.pipeline.conclude(drive, conditions)
     }
 
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+        self.pipeline.guard(drive, conditions)
+    }
+
     fn calibrate(&mut self, wall_m: f32) -> std::result::Result<Mounting, ConfigError> {
         self.pipeline.calibrate(wall_m)
     }
@@ -205,7 +215,60 @@ fn follow(
     scans: usize,
     mut look: impl FnMut(&Scanned<'_>),
 ) -> Result<Vec<Answer>> {
-    let name = &recording.name;
+    let playback = playback(recording, options)?;
+    let mut answers = Vec::new();
+    run(recording, options, &playback, scans, |data, sentences| {
+        let scan = answers.len();
+        let answer = Answer {
+            part: (recording.scans() > 1).then_some(scan as u32 + 1),
+            ..Answer::parse(&recording.name, sentences)?
+        };
+        look(&Scanned {
+            recording,
+            scan: scan % recording.scans(),
+            config: playback.config_of(scan),
+            pipeline: &data.pipeline,
+            drive: data.drive(),
+            answer: &answer,
+        });
+        answers.push(answer);
+        Ok(())
+    })?;
+    Ok(answers)
+}
+
+/// The words on all guard sweeps of a recording of them, in order.
+///
+/// # Errors
+/// Names what in the recording no sweep can be made of.
+pub fn guarded(recording: &Recording, options: &Options) -> Result<Vec<Guarded>> {
+    let sweeps = options.scans_of(recording)?;
+    let options = &Options {
+        motion: Some(options.motion.unwrap_or(setup::mode(recording))),
+        ..*options
+    };
+    let mut words = Vec::new();
+    let mut part = |recording: &Recording, sweeps, first| {
+        let playback = playback(recording, options)?.guarding();
+        run(recording, options, &playback, sweeps, |_, sentences| {
+            words.extend(Guarded::parse(first, sentences)?);
+            Ok(())
+        })
+    };
+    if options.single && recording.scans() > 1 {
+        (0..sweeps).try_for_each(|sweep| part(&recording.scan(sweep), 1, sweep))?;
+    } else {
+        part(recording, sweeps, 0)?;
+    }
+    let name = |word: Guarded| Guarded {
+        recording: recording.name.clone(),
+        ..word
+    };
+    Ok(words.into_iter().map(name).collect())
+}
+
+/// The recording as these options have it played.
+fn playback<'a>(recording: &'a Recording, options: &Options) -> Result<Playback<'a>> {
     let mut playback = Playback::new(recording, &options.config)?;
     if let Some(mode) = options.motion {
         playback = playback.with_mode(mode);
@@ -216,6 +279,19 @@ fn follow(
     if options.by_trigger {
         playback = playback.by_trigger();
     }
+    Ok(playback)
+}
+
+/// One scanner over `scans` scans or guard sweeps, of each of which `told` gets the sentences.
+fn run(
+    recording: &Recording,
+    options: &Options,
+    playback: &Playback<'_>,
+    scans: usize,
+    mut told: impl FnMut(&Noting, Vec<String>) -> Result<()>,
+) -> Result<()> {
+    let name = &recording.name;
+    let guard = playback.kind() == Kind::Guard;
     let mut settings = playback.settings();
     let timetable = match playback.motion() {
         Some(source) => Some(Timetable::by_trigger(source)),
@@ -235,7 +311,7 @@ fn follow(
     let mut odometry = Odometry::new();
     let hardware = Hardware {
         mirror: SimShaft::default(),
-        link: PlaybackLink::new(&playback, timetable.clone()),
+        link: PlaybackLink::new(playback, timetable.clone()),
         port: Console {
             inlet: Inlet::new(timetable.clone()),
             ..Console::default()
@@ -252,7 +328,11 @@ fn follow(
         identity("host"),
         now,
     );
-    let (mut answers, mut commanded) = (Vec::new(), 0);
+    settings.validate().map_err(|e| anyhow!("{name}: {e}"))?;
+    if guard {
+        scanner.port_mut().inlet.type_in(b"guard on\n");
+    }
+    let (mut done, mut commanded) = (0, 0);
     // Some five steps a row; the bound only guards against a scanner that never answers.
     let rows = usize::from(settings.config.sweep.angle_count) + 64;
     for _ in 0..64 * rows * scans {
@@ -261,7 +341,12 @@ fn follow(
             Some(table) => table.borrow_mut().step(now),
             None => now.plus(STEP_US),
         };
-        if scanner.scans() as usize > commanded {
+        let begun = if guard {
+            scanner.sweeps()
+        } else {
+            scanner.scans()
+        };
+        if begun as usize > commanded {
             // What comes while a scan is under way is for the next one.
             let commands = playback.commands_after(commanded);
             scanner.port_mut().inlet.set(&commands);
@@ -274,22 +359,10 @@ fn follow(
         let Some(sentences) = sentences else {
             continue;
         };
-        let scan = answers.len();
-        let answer = Answer {
-            part: (recording.scans() > 1).then_some(scan as u32 + 1),
-            ..Answer::parse(name, sentences)?
-        };
-        look(&Scanned {
-            recording,
-            scan: scan % recording.scans(),
-            config: playback.config_of(scan),
-            pipeline: &scanner.data().pipeline,
-            drive: scanner.data().drive(),
-            answer: &answer,
-        });
-        answers.push(answer);
-        if answers.len() == scans {
-            return Ok(answers);
+        told(scanner.data(), sentences)?;
+        done += 1;
+        if done == scans {
+            return Ok(());
         }
     }
     bail!("{name}: the scanner gave no answer")
@@ -333,6 +406,7 @@ impl Console {
                 Sentence::Step(_) | Sentence::Drop(_) | Sentence::Maybe(_) => {
                     self.to_come = self.to_come.saturating_sub(1);
                 }
+                Sentence::Guard(_) => return Ok(Some(vec![line])),
                 Sentence::Fail { .. } => bail!("the scanner refuses a setting: {line}"),
                 _ => continue,
             }

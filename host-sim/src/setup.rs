@@ -11,28 +11,74 @@ use crate::recording::{META_SUFFIX, Recording};
 const OFF_SCHEDULE: f64 = 0.1;
 
 /// The project's keys of `global` that a recording may do without. Of those that it needs, the want is told.
-const OPTIONAL: [&str; 10] = [
+const OPTIONAL: [&str; 12] = [
     "stairscan:beamwidth_deg",
     "stairscan:disturbance",
     "stairscan:mirror_offset_m",
+    MODE,
     "stairscan:mount_height_m",
     "stairscan:pitch_deg",
     "stairscan:scan_plane",
     "stairscan:scans",
     "stairscan:truth",
+    "stairscan:truth_guard",
     "stairscan:truth_scans",
     "stairscan:truth_travel_m",
 ];
+/// The key that says what a recording's scans are.
+const MODE: &str = "stairscan:mode";
 /// So many letters less, more or other make a misspelt key; two that have changed places are two.
 const MISSPELT: usize = 2;
+
+/// Kind of a recording's scans.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Kind {
+    /// Full scans.
+    Scans,
+    /// Coarse sweeps of the guard.
+    Guard,
+}
+
+/// Returns what the scans of `recording` are.
+///
+/// # Errors
+/// Names the key and a value that there is not.
+pub fn kind(recording: &Recording) -> Result<Kind> {
+    match recording.meta.extra.get(MODE) {
+        None => Ok(Kind::Scans),
+        Some(mode) if mode.as_str() == Some("guard") => Ok(Kind::Guard),
+        Some(mode) => Err(anyhow!(
+            "{}.{META_SUFFIX}: global {MODE}: found {mode}, expected \"guard\", or no such key for full scans",
+            recording.name
+        )),
+    }
+}
+
+/// Marks the scans of a recording as guard sweeps.
+pub fn mark_guard(recording: &mut Recording) {
+    recording.meta.extra.insert(MODE.into(), "guard".into());
+}
+
+/// Refuses guard sweeps where full scans are wanted.
+///
+/// # Errors
+/// Names the recording.
+pub fn full_scans(recording: &Recording) -> Result<()> {
+    ensure!(
+        kind(recording)? == Kind::Scans,
+        "{}: holds guard sweeps, expected full scans; replay, report, score, live --demo and faults --guard take \
+         guard sweeps",
+        recording.name
+    );
+    Ok(())
+}
 
 /// Refuses a key that is nearly one of the project's: it would be passed over in silence.
 fn check_spelling(recording: &Recording) -> Result<()> {
     for key in recording.meta.extra.keys() {
-        let meant = OPTIONAL
-            .iter()
-            .find(|known| distance(key, known) <= MISSPELT);
-        if let Some(meant) = meant {
+        let nearest = OPTIONAL.iter().min_by_key(|known| distance(key, known));
+        let near = |known: &&&str| (1..=MISSPELT).contains(&distance(key, known));
+        if let Some(meant) = nearest.filter(near) {
             let name = &recording.name;
             return Err(anyhow!(
                 "{name}.{META_SUFFIX}: global {key}: no such key, expected {meant}"
@@ -186,6 +232,7 @@ fn angle_fixed(degrees: f64) -> Result<i32> {
 /// # Errors
 /// Names the key that is missing or whose value the scanner cannot work with.
 pub fn config(recording: &Recording, scan: usize, base: &Config) -> Result<(Config, Schedule)> {
+    kind(recording)?;
     let mirror = recording.scan_setup()?;
     let schedule = schedule(recording, scan)?;
     let name = &recording.name;

@@ -328,6 +328,10 @@ def main(program, *recordings):
         sys.exit(__doc__)
     for recording in recordings:
         recording = recording.removesuffix(".sigmf-meta")
+        meta = json.loads(Path(f"{recording}.sigmf-meta").read_text(encoding="utf-8"))
+        if meta["global"].get("stairscan:mode") == "guard":
+            # Tables and messages are of full scans.
+            continue
         with tempfile.TemporaryDirectory() as scratch:
             arrays(program, recording, Path(scratch))
             scans = messages(program, recording, Path(scratch))

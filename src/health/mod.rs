@@ -22,6 +22,7 @@ mod turning;
 
 use crate::Iq;
 use crate::config::Config;
+
 use crate::params::current as p;
 use crate::signal::grid::{DB_PER_UNIT, PolarMap};
 use crate::signal::range::{FULL_SCALE, RowStats};
@@ -44,6 +45,9 @@ const SILENT_SWING: u16 = 1;
 /// The mirror's echo stands at least so far above the noise, map units (9 dB). Noise alone has its
 /// strongest bin of the mirror's few some 4 dB above the median.
 const MIRROR_ABOVE_NOISE: u32 = 24;
+/// An echo stands at least so far above the median cell, map units (15 dB): of the 65,536 cells of the largest map noise
+/// brings one there in fewer than one map in 50,000.
+const HEARD_ABOVE_NOISE: u8 = 40;
 /// Samples of a chirp that are compared with those of the chirp before.
 const PROBES: usize = 4;
 /// Rows up to which a noise level that was seen last is a yardstick for the next.
@@ -269,7 +273,14 @@ impl Health {
         median.unwrap_or(0) as u8
     }
 
+    /// Whether any echo of `map` stands out of the noise.
+    pub fn heard(&self, map: &PolarMap) -> bool {
+        let least = self.noise().saturating_add(HEARD_ABOVE_NOISE);
+        (0..map.rows()).any(|k| map.hits(k).any(|(_, cell)| cell >= least))
+    }
+
     /// Why the scan can be no answer, if so. `mirror` says whether the radar looks at a mirror.
+    #[inline(never)]
     pub fn verdict(&self, mirror: bool) -> Option<Reason> {
         let most = |rows: u32| 2 * rows > self.rows;
         if self.rows == 0 || most(self.silent) {

@@ -300,7 +300,7 @@ fn look_along(chart: &Chart<'_>, phase: &mut Phase, surfaces: &mut Surfaces) {
     *phase = Phase::Ground(Recursions::new());
     if let Phase::Ground(ground) = phase {
         ground.lines.look(chart);
-        ground.weigh(surfaces);
+        ground.weigh(surfaces, true);
     }
 }
 

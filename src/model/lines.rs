@@ -42,14 +42,15 @@ const SHOWN_IN_VARIANCE: f32 = 0.792;
 const LEAST_SHARE: f32 = 0.5;
 /// Share of a cell's strongest row that side lobes spread over all others.
 const SIDE_LOBES: f32 = 0.02;
-/// The strongest row is looked for among every fourth: a beam is many rows wide.
+/// The strongest row is looked for among every fourth where a beam is many rows wide, or in steps of at most this
+/// share of the beam's standard deviation.
 const STRIDE: usize = 4;
 /// A strongest row below this is noise: ln 70, and as much again.
 const FAINT: f32 = 8.0;
 /// The strongest row is the surface itself up to so many standard deviations of the beam off its line.
 const ITSELF: f32 = 1.0;
 /// A Gaussian beam seen through one like it: exp(-d²/4) at d standard deviations.
-const FLANK: f32 = 0.25;
+pub(super) const FLANK: f32 = 0.25;
 /// Steeper than this no scan looks: the square of the angle's cosine.
 const STEEPEST: f32 = 0.1;
 /// Powers S that have terms: the first one, dB, their distance, and their number.
@@ -77,13 +78,13 @@ impl Term {
         constant: 0.0,
         per_t: 0.0,
         per_ln_t: 0.0,
-        least: (1.0, 0.0),
+        least: (0.0, 0.0),
     };
 
-    /// Of a surface of power `s` that is seen in rows worth `n` independent ones.
-    fn new(s: f32, n: f32) -> Self {
+    /// Of a surface of power `s` that is seen in rows worth `n` independent ones, as so many independent speckles.
+    fn new(s: f32, n: f32, speckles: f32) -> Self {
         let mean = 1.0 + SHOWN * s;
-        let var = (1.0 + 2.0 * SHOWN_IN_VARIANCE * s) / n + SHOWN * s * SHOWN * s;
+        let var = (1.0 + 2.0 * SHOWN_IN_VARIANCE * s) / n + SHOWN * s * SHOWN * s / speckles;
         let (shape, scale) = (mean * mean / var, var / mean);
         let least_t = (n - shape) / (n - 1.0 / scale);
         Self {
@@ -102,9 +103,9 @@ impl Term {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Power {
     /// Quarters of a decibel of t over [`Power::LEAST_DB`]; 0 where it is not seen.
-    t: u8,
+    pub(super) t: u8,
     /// Quarters of a decibel by which leaks raise the noise.
-    leaks: u8,
+    pub(super) leaks: u8,
 }
 
 impl Power {
@@ -116,13 +117,21 @@ impl Power {
     const NATS_PER_DB: f32 = core::f32::consts::LN_10 / 10.0;
 
     /// Of power t over the noise that leaks have raised by a ratio.
-    fn new(t: f32, leaks: f32) -> Self {
+    pub(super) fn new(t: f32, leaks: f32) -> Self {
         let db = |ratio: f32| math::DB_PER_OCTAVE * math::log2(math::max(ratio, f32::MIN_POSITIVE));
         // `as` saturates.
         Self {
             t: math::max(math::round((db(t) - Self::LEAST_DB) * Self::PER_DB), 1.0) as u8,
             leaks: math::round(db(leaks) * Self::PER_DB) as u8,
         }
+    }
+
+    /// Of what is not seen.
+    pub(super) const DARK: Self = Self { t: 0, leaks: 0 };
+
+    /// The stronger of two.
+    pub(super) fn brighter(self, other: Self) -> Self {
+        if other.t > self.t { other } else { self }
     }
 
     /// What it shows.
@@ -141,9 +150,16 @@ impl Power {
 #[derive(Clone, Copy, Debug)]
 pub struct Shown {
     /// Power over the noise; 0 where it is not seen.
-    t: f32,
+    pub(super) t: f32,
     ln_t: f32,
     leaks_db: f32,
+}
+
+impl Shown {
+    /// Whether the line is seen.
+    pub fn is_seen(self) -> bool {
+        self.t > 0.0
+    }
 }
 
 /// A range cell.
@@ -158,14 +174,16 @@ pub struct RangeCell {
 /// What the cells along the way ahead show, the nearest first.
 #[derive(Clone, Debug)]
 pub struct Lines {
-    cells: heapless::Vec<RangeCell, CELLS>,
+    pub(super) cells: heapless::Vec<RangeCell, CELLS>,
     terms: [Term; POWERS],
     /// Range of the first cell, metres.
-    first_m: f32,
+    pub(super) first_m: f32,
     /// From cell to cell, metres.
-    step_m: f32,
+    pub(super) step_m: f32,
     /// Mirror above the ground, metres.
     pub height_m: f32,
+    /// Independent rows that the rows of one sweep are worth.
+    pub(super) rows: f32,
 }
 
 impl Default for Lines {
@@ -175,26 +193,37 @@ impl Default for Lines {
 }
 
 impl Lines {
-    /// Of no map.
+    /// Of no map. All bits are zero, so that it is no constant in flash.
     pub const fn new() -> Self {
         Self {
             cells: heapless::Vec::new(),
             terms: [Term::ZERO; POWERS],
             first_m: 0.0,
-            step_m: 1.0,
+            step_m: 0.0,
             height_m: 0.0,
+            rows: 0.0,
         }
     }
 
     /// Looks along the ground in front of the chair, and below it.
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>) {
+        self.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
+            gaze.cell(bin, range_m)
+        });
+    }
+
+    /// Fills the cells with what `cell` makes of each bin and its range, metres.
+    pub(super) fn fill(
+        &mut self,
+        gaze: &Gaze<'_>,
+        farthest_m: f32,
+        mut cell: impl FnMut(&Gaze<'_>, usize, f32) -> RangeCell,
+    ) {
+        let chart = gaze.chart;
         let geometry = chart.map.geometry();
-        let gaze = Gaze::new(chart);
-        for (k, term) in self.terms.iter_mut().enumerate() {
-            let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
-            *term = Term::new(s, WORTH * REACH * gaze.sigma_rows);
-        }
+        self.rows = WORTH * REACH * gaze.sigma_rows;
+        self.settle(1.0, 1.0);
         self.cells.clear();
         self.height_m = gaze.height_m;
         // `as` saturates.
@@ -209,9 +238,17 @@ impl Lines {
             if self.cells.is_empty() {
                 self.first_m = range_m;
             }
-            if range_m > FARTHEST_M || self.cells.push(gaze.cell(bin, range_m)).is_err() {
+            if range_m > farthest_m || self.cells.push(cell(gaze, bin, range_m)).is_err() {
                 break;
             }
+        }
+    }
+
+    /// Terms of cells that are means over `sweeps` sweeps whose speckle was `speckles` times another.
+    pub(super) fn settle(&mut self, sweeps: f32, speckles: f32) {
+        for (k, term) in self.terms.iter_mut().enumerate() {
+            let s = math::power_ratio(FIRST_DB + STEP_DB * k as f32);
+            *term = Term::new(s, self.rows * sweeps, speckles);
         }
     }
 
@@ -270,16 +307,16 @@ impl Lines {
 }
 
 /// A map as it is looked at along lines.
-struct Gaze<'c> {
+pub(super) struct Gaze<'c> {
     chart: &'c Chart<'c>,
     height_m: f32,
     first_rad: f32,
     step_rad: f32,
-    sigma_rows: f32,
+    pub(super) sigma_rows: f32,
 }
 
 impl<'c> Gaze<'c> {
-    fn new(chart: &'c Chart<'c>) -> Self {
+    pub(super) fn new(chart: &'c Chart<'c>) -> Self {
         let geometry = chart.map.geometry();
         let step_rad = math::max(geometry.step_rad, f32::MIN_POSITIVE);
         Self {
@@ -294,37 +331,10 @@ impl<'c> Gaze<'c> {
     /// What a range cell shows.
     #[inline(never)]
     fn cell(&self, bin: usize, range_m: f32) -> RangeCell {
-        // Where the chair drives, what stands at this range now was seen in another bin.
-        let seen = self.place(range_m, 0.0).map_or(bin, |(bin, _)| bin);
-        let (row, strongest) = self.strongest(seen);
-        let leaks = 1.0 + SIDE_LOBES * strongest;
-        let rival = if strongest > FAINT {
-            self.along(seen, row).unwrap_or(0.0)
-        } else {
-            0.0
-        };
-        let line = |y_m: f32| {
-            let Some((bin, middle)) = self.place(range_m, y_m) else {
-                return Power::default();
-            };
-            let Some(t) = self.along(bin, middle) else {
-                return Power::default();
-            };
-            let off = (middle - row) / self.sigma_rows;
-            let flank = if rival > t && off.abs() > ITSELF {
-                math::max(rival / leaks - 1.0, 0.0) * math::exp(-FLANK * off * off)
-            } else {
-                0.0
-            };
-            let leaks = leaks * (1.0 + flank);
-            Power::new(t / leaks, leaks)
-        };
-        let ground = [-OFF_M, 0.0, OFF_M].map(line);
-        let [below, level, above] = ground;
-        let brighter = |a: Power, b: Power| if b.t > a.t { b } else { a };
+        let cell = LookedCell::new(self, bin, range_m);
         RangeCell {
-            ground: brighter(level, brighter(below, above)),
-            lower: DEPTHS_M.map(|depth_m| line(-depth_m)),
+            ground: cell.ground(cell.seen(0.0)),
+            lower: DEPTHS_M.map(|depth_m| cell.line(cell.seen(-depth_m))),
         }
     }
 
@@ -354,8 +364,10 @@ impl<'c> Gaze<'c> {
         let map = self.chart.map;
         let bins = map.bins();
         let cells = map.from(0, bin).filter(|_| bin < bins).unwrap_or(&[]);
-        let rows = (0..map.rows()).step_by(STRIDE);
-        let cells = rows.zip(cells.iter().step_by((STRIDE * bins).max(1)).copied());
+        // `as` saturates.
+        let stride = (self.sigma_rows as usize).clamp(1, STRIDE);
+        let rows = (0..map.rows()).step_by(stride);
+        let cells = rows.zip(cells.iter().step_by((stride * bins).max(1)).copied());
         let (row, level) = cells.fold(
             (0, 0),
             |best, cell| if cell.1 > best.1 { cell } else { best },
@@ -389,6 +401,71 @@ impl<'c> Gaze<'c> {
             }
         }
         (weight > LEAST_SHARE * WEIGHTS * reach).then(|| self.chart.over_noise(power / weight))
+    }
+}
+
+/// A range cell that is looked at.
+pub(super) struct LookedCell<'g> {
+    pub(super) gaze: &'g Gaze<'g>,
+    range_m: f32,
+    /// Its strongest row, and that one's power over the noise.
+    row: f32,
+    pub(super) strongest: f32,
+    /// Noise and side lobes of the strongest row, over the noise.
+    leaks: f32,
+    /// Power along the line of the strongest row; 0 where that is noise.
+    rival: f32,
+}
+
+/// Power over the noise along a line, and the row in which it is seen.
+pub(super) type LineSeen = Option<(f32, f32)>;
+
+impl<'g> LookedCell<'g> {
+    pub(super) fn new(gaze: &'g Gaze<'g>, bin: usize, range_m: f32) -> Self {
+        // Where the chair drives, what stands at this range now was seen in another bin.
+        let seen = gaze.place(range_m, 0.0).map_or(bin, |(bin, _)| bin);
+        let (row, strongest) = gaze.strongest(seen);
+        let rival = if strongest > FAINT {
+            gaze.along(seen, row).unwrap_or(0.0)
+        } else {
+            0.0
+        };
+        Self {
+            gaze,
+            range_m,
+            row,
+            strongest,
+            leaks: 1.0 + SIDE_LOBES * strongest,
+            rival,
+        }
+    }
+
+    /// The line at a level.
+    pub(super) fn seen(&self, y_m: f32) -> LineSeen {
+        let (bin, row) = self.gaze.place(self.range_m, y_m)?;
+        Some((self.gaze.along(bin, row)?, row))
+    }
+
+    /// What a line shows over the noise and all that leaks into it.
+    fn line(&self, seen: LineSeen) -> Power {
+        let Some((t, row)) = seen else {
+            return Power::DARK;
+        };
+        let off = (row - self.row) / self.gaze.sigma_rows;
+        let flank = if self.rival > t && off.abs() > ITSELF {
+            math::max(self.rival / self.leaks - 1.0, 0.0) * math::exp(-FLANK * off * off)
+        } else {
+            0.0
+        };
+        let leaks = self.leaks * (1.0 + flank);
+        Power::new(t / leaks, leaks)
+    }
+
+    /// Along the ground, a little below it and above it, of which `level` is the middle one: the strongest of the three.
+    pub(super) fn ground(&self, level: LineSeen) -> Power {
+        let below = self.line(self.seen(-OFF_M));
+        let above = self.line(self.seen(OFF_M));
+        self.line(level).brighter(below.brighter(above))
     }
 }
 
@@ -450,7 +527,7 @@ mod tests {
     fn what_is_stronger_speaks_for_a_surface_and_noise_against_it() {
         for s_db in [-3.0, 3.0, 9.0] {
             let s = math::power_ratio(s_db);
-            let term = Term::new(s, ROWS);
+            let term = Term::new(s, ROWS, 1.0);
             let told = [0.2, 0.6, 1.0, 1.3, 2.0, 4.0].map(|t| nats(term, t));
             assert!(told.is_sorted(), "{s_db}: {told:?}");
             assert!(nats(term, 1.0) < 0.0, "{s_db}");
@@ -462,7 +539,7 @@ mod tests {
     fn a_term_is_the_ratio_of_two_densities() {
         // Over all t, p(t | nothing) times the ratio is a density again, but for the part below `least`.
         for s_db in [-6.0, 0.0, 6.0] {
-            let term = Term::new(math::power_ratio(s_db), ROWS);
+            let term = Term::new(math::power_ratio(s_db), ROWS, 1.0);
             let n = f64::from(ROWS);
             let ln_gamma = f64::from(math::ln_gamma(ROWS));
             let step = 0.005;

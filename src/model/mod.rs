@@ -6,14 +6,18 @@
 //! | `normal`, `sight` | the normal distribution and its tail; what an edge leaves in sight |
 //! | `feature`, `places` | classes of point features, where a staircase shows them, and what can be seen of it |
 //! | `points` | the measurement model: likelihood of the echoes under a hypothesis |
+//! | `lines`, `above`, `mean` | power along lines of the ground, below and above it; its mean over sweeps |
+//! | `surfaces` | likelihood that the ground goes on, ends, or that something stands on it |
 //! | `treads` | the measurement model of stairs going down: likelihood of the echoes on treads seen from above |
 //! | `prior` | what stairs people build, and what else stands about |
 //!
 //! Nothing here searches or chooses: [`crate::infer`] does, and is not known here.
 
+pub mod above;
 pub mod chart;
 mod feature;
 pub mod lines;
+pub mod mean;
 mod normal;
 mod places;
 mod points;

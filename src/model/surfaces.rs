@@ -186,6 +186,8 @@ type ByCell = [f32; CELLS + 1];
 pub struct Recursions {
     /// What the map shows.
     pub lines: Lines,
+    /// Likelihood ratio of the ground in each cell by state: the way out and the way back need it.
+    ratios: [State; CELLS],
     /// The ground up to each cell.
     ground: ByCell,
     /// What shows around a riser, summed up to each cell.
@@ -209,6 +211,7 @@ impl Recursions {
     pub const fn new() -> Self {
         Self {
             lines: Lines::new(),
+            ratios: [[0.0; STATES]; CELLS],
             ground: [0.0; CELLS + 1],
             around: [0.0; CELLS + 1],
             surface: [0.0; CELLS + 1],
@@ -219,16 +222,16 @@ impl Recursions {
 
     /// Weighs what may be with the ground.
     #[inline(never)]
-    pub fn weigh(&mut self, out: &mut Surfaces) {
+    pub fn weigh(&mut self, out: &mut Surfaces, below: bool) {
         *out = Surfaces::NOTHING;
         if self.lines.cells().len() < LEAST_CELLS {
             return;
         }
         let level = self.forward();
-        self.backward(0.0, Lines::ground);
+        self.backward(|r, b| r.ratios.get(b).copied().unwrap_or(EVEN));
         self.behind();
         self.risers(level, out);
-        self.lower();
+        self.lower(below);
         self.drops(level, out);
     }
 
@@ -238,8 +241,12 @@ impl Recursions {
         let (mut state, mut sum, mut around) = (EVEN, 0.0, 0.0);
         for b in 0..self.lines.cells().len() {
             let power = self.lines.ground(b);
-            sum += weigh(&mut state, &self.likelihood(b, 0.0, power));
+            let ratio = self.likelihood(b, 0.0, power);
+            sum += weigh(&mut state, &ratio);
             walk(&mut state);
+            if let Some(place) = self.ratios.get_mut(b) {
+                *place = ratio;
+            }
             around += math::ln(DARK_AT_RISER + (1.0 - DARK_AT_RISER) * self.any(&[power]));
             set(&mut self.ground, b + 1, sum);
             set(&mut self.around, b + 1, around);
@@ -247,15 +254,14 @@ impl Recursions {
         sum
     }
 
-    /// A surface at a level from each cell on.
+    /// A surface from each cell on, of which `ratio` is the likelihood ratio by state in a cell.
     #[inline(never)]
-    fn backward(&mut self, y_m: f32, power: impl Fn(&Lines, usize) -> Power) {
+    fn backward(&mut self, ratio: impl Fn(&Self, usize) -> State) {
         let n = self.lines.cells().len();
         let (mut state, mut sum) = (EVEN, 0.0);
         set(&mut self.surface, n, 0.0);
         for b in (0..n).rev() {
-            let power = power(&self.lines, b);
-            sum += weigh(&mut state, &self.likelihood(b, y_m, power));
+            sum += weigh(&mut state, &ratio(self, b));
             walk(&mut state);
             set(&mut self.surface, b, sum);
         }
@@ -302,7 +308,7 @@ impl Recursions {
 
     /// What is behind an edge in each cell.
     #[inline(never)]
-    fn lower(&mut self) {
+    fn lower(&mut self, below: bool) {
         const HIDDEN: f32 = math::ln(1.0 - LOWER);
         const EACH: f32 = math::ln(LOWER / DEPTHS_M.len() as f32);
         let n = self.lines.cells().len();
@@ -313,8 +319,11 @@ impl Recursions {
             let hidden = HIDDEN + value(&self.behind, again);
             set(&mut self.drop, b, hidden);
         }
+        if !below {
+            return;
+        }
         for (k, depth_m) in DEPTHS_M.into_iter().enumerate() {
-            self.backward(-depth_m, |lines, b| lines.lower(b, k));
+            self.backward(|r, b| r.likelihood(b, -depth_m, r.lines.lower(b, k)));
             for b in 0..n {
                 let shadow = self.lines.at(self.lines.range_m(b) * (h + depth_m) / h);
                 let lower = EACH + value(&self.surface, shadow);
@@ -362,6 +371,11 @@ impl Recursions {
         let mut sum = 0.0;
         for power in powers {
             let shown = power.shown();
+            // A line that is not seen says nothing, of any power.
+            if !shown.is_seen() {
+                sum += ANY_POWERS as f32;
+                continue;
+            }
             for k in 0..ANY_POWERS {
                 sum += self.lines.ratio(shown, ANY_DB * k as f32);
             }
@@ -391,14 +405,21 @@ impl<'a> Slots<'a> {
         // `as` saturates.
         let slot = (x_m / SLOT_M) as usize;
         self.first.get_or_insert((slot, value));
-        let Some(place) = self.values.get_mut(slot) else {
+        if slot >= self.values.len() {
             return;
+        }
+        let before = self
+            .last
+            .map(|last| (last, self.values.get(last).copied().unwrap_or(value)));
+        let value = match before {
+            Some((last, before)) if last == slot => math::max(before, value),
+            _ => value,
         };
-        *place = if self.last == Some(slot) {
-            math::max(*place, value)
-        } else {
-            value
-        };
+        // Slots in which no cell lies are as likely as the next one.
+        let from = before.map_or(slot, |(last, _)| (last + 1).min(slot));
+        if let Some(slots) = self.values.get_mut(from..=slot) {
+            slots.fill(value);
+        }
         self.last = Some(slot);
     }
 
@@ -461,7 +482,7 @@ mod tests {
         let mut surfaces = Surfaces::NOTHING;
         let mut recursions = std::boxed::Box::new(Recursions::new());
         recursions.lines.look(chart);
-        recursions.weigh(&mut surfaces);
+        recursions.weigh(&mut surfaces, true);
         surfaces
     }
 
@@ -526,6 +547,25 @@ mod tests {
             end(&surfaces)
         );
         assert!(riser > surfaces.rise_at(0.7) + 5.0);
+    }
+
+    #[test]
+    fn slots_between_two_cells_are_as_likely_as_the_farther_one() {
+        let mut values = [0.0; SLOTS];
+        let mut slots = Slots::new(&mut values);
+        for (x_m, value) in [(0.12, -3.0), (0.13, -2.0), (0.27, -5.0), (0.41, -1.0)] {
+            slots.add(x_m, value);
+        }
+        slots.finish();
+        // Nearer than all cells as in the first one; the last slot was not looked at as a whole.
+        let expected = [-3.0, -3.0, -2.0, -5.0, -5.0, -5.0, -1.0, -1.0, 0.0_f32];
+        assert!(
+            values
+                .iter()
+                .zip(expected)
+                .all(|(v, e)| (v - e).abs() < 1e-6),
+            "{values:?}"
+        );
     }
 
     #[test]

@@ -55,6 +55,18 @@ struct End {
     travel: Option<(i32, f32, u16)>,
 }
 
+impl End {
+    /// Travel from here to `later`, metres, where the input was good all the way.
+    fn way_m(&self, later: &Self) -> Option<f32> {
+        match (self.travel, later.travel) {
+            (Some((a, a_m, chain)), Some((b, b_m, same))) if chain == same => {
+                Some(b.wrapping_sub(a) as f32 * 1e-4 + b_m - a_m)
+            }
+            _ => None,
+        }
+    }
+}
+
 /// The motion input, and the track that it makes of a scan.
 #[derive(Debug)]
 pub struct Odometry {
@@ -71,9 +83,13 @@ pub struct Odometry {
     begun: Option<(Micros, i32)>,
     /// What went wrong in this scan; good while nothing did.
     scan: Input,
+    /// Of the last scan, and of the last guard sweep.
     end: Option<End>,
+    guard_end: Option<End>,
     since_s: Option<f32>,
     moved_m: Option<f32>,
+    /// Travel from the last full scan to the guard sweep that has just ended, metres.
+    since_scan_m: Option<f32>,
     memory: Retention,
     /// A sentence older than this says nothing any more, microseconds.
     oldest_us: u32,
@@ -99,8 +115,10 @@ impl Odometry {
             begun: None,
             scan: Input::Absent,
             end: None,
+            guard_end: None,
             since_s: None,
             moved_m: None,
+            since_scan_m: None,
             memory: Retention::Kept,
             oldest_us: OLDEST_US,
         }
@@ -303,14 +321,24 @@ impl Odometry {
         let travel = known.then_some((origin, end.travel_m, self.chain));
         if let Some(before) = self.end {
             self.since_s = Some(at.since(before.at) as f32 * 1e-6);
-            self.moved_m = match (before.travel, travel) {
-                (Some((a, a_m, chain)), Some((b, b_m, same))) if chain == same => {
-                    Some(b.wrapping_sub(a) as f32 * 1e-4 + b_m - a_m)
-                }
-                _ => None,
-            };
+            self.moved_m = before.way_m(&End { at, travel });
         }
         self.end = Some(End { at, travel });
+    }
+
+    /// The guard sweep has seen its last row: its way counts from the guard sweep before, and the next scan's from the
+    /// scan before.
+    pub fn finish_guard(&mut self, now: Micros) {
+        let scan = core::mem::replace(&mut self.end, self.guard_end);
+        self.finish(now);
+        self.guard_end = self.end;
+        self.since_scan_m = scan.zip(self.end).and_then(|(scan, end)| scan.way_m(&end));
+        self.end = scan;
+    }
+
+    /// Travel from the last full scan to the last guard sweep, metres, where the input was good all the way.
+    pub fn since_scan_m(&self) -> Option<f32> {
+        self.since_scan_m
     }
 
     /// What is known of the chair's motion in the scan that has just ended.

@@ -4,5 +4,6 @@ pub mod motion;
 pub mod sentence;
 
 pub use sentence::{
-    DropLine, Line, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths,
+    DropLine, GuardLine, Line, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine,
+    Tenths,
 };

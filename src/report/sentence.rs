@@ -11,6 +11,7 @@
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
 //! | `DROP` | scan number; distance; σ of distance; depth; probability |
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
+//! | `GUARD` | number of the sweep since the guard was switched on; `ok`, `degraded` or `fault`; free distance; what ends it: `none`, `rise`, `drop`, `obstacle` or `unknown`; confidence; reasons joined by `+` |
 //! | `BOOT` | version; git revision; reset cause; clock; boots since power came; settings; serial number of the chip |
 //! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot; settings |
 //! | `LIVE` | state; scan; ms since boot; ms since the last row of the last scan that was no fault; motion input; faults of it; refused lines; damaged or lost bytes of this port; requests that the radar module did not answer as it should |
@@ -29,6 +30,11 @@
 //! cent; a negative height: the ground may end), each nearest first; they hold no time and no
 //! clock, so that the same chirps give the same bytes everywhere.
 //!
+//! `GUARD` is the word of one guard sweep. The free distance is that up to which the ground goes on without a rise or a
+//! drop of more than 40 mm and without anything on it, from the mirror at the sweep's last row; it is empty in a
+//! `fault`, and 0.0 where the instrument is in doubt. `none` says that nothing ends it within the range that a sweep
+//! sees, `unknown` that the ground is just not seen farther. The confidence is the probability that no hazard is nearer.
+//!
 //! `LIVE` comes by itself five times a second, in every state, and may stand between any two sentences.
 //! Only there stand times. Its counters count since boot and stay at 65535.
 //!
@@ -40,6 +46,7 @@
 
 mod fields;
 mod frame;
+mod guard;
 mod lines;
 mod live;
 mod writer;
@@ -49,6 +56,7 @@ use crate::verdict::{Outcome, Reason, Reasons, Status};
 pub(super) use fields::Fields;
 pub use fields::ParseError;
 pub use frame::{Line, MAX_SENTENCE, PREFIX, Tenths, crc32};
+pub use guard::GuardLine;
 pub use lines::{DropLine, MaybeLine, ScanLine, StepLine};
 pub use live::LiveLine;
 pub(crate) use writer::Writer;
@@ -64,6 +72,8 @@ pub enum Sentence<'a> {
     Drop(DropLine),
     /// What may stand there though the answer does not hold it.
     Maybe(MaybeLine),
+    /// How far the ground is free by a guard sweep.
+    Guard(GuardLine),
     /// First sentence after boot.
     Boot {
         /// Version of the firmware.
@@ -160,6 +170,7 @@ impl Sentence<'_> {
             Sentence::Step(s) => s.write(),
             Sentence::Drop(d) => d.write(),
             Sentence::Maybe(m) => m.write(),
+            Sentence::Guard(g) => g.write(),
             Sentence::Boot {
                 version,
                 revision,
@@ -253,6 +264,7 @@ impl Sentence<'_> {
             "STEP" => Sentence::Step(StepLine::parse(&mut fields)?),
             "DROP" => Sentence::Drop(DropLine::parse(&mut fields)?),
             "MAYBE" => Sentence::Maybe(MaybeLine::parse(&mut fields)?),
+            "GUARD" => Sentence::Guard(GuardLine::parse(&mut fields)?),
             "BOOT" => Sentence::Boot {
                 version: fields.text("version")?,
                 revision: fields.text("revision")?,

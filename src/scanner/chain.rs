@@ -4,7 +4,7 @@ use crate::Iq;
 use crate::config::{Config, ConfigError};
 use crate::drive::Drive;
 use crate::mount::Mounting;
-use crate::verdict::{Conditions, Outcome};
+use crate::verdict::{Conditions, GuardWord, Outcome};
 
 /// From samples to steps: what a scan does with its chirps.
 ///
@@ -25,6 +25,14 @@ pub trait DataPath {
     fn finish(&mut self) -> Outcome {
         self.conclude(&Drive::STANDING, Conditions::GOOD)
     }
+    /// [`DataPath::begin`] of guard sweep number `sweep`.
+    ///
+    /// # Errors
+    /// Names the field that does not fit.
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError>;
+    /// The word of a guard sweep, after its last row, instead of [`DataPath::conclude`]: how far the ground is free by it
+    /// and by the guard sweeps before, of which number 1, as [`DataPath::begin_guard`] has it, forgets all others.
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord;
     /// How the scanner is mounted, after the last row of a scan of a flat floor and a wall `wall_m` from the
     /// mirror, instead of [`DataPath::conclude`].
     ///
@@ -55,6 +63,14 @@ impl<D: DataPath + ?Sized> DataPath for &mut D {
 
     fn conclude(&mut self, drive: &Drive<'_>, conditions: Conditions) -> Outcome {
         (**self).conclude(drive, conditions)
+    }
+
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
+        (**self).begin_guard(config, sweep)
+    }
+
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+        (**self).guard(drive, conditions)
     }
 
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {

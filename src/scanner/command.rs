@@ -10,7 +10,9 @@
 //! |---|---|---|
 //! | `start` | scans again and again; survives a reset | `DONE` |
 //! | `stop` | ends the present scan, stands still; survives a reset | `DONE` |
-//! | `scan` | one scan, when stopped | `DONE`, later `SCAN` and `STEP`s |
+//! | `scan` | one scan, when stopped or guarding | `DONE`, later `SCAN` and `STEP`s |
+//! | `guard,on\|off` | sweeps the ground ahead many times a second; `scan` comes in between | `DONE`, later `GUARD`s |
+//! | `watch,on\|off` | the same, and a full scan when a rise or a drop comes near and the chair stands or slows | `DONE`, later `GUARD`s |
 //! | `status` | | `STAT` |
 //! | `version` | | `CONF` with version and revision |
 //! | `selftest` | arithmetic, home, link, when stopped | `DONE` once passed, else `FAIL` |
@@ -45,6 +47,10 @@ pub enum Command<'a> {
     Stop,
     /// One scan.
     Scan,
+    /// Sweep the ground ahead again and again, or no more.
+    Guard(bool),
+    /// The same, with a full scan of what comes near.
+    Watch(bool),
     /// State, clock, scans.
     Status,
     /// Version and revision.
@@ -110,6 +116,8 @@ impl Command<'_> {
             Command::Start => "start",
             Command::Stop => "stop",
             Command::Scan => "scan",
+            Command::Guard(_) => "guard",
+            Command::Watch(_) => "watch",
             Command::Status => "status",
             Command::Version => "version",
             Command::SelfTest => "selftest",
@@ -168,6 +176,8 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
         Some("start") => Command::Start,
         Some("stop") => Command::Stop,
         Some("scan") => Command::Scan,
+        Some("guard") => Command::Guard(switch("guard", &mut words)?),
+        Some("watch") => Command::Watch(switch("watch", &mut words)?),
         Some("status") => Command::Status,
         Some("version") => Command::Version,
         Some("selftest") => Command::SelfTest,
@@ -188,8 +198,7 @@ pub fn parse(line: &str) -> Result<Command<'_>, BadCommand> {
             Command::Set(key, value.ok_or(bad("set", key, "a value"))?)
         }
         _ => {
-            let expected =
-                "start stop scan status version selftest reset get set save or calibrate";
+            let expected = "start stop scan guard watch status version selftest reset get set save or calibrate";
             return Err(bad("-", "command", expected));
         }
     };
@@ -222,6 +231,15 @@ pub fn is_framed(line: &str) -> bool {
 /// Whether a line is a motion sentence, a damaged one perhaps: it comes too often to be answered.
 pub fn is_motion(line: &str) -> bool {
     line.starts_with(motion::PREFIX)
+}
+
+/// The argument of `guard` and `watch`.
+fn switch(command: &'static str, words: &mut CommandWords<'_>) -> Result<bool, BadCommand> {
+    match next(words) {
+        Some("on") => Ok(true),
+        Some("off") => Ok(false),
+        _ => Err(bad(command, "switch", "on or off")),
+    }
 }
 
 /// The arguments of `calibrate`.

@@ -1,5 +1,6 @@
 //! Commands: lines of the report port, carried out one by one.
 
+use super::guard::GuardMode;
 use super::pulse::Pulse;
 use super::states::{Errand, Machine};
 use crate::config::ConfigError;
@@ -166,6 +167,8 @@ impl Console {
             Command::Start => machine.start(now),
             Command::Stop => machine.stop(),
             Command::Scan => machine.errand(now, "scan", Errand::Once),
+            Command::Guard(on) => machine.guard(now, on, GuardMode::Guard),
+            Command::Watch(on) => machine.guard(now, on, GuardMode::Watch),
             Command::SelfTest => machine.errand(now, "selftest", Errand::Answer),
             Command::Status => {
                 let status = machine.status(now);

@@ -56,7 +56,7 @@ pub const REPEATS: u16 = 91;
 pub const LINEARITY: u16 = 410;
 /// The shaft has stood so long before it is read, µs: twice what `settle` allows it, and the AS5600's slowest
 /// filter takes 2.2 ms (data sheet).
-const REST_US: u32 = 10_000;
+pub(super) const REST_US: u32 = 10_000;
 /// Readings, each after as long a rest, of which one must be right: one disturbed byte is no slip.
 const READINGS: u8 = 3;
 /// Two places are one within this, microsteps: a tenth of a degree.

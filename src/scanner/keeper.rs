@@ -126,6 +126,8 @@ pub(super) struct ScanSettings {
     pub planes: Planes,
     /// The plane that it is made in.
     pub plane: Plane,
+    /// Whether it is a guard sweep.
+    pub guard: bool,
 }
 
 impl ScanSettings {
@@ -135,6 +137,7 @@ impl ScanSettings {
         Self {
             planes,
             plane: plane_of(planes, below),
+            guard: false,
             hash: keeper.hash(),
             configured: keeper.configured(),
             motion: keeper.get().motion,

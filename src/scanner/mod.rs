@@ -11,6 +11,9 @@
 //!                       └──fault── reporting ──► (go on?)
 //! ```
 //!
+//! While the scanner guards, `guarding` takes the place of `scanning`: guard sweeps follow each other, and `scan` puts a
+//! full scan between two of them.
+//!
 //! It is polled: [`Scanner::step`] never waits, so that a command is answered during a scan, the watchdog
 //! sees every state's own deadline, and a chirp is on the wire and worked off while the mirror moves to the
 //! next angle. Hardware comes in behind four narrow traits ([`Mirror`],
@@ -27,6 +30,8 @@
 //! | `commands` | lines of the report port, carried out on the machine; `LIVE` | `states`, `reports`, `pulse` |
 //! | `calibrating` | a scan of a floor and a wall becomes settings | `states`, [`crate::mount::command`] |
 //! | `keeper` | the settings in force: who vouches for them, whether memory still holds them | [`record`] |
+//! | `guarding` | guard sweeps, and full scans in between | `states`, `guard` |
+//! | `guard` | the guard between two sweeps, and whether settings allow one | [`pace`] |
 //! | `planes` | which plane a scan is made in, with `plane both` | [`crate::drive`], [`crate::verdict`] |
 //! | `fitness` | whether processor, memory, clock and supply are fit to scan | |
 //! | `reports` | which sentences tell a scan, a state, an answer | [`outbox`] |
@@ -59,6 +64,8 @@ mod commands;
 pub mod driver;
 pub mod encoder;
 mod fitness;
+mod guard;
+mod guarding;
 mod keeper;
 pub mod mirror;
 pub mod outbox;
@@ -139,6 +146,11 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
     /// Number of scans begun since boot.
     pub fn scans(&self) -> u32 {
         self.machine.scans()
+    }
+
+    /// Number of guard sweeps begun since the guard was switched on.
+    pub fn sweeps(&self) -> u32 {
+        self.machine.guard.sweep
     }
 
     /// Name of the present state.

@@ -1,6 +1,6 @@
 //! How fast a mirror that does not stop may turn.
 
-use super::settings::Settings;
+use super::settings::{MotorConfig, Settings};
 use crate::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
 use crate::signal::radar::wire::{SLACK_US, Wire};
 
@@ -91,6 +91,19 @@ impl Cruise {
             start.abs() <= limit && end.abs() <= limit
         });
         (within && last > 0).then_some(cruise)
+    }
+
+    /// Duration of one of many sweeps that follow each other both ways, microseconds: the way from end to end and the
+    /// ramps on it.
+    pub fn sweep_us(&self, motor: &MotorConfig, schedule: &Schedule) -> u32 {
+        let (start, end) = self.ends(schedule, false);
+        let ramps = match motor.acceleration {
+            0 => 0.0,
+            a => self.speed as f32 / a as f32,
+        };
+        let seconds = start.abs_diff(end) as f32 / self.speed.max(1) as f32 + ramps;
+        // `as` saturates.
+        (seconds * 1e6) as u32
     }
 
     /// Which way the shaft turns from the sweep's first row to its last, 1 or -1.

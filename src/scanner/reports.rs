@@ -3,7 +3,7 @@
 use crate::config::Plane;
 use crate::port::BytePort;
 use crate::report::sentence::{MAX_SENTENCE, of_scan};
-use crate::report::{LiveLine, ScanLine, Sentence};
+use crate::report::{GuardLine, LiveLine, ScanLine, Sentence};
 use crate::scanner::board::Identity;
 use crate::scanner::command;
 use crate::scanner::outbox::Outbox;
@@ -124,6 +124,12 @@ impl Reports {
         let failed = Outcome::broken(reasons, Conditions::GOOD);
         self.outbox
             .push(&Sentence::Scan(ScanLine::new(0, 0, &failed, settings)))
+    }
+
+    /// The word of a guard sweep; false when there is no room yet.
+    #[inline(never)]
+    pub(super) fn guard(&mut self, line: GuardLine) -> bool {
+        self.outbox.push(&Sentence::Guard(line))
     }
 
     /// Queues the answer's sentences as they fit; true when all are queued.

@@ -1,10 +1,11 @@
 //! Everything that a command may read or set, by key.
 //!
 //! Each setting is one row, where its structure is declared with `settings!` ([`crate::setting`]): here, in
-//! [`crate::config`], [`crate::signal::radar::module`] and `motor`. `docs/hardware.md` has all rows as one table. How they
+//! [`crate::config`], [`crate::signal::radar::module`], `motor` and `guard`. `docs/hardware.md` has all rows as one table. How they
 //! become a hash and a record: [`super::record`]; how a record outlives the power: [`super::store`].
 
 mod found;
+mod guard;
 mod motor;
 mod words;
 
@@ -18,6 +19,7 @@ use crate::setting::{SettingRow, Value, settings};
 use crate::signal::grid::BinWindow;
 use crate::signal::grid::MAX_CELLS;
 use crate::signal::radar::module::Wish;
+pub use guard::GuardConfig;
 pub use motor::{Driver, DriverConfig, Encoder, EncoderConfig, FINEST, MotorConfig, WireLevel};
 pub use words::{SweepMode, Sweeping, Switch};
 
@@ -103,6 +105,8 @@ settings! {
         calibrated: Calibrated;
         /// Which radar module, and what it is to be set to.
         module: Wish;
+        /// The guard's sweep.
+        guard: GuardConfig;
     }
     rows {
         /// Direction of the mirror's sweeps; `both` alternates, without fly-back.
@@ -185,6 +189,7 @@ impl Settings {
         self.check_map()?;
         self.check_module()?;
         self.motor.validate()?;
+        self.guard.validate()?;
         check(
             !self.motor.home_check || self.sweeping != Sweeping::Forward,
             "home-check",

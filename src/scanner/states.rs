@@ -2,6 +2,7 @@
 
 use core::task::Poll;
 
+use super::guard::{GuardMode, GuardState};
 use super::keeper::{Keeper, ScanSettings};
 use super::planes::asks_below;
 use super::reports::{Reports, Telling};
@@ -10,17 +11,17 @@ use crate::crc;
 use crate::drive::{Drive, Retention};
 use crate::motion::Odometry;
 use crate::port::BytePort;
-use crate::report::Sentence;
+use crate::report::{GuardLine, Sentence};
 use crate::scanner::board::{Board, Hardware, Identity};
 use crate::scanner::chain::DataPath;
 use crate::scanner::command::CalibrationRequest;
 use crate::scanner::mirror::{Mirror, Motion};
 use crate::scanner::settings::{Settings, Sweeping, Switch};
-use crate::scanner::sweep::{Rows, Sweep, link_reason, mirror_reason};
+use crate::scanner::sweep::{Rows, Sweep, Task, link_reason, mirror_reason};
 use crate::schedule::MICROSTEPS_PER_TURN;
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
-use crate::verdict::{Conditions, Outcome, Reason, Reasons, Status};
+use crate::verdict::{Conditions, GuardWord, Outcome, Reason, Reasons, Status};
 
 /// What the self-test is at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -41,6 +42,8 @@ pub(super) enum Errand {
     Resume,
     /// One scan, also when stopped.
     Once,
+    /// One guard sweep.
+    Guard,
     /// Answer the `selftest` command.
     Answer,
 }
@@ -56,7 +59,12 @@ enum ScannerState {
     Idle,
     Scanning(Sweep),
     Reporting(Telling),
-    Fault { until: Until, told: bool },
+    /// The word of a guard sweep waits for the port; whether hardware ended the sweep.
+    Warning(GuardLine, bool),
+    Fault {
+        until: Until,
+        told: bool,
+    },
 }
 
 /// How long a fault holds.
@@ -77,12 +85,13 @@ pub(super) struct Machine<'a, M, L, P, B, D> {
     pub odometry: &'a mut Odometry,
     pub settings: Keeper,
     /// Of the scan under way, or the last one.
-    scan: ScanSettings,
+    pub(super) scan: ScanSettings,
+    pub(super) guard: GuardState,
     pub identity: Identity,
     state: ScannerState,
     scans: u32,
     backward: bool,
-    connected: bool,
+    pub(super) connected: bool,
     reasons: Reasons,
     deadline: Micros,
     /// When the scanner booted, until it has run for [`SURVIVED_US`].
@@ -131,6 +140,8 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
             ScannerState::Boot => "boot",
             ScannerState::SelfTest(..) => "self-test",
             ScannerState::Idle => "idle",
+            ScannerState::Scanning(_) if self.scan.guard => "guarding",
+            ScannerState::Warning(..) => "guarding",
             ScannerState::Scanning(_) => "scanning",
             ScannerState::Reporting(_) => "reporting",
             ScannerState::Fault { .. } => "fault",
@@ -180,6 +191,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         let settings = Keeper::new(stored, hardware.board.settings_before());
         let mut machine = Self {
             scan: ScanSettings::of(&settings, false),
+            guard: GuardState::OFF,
             booted: Some(now),
             hardware,
             data,
@@ -214,6 +226,9 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
 
     /// `set`: what `settings` became by setting `key`.
     pub fn change(&mut self, key: &'static str, settings: &Settings) -> Result<(), ConfigError> {
+        if self.guard.is_on() {
+            self.fit_to_guard(settings)?;
+        }
         self.settings.change(key, settings)?;
         self.note();
         Ok(())
@@ -222,7 +237,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     /// `start`: on and on, from now if nothing is under way.
     pub fn start(&mut self, now: Micros) {
         self.hardware.board.set_stopped(false);
+        self.guard.mode = GuardMode::Off;
         self.reports.done("start");
+        self.wake(now);
+    }
+
+    /// Begins what is to be done, if nothing is under way.
+    pub(super) fn wake(&mut self, now: Micros) {
         let until = Until::Told;
         if matches!(self.state, ScannerState::Idle)
             || matches!(self.state, ScannerState::Fault { until: u, .. } if u == until)
@@ -238,12 +259,18 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         self.hardware.mirror.disable();
         self.calibration = None;
         self.below = false;
+        self.guard = GuardState::OFF;
         self.state = ScannerState::Idle;
         self.reports.done("stop");
     }
 
     /// `scan` and `selftest`: only from a standstill, where nothing else is under way.
     pub fn errand(&mut self, now: Micros, command: &str, errand: Errand) {
+        if errand == Errand::Once && self.guard.is_on() && !self.stands() {
+            // What is under way ends before.
+            self.guard.asked = true;
+            return self.reports.done(command);
+        }
         if !self.stands() {
             return self.reports.refuse(command, "state", "idle: stop first");
         }
@@ -280,10 +307,17 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
                 if let Poll::Ready(rows) = poll {
                     let radar = sweep.settings().config.radar;
                     self.settings.adopt(radar);
-                    self.conclude(now, rows);
+                    match self.scan.guard {
+                        true => self.guarded(now, rows),
+                        false => self.conclude(now, rows),
+                    }
                 }
             }
             ScannerState::Reporting(_) => self.report(now),
+            ScannerState::Warning(line, broken) => {
+                let (line, broken) = (*line, *broken);
+                self.told(now, line, broken);
+            }
             ScannerState::Fault { .. } => self.fault(now),
         }
     }
@@ -301,8 +335,13 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     }
 
     /// Scans on unless told to stand still; the scan in the height plane that an answer asks for belongs to it.
-    fn resume(&mut self, now: Micros) {
-        if self.hardware.board.stopped() && !self.below {
+    pub(super) fn resume(&mut self, now: Micros) {
+        let guards = self.guard.is_on();
+        if core::mem::take(&mut self.guard.asked) || (guards && self.below) {
+            self.begin(now, Errand::Once);
+        } else if guards {
+            self.begin(now, Errand::Guard);
+        } else if self.hardware.board.stopped() && !self.below {
             self.state = ScannerState::Idle;
             self.deadline = now.plus(POLL_US);
         } else {
@@ -321,23 +360,47 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             self.state = ScannerState::SelfTest(Test::Arithmetic, errand);
             return;
         }
-        self.scans = self.scans.wrapping_add(1);
+        if errand == Errand::Guard
+            && let Err(error) = self.fit_to_guard(self.settings.get())
+        {
+            // The module is not what the settings ask for.
+            return self.end_guard(now, error);
+        }
         self.scan = ScanSettings::of(&self.settings, below);
+        self.scan.guard = errand == Errand::Guard;
+        let number = match self.scan.guard {
+            true => &mut self.guard.sweep,
+            false => &mut self.scans,
+        };
+        *number = number.wrapping_add(1);
+        let number = *number;
         if !self.settings.intact() {
             return self.report_broken(Reason::SettingsDamaged, Conditions::GOOD, 0);
         }
         let backward = match self.settings.get().sweeping {
+            // The guard goes both ways in turn, and the first one as is set.
+            Sweeping::Backward if self.scan.guard && number == 1 => true,
+            _ if self.scan.guard => self.backward,
             Sweeping::Both => self.backward,
             Sweeping::Forward => false,
             Sweeping::Backward => true,
         };
         let (mirror, link) = (&mut self.hardware.mirror, &mut self.hardware.link);
-        let scan = (self.scans, self.scan.plane);
-        match Sweep::start(now, self.settings.get(), scan, backward, mirror, link) {
+        let task = Task {
+            number,
+            plane: self.scan.plane,
+            guard: self.scan.guard,
+            running: core::mem::take(&mut self.guard.running),
+        };
+        match Sweep::start(now, self.settings.get(), task, backward, mirror, link) {
             Ok(sweep) => {
                 let settings = self.settings.get();
                 self.odometry.allow(settings.timing.motion_timeout);
-                self.odometry.begin(settings.config.sweep.angle_count);
+                let angles = match task.guard {
+                    true => settings.guard.sweep(),
+                    false => settings.config.sweep,
+                };
+                self.odometry.begin(angles.angle_count);
                 // A scan in between goes the way of the next one, whose beginning then is near.
                 if !self.scan.stands_aside() {
                     self.backward = !backward;
@@ -426,7 +489,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     fn passed(&mut self, now: Micros, errand: Errand) {
         match errand {
             Errand::Once => self.begin(now, errand),
-            Errand::Resume => self.resume(now),
+            Errand::Guard | Errand::Resume => self.resume(now),
             Errand::Answer => {
                 self.reports.done("selftest");
                 self.reasons = Reasons::NONE;
@@ -521,6 +584,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
         if outcome.status() != Status::Fault {
             self.answered = Some(now);
         }
+        self.guard.note(now, &outcome);
         let may = planes == Planes::Both && !aside;
         self.below = may && asks_below(&self.settings.get().config, &outcome, &drive);
         self.enter_reporting(outcome, rows.lost, false);
@@ -530,8 +594,32 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     // Out of line: its outcome would lie beneath the estimator beside the one that the estimator makes.
     #[inline(never)]
     fn report_broken(&mut self, reason: Reason, conditions: Conditions, lost: u16) {
+        if self.scan.guard {
+            return self.warn(&GuardWord::broken(reason), true);
+        }
         let faults = Reasons::NONE.with(reason);
         self.enter_reporting(Outcome::broken(faults, conditions), lost, true);
+    }
+
+    /// Tells the word of a guard sweep; `broken` says that hardware ended it, or did not let it begin.
+    pub(super) fn warn(&mut self, word: &GuardWord, broken: bool) {
+        self.reasons = word.reasons();
+        self.state = ScannerState::Warning(GuardLine::new(self.guard.sweep, word), broken);
+    }
+
+    /// Queues the word of a guard sweep once it fits, and goes on.
+    #[inline(never)]
+    fn told(&mut self, now: Micros, line: GuardLine, broken: bool) {
+        self.deadline = now.plus(POLL_US);
+        if !self.reports.guard(line) {
+            return;
+        }
+        self.forget_crashes(now, line.status == Status::Fault);
+        if broken {
+            self.enter_fault(now, true);
+        } else {
+            self.resume(now);
+        }
     }
 
     fn enter_reporting(&mut self, outcome: Outcome, lost: u16, broken: bool) {
@@ -558,7 +646,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             return;
         }
         let broken = telling.broken;
-        self.forget_crashes(now);
+        let fault = self.reports.outcome.status() == Status::Fault;
+        self.forget_crashes(now, fault);
         if broken {
             self.enter_fault(now, true);
         } else {
@@ -567,8 +656,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
     }
 
     /// Once the firmware has run for a minute, a scan has come to its end.
-    fn forget_crashes(&mut self, now: Micros) {
-        let fault = self.reports.outcome.status() == Status::Fault;
+    fn forget_crashes(&mut self, now: Micros, fault: bool) {
         if !fault && self.booted.is_some_and(|at| now.since(at) >= SURVIVED_US) {
             self.booted = None;
             self.hardware.board.survived();

@@ -24,7 +24,7 @@ use super::mirror::{Mirror, Motion};
 use super::pace::Cruise;
 use super::settings::{Settings, SweepMode};
 use crate::config::Plane;
-use crate::schedule::{Schedule, shaft_angle};
+use crate::schedule::{MICROSTEPS_PER_TURN, Schedule, shaft_angle};
 use crate::signal::radar::module::RadarModule;
 use crate::time::Micros;
 use crate::verdict::Reason;
@@ -33,6 +33,9 @@ use rows::{LOST_STREAK, MARGIN_US, RowState, later};
 use turning::ContinuousSweep;
 
 pub use rows::{Rows, link_reason, mirror_reason};
+
+/// Of so many rows of a guard sweep one may be lost, a tenth as of a scan's: more make it a fault.
+const GUARD_ROWS_PER_LOST: u16 = 10;
 
 /// The rows of one scan, as a polled state machine.
 #[derive(Debug)]
@@ -66,27 +69,48 @@ pub struct Sweep {
     rest: Option<Micros>,
     /// In `continuous`, how; none: the mirror stops at every row.
     turning: Option<ContinuousSweep>,
+    /// One of many guard sweeps: the next one follows at once.
+    guard: bool,
+    /// An encoder has been asked where the shaft is before it turns.
+    proven: bool,
+}
+
+/// Purpose of a sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Task {
+    /// Number of the scan, or of the guard sweep.
+    pub number: u32,
+    /// The plane that it is made in.
+    pub plane: Plane,
+    /// Whether it is a guard sweep: over the angles of [`GuardConfig`](super::settings::GuardConfig).
+    pub guard: bool,
+    /// Whether the mirror may still run out behind a guard sweep.
+    pub running: bool,
 }
 
 impl Sweep {
-    /// Begins scan number `scan` in `plane`, from the last row to the first if `backward`.
+    /// Begins the sweep of `task`, from the last row to the first if `backward`.
     ///
     /// `settings` must be valid; they are copied, so that what a command changes meanwhile is for
     /// the next scan.
     pub fn start(
         now: Micros,
         settings: &Settings,
-        (scan, plane): (u32, Plane),
+        task: Task,
         backward: bool,
         mirror: &mut impl Mirror,
         link: &mut impl RadarModule,
     ) -> Result<Self, Reason> {
-        let schedule = Schedule::in_plane(settings.config.sweep, plane);
+        let angles = match task.guard {
+            true => settings.guard.sweep(),
+            false => settings.config.sweep,
+        };
+        let schedule = Schedule::in_plane(angles, task.plane);
         let schedule = schedule.map_err(|_| Reason::ModuleConfig)?;
         let mut sweep = Self {
             settings: *settings,
             schedule,
-            scan,
+            scan: task.number,
             backward,
             at: RowState::Configure,
             done: 0,
@@ -103,13 +127,37 @@ impl Sweep {
             astray: false,
             rest: None,
             turning: None,
+            guard: task.guard,
+            proven: false,
         };
-        sweep.settings.config.mount.plane = plane.into();
+        sweep.settings.config.mount.plane = task.plane.into();
+        if task.guard {
+            sweep.settings.config.sweep = angles;
+            let most = angles.angle_count / GUARD_ROWS_PER_LOST;
+            sweep.settings.timing.max_lost = sweep.settings.timing.max_lost.min(most);
+        }
         sweep.plan(link);
-        let target = sweep.target();
-        sweep.start_move(now, mirror, target);
+        sweep.approach(now, mirror, task.running);
         sweep.ask(now, link);
         Ok(sweep)
+    }
+
+    /// Sends the mirror to where the first row, or the ramp before it, begins: at once, or when it stands, since it may
+    /// still run out behind a guard sweep.
+    fn approach(&mut self, now: Micros, mirror: &mut impl Mirror, running: bool) {
+        let target = self.target();
+        // An error is told by the next look.
+        if running && mirror.poll(now) == Ok(Motion::Moving) {
+            self.astray = true;
+            let bound = self
+                .settings
+                .motor
+                .ramp()
+                .bound_us(MICROSTEPS_PER_TURN as u32);
+            self.move_deadline = now.plus(bound).plus(MARGIN_US);
+        } else {
+            self.start_move(now, mirror, target);
+        }
     }
 
     /// How the mirror is to turn, with what is known of module and link.
@@ -208,7 +256,7 @@ impl Sweep {
     #[inline(never)]
     fn finish(&mut self, now: Micros, mirror: &mut impl Mirror) -> Poll<Rows> {
         let motor = &self.settings.motor;
-        let crosses = motor.home_check && self.backward;
+        let crosses = motor.home_check && self.backward && !self.guard;
         let mut bound = MARGIN_US;
         if crosses {
             bound = bound.saturating_add(motor.cross_bound_us());
@@ -300,11 +348,11 @@ impl Sweep {
 
     // Out of line: what beginning a scan takes of the stack would lie beneath the estimator.
     #[inline(never)]
-    fn poll_configure(
+    fn poll_configure<D: DataPath>(
         &mut self,
         now: Micros,
         link: &mut impl RadarModule,
-        data: &mut impl DataPath,
+        data: &mut D,
     ) -> Poll<Rows> {
         let Poll::Ready(answer) = link.settings(now) else {
             return Poll::Pending;
@@ -313,8 +361,12 @@ impl Sweep {
         match answer {
             Ok(radar) => {
                 self.settings.config.radar = radar;
-                let valid = self.settings.validate().is_ok();
-                if !valid || data.begin(&self.settings.config, self.scan).is_err() {
+                let config = &self.settings.config;
+                let begin = |data: &mut D| match self.guard {
+                    true => data.begin_guard(config, self.scan),
+                    false => data.begin(config, self.scan),
+                };
+                if self.settings.validate().is_err() || begin(data).is_err() {
                     return self.end(Some(Reason::ModuleConfig));
                 }
                 self.attempt = 0;
@@ -322,7 +374,7 @@ impl Sweep {
                 // The module may have become another one since the mirror was sent off.
                 let (before, last) = (self.target(), self.move_deadline);
                 self.plan(link);
-                self.astray = self.target() != before;
+                self.astray |= self.target() != before;
                 if self.turning.is_some() {
                     self.at = RowState::Approach;
                 }

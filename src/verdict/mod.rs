@@ -9,9 +9,11 @@
 //! | [`evidence`] | what a status rests on, as plain values |
 //! | [`status`] | evidence → verdict: one function |
 //! | [`outcome`] | an answer with its verdict, which nothing else can write |
+//! | [`guard`] | evidence → word of a guard sweep: one function |
 //! | [`reasons`] | the table of reasons: word, meaning, effect, condition |
 
 pub mod evidence;
+pub mod guard;
 pub mod outcome;
 pub mod reasons;
 pub mod status;
@@ -20,6 +22,7 @@ pub mod status;
 mod tests;
 
 pub use evidence::{Conditions, Evidence, Sight, Validity};
+pub use guard::{Ending, FreeGround, GuardEvidence, GuardWord, MotionDoubt};
 pub use outcome::{Outcome, free_m};
 pub use reasons::{Reason, ReasonEffect, Reasons};
 pub use status::{LEAST_FIRST_STEP, LEAST_HORIZON_M, Status, Verdict, verdict};

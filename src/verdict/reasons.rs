@@ -107,6 +107,9 @@ reasons! {
     /// What was carried on from earlier scans contradicts this one, and was forgotten.
     SceneChanged = "scene-changed" [Word]
         "What earlier scans said contradicts this one.",
+    /// The last full scan has a nearer hazard than this guard sweep: the nearer counts.
+    ScanNearer = "scan-nearer" [Word]
+        "Beside a guard sweep: the last full scan, at most 5 s old and moved by the motion input, has a step or a drop nearer than the sweep's free distance.",
     /// Samples at the converter's full scale.
     Saturated = "saturated" [Fault]
         "More than one sample in 1000 stands at full scale.",
@@ -124,7 +127,7 @@ reasons! {
         "The median of the map is zero.",
     /// Nothing but noise: not even the floor was seen.
     NoEcho = "no-echo" [Fault]
-        "No echo reaches `sure_echo_db`; in the paper's estimator no more than three times as many cells as false alarms are expected.",
+        "No echo reaches `sure_echo_db`; in the paper's estimator no more than three times as many cells as false alarms are expected; in a guard sweep no cell is 15 dB above the median, and over some sweeps the ground's line is not above it either.",
     /// A bit of the converter never changes.
     AdcBit = "adc-bit" [Doubt]
         "In more than `lame_rows` rows a bit of the samples does not change though a lower one does.",

@@ -21,7 +21,9 @@ use stairscan::scanner::{
 use stairscan::signal::radar::module::Wish;
 use stairscan::signal::radar::wire::Wire;
 use stairscan::signal::radar::{LinkError, RadarModule};
-use stairscan::verdict::{Conditions, Evidence, Outcome, Sight};
+use stairscan::verdict::{
+    Conditions, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
+};
 
 /// Everything outside the scanner, shared between its traits and the test.
 #[derive(Default)]
@@ -60,6 +62,8 @@ pub struct World {
     pub planes: Vec<Plane>,
     /// Where the depth plane sees the ground end, metres.
     pub drop_m: Option<f32>,
+    /// Result of the guard's inference.
+    pub ground: Option<FreeGround>,
     pub arithmetic_broken: bool,
     pub row_worked_while_still: bool,
 }
@@ -205,6 +209,9 @@ impl DataPath for Data {
         w.planes.push(config.mount.plane.first());
         Ok(())
     }
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
+        self.begin(config, sweep)
+    }
     fn samples(&mut self) -> &mut [Iq] {
         &mut self.1
     }
@@ -238,6 +245,15 @@ impl DataPath for Data {
             ..Evidence::default()
         });
         outcome
+    }
+    fn guard(&mut self, drive: &Drive<'_>, conditions: Conditions) -> GuardWord {
+        GuardWord::new(&GuardEvidence {
+            heard: true,
+            motion: MotionDoubt::of(drive),
+            conditions,
+            ground: self.0.0.borrow().ground,
+            ..GuardEvidence::default()
+        })
     }
     fn calibrate(&mut self, wall_m: f32) -> Result<Mounting, ConfigError> {
         self.0.0.borrow().mounting.map_or(
@@ -399,7 +415,11 @@ impl<M: Mirror> Bench<M> {
         let is_answer = |s: &Sentence<'_>| {
             !matches!(
                 s,
-                Sentence::Scan(_) | Sentence::Step(_) | Sentence::Boot { .. } | Sentence::Live(_)
+                Sentence::Scan(_)
+                    | Sentence::Step(_)
+                    | Sentence::Guard(_)
+                    | Sentence::Boot { .. }
+                    | Sentence::Live(_)
             )
         };
         let lines = self.until(is_answer);

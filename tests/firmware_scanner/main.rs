@@ -3,6 +3,7 @@
 mod bench;
 mod driver;
 mod encoder;
+mod guard;
 mod planes;
 mod settings;
 

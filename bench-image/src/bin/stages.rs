@@ -208,7 +208,12 @@ mod image {
         };
         let mut bytes = [0; head::SIZE];
         while file.read(&mut bytes) {
-            scan(counter, pipeline, &head::decode(&bytes), &mut file);
+            let config = head::decode(&bytes);
+            if config.sweep.angle_count <= head::MOST_SWEEP_ROWS {
+                sweep(counter, pipeline, &config, &mut file);
+            } else {
+                scan(counter, pipeline, &config, &mut file);
+            }
         }
     }
 
@@ -221,14 +226,8 @@ mod image {
         let ready = pipeline.begin(config, 1).is_ok();
         let (mut worst_chirp, mut worst_row) = (0, 0);
         for k in 0..config.sweep.angle_count {
-            let mut bytes = [0; 4 * MAX_SAMPLES];
-            let bytes = &mut bytes[..4 * usize::from(config.radar.samples)];
-            if !ready || !file.read(bytes) {
+            if !ready || !chirp_of(file, config, pipeline) {
                 return;
-            }
-            let samples = bytes.as_chunks::<4>().0;
-            for (to, &[i0, i1, q0, q1]) in pipeline.samples().iter_mut().zip(samples) {
-                *to = Iq::new(i16::from_le_bytes([i0, i1]), i16::from_le_bytes([q0, q1]));
             }
             let ((), chirp) = counter.once(|| pipeline.watch(k));
             worst_chirp = worst_chirp.max(chirp);
@@ -255,6 +254,36 @@ mod image {
             dimensions,
             report
         );
+    }
+
+    /// Reads the next row's chirp; says whether there was one.
+    #[inline(never)]
+    fn chirp_of(file: &mut HostFile, config: &Config, pipeline: &mut Pipeline) -> bool {
+        let mut bytes = [0; 4 * MAX_SAMPLES];
+        let bytes = &mut bytes[..4 * usize::from(config.radar.samples)];
+        if !file.read(bytes) {
+            return false;
+        }
+        let samples = bytes.as_chunks::<4>().0;
+        for (to, &[i0, i1, q0, q1]) in pipeline.samples().iter_mut().zip(samples) {
+            *to = Iq::new(i16::from_le_bytes([i0, i1]), i16::from_le_bytes([q0, q1]));
+        }
+        true
+    }
+
+    /// One sweep of the guard: `sweep COUNT`, from the last row to the word, health included.
+    #[inline(never)]
+    fn sweep(counter: &mut Counter, pipeline: &mut Pipeline, config: &Config, file: &mut HostFile) {
+        let ready = pipeline.begin_guard(config, 1).is_ok();
+        for k in 0..config.sweep.angle_count {
+            if !ready || !chirp_of(file, config, pipeline) {
+                return;
+            }
+            pipeline.row(k);
+        }
+        let (word, count) = counter.once(|| pipeline.guard(&Drive::STANDING, Conditions::GOOD));
+        black_box(word.free_m());
+        hprintln!("sweep {}", count);
     }
 
     /// Writes the sentences of an outcome.

@@ -4,12 +4,13 @@ use stairscan::answer::Direction;
 use stairscan::config::Plane;
 use stairscan::motion::Reading;
 use stairscan::report::{
-    DropLine, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths, motion,
+    DropLine, GuardLine, LiveLine, MaybeLine, ParseError, ScanLine, Sentence, StepLine, Tenths,
+    motion,
 };
 use stairscan::scanner::command::{
     self, CalibrationRequest, Command, LineReader, ParserEvent, framed,
 };
-use stairscan::verdict::{Reasons, Status};
+use stairscan::verdict::{Ending, Reasons, Status};
 
 use super::Way;
 
@@ -38,6 +39,7 @@ fn fields(sentence: &Sentence<'_>) -> String {
         Sentence::Step(step) => of_step(&step),
         Sentence::Drop(drop) => of_drop(&drop),
         Sentence::Maybe(maybe) => of_maybe(&maybe),
+        Sentence::Guard(guard) => of_guard(&guard),
         Sentence::Boot {
             version,
             revision,
@@ -76,12 +78,30 @@ fn fields(sentence: &Sentence<'_>) -> String {
     }
 }
 
-fn of_scan(scan: &ScanLine) -> String {
-    let status = match scan.status {
+/// The place of a status in the C header's list.
+fn place(status: Status) -> u8 {
+    match status {
         Status::Ok => 0,
         Status::Degraded => 1,
         Status::Fault => 2,
-    };
+    }
+}
+
+fn of_guard(guard: &GuardLine) -> String {
+    let ending = Ending::ALL.iter().position(|&e| e == guard.ending);
+    format!(
+        "GUARD sweep={} status={} free={} ending={} confidence={} reasons={}",
+        guard.sweep,
+        place(guard.status),
+        tenths(guard.free),
+        ending.unwrap_or(Ending::ALL.len()),
+        guard.confidence,
+        words(guard.reasons)
+    )
+}
+
+fn of_scan(scan: &ScanLine) -> String {
+    let status = place(scan.status);
     let direction = match scan.direction {
         Direction::None => 0,
         Direction::Up => 1,
@@ -201,6 +221,10 @@ fn command(line: &[u8]) -> String {
             format!(" key=[{key}] value=[{value}]"),
             framed(&[word, key, value]),
         ),
+        Command::Guard(on) | Command::Watch(on) => {
+            let switch = if on { "on" } else { "off" };
+            (format!(" value=[{switch}]"), framed(&[word, switch]))
+        }
         Command::Calibrate(CalibrationRequest { wall_mm, date }) => (
             format!(" wall={wall_mm} date={date}"),
             framed(&[word, &wall_mm.to_string(), &date.to_string()]),

@@ -7,11 +7,11 @@ use stairscan::config::Plane;
 use stairscan::motion::Reading;
 use stairscan::report::sentence::crc32;
 use stairscan::report::{
-    DropLine, LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion,
+    DropLine, GuardLine, LiveLine, MaybeLine, ScanLine, Sentence, StepLine, Tenths, motion,
 };
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::framed;
-use stairscan::verdict::{Reason, Reasons, Status};
+use stairscan::verdict::{Ending, Reason, Reasons, Status};
 
 use super::{Way, oracle, tables};
 
@@ -56,7 +56,8 @@ fn sentences() -> impl Iterator<Item = Sentence<'static>> {
     let halts = Reason::ALL.iter().map(|&reason| Sentence::Halt { reason });
     let rest = scans.chain(steps).chain(drops).chain(maybes).chain(halts);
     let lives = lives().into_iter().map(Sentence::Live);
-    rest.chain(lives).chain(texts())
+    let guards = guards().into_iter().map(Sentence::Guard);
+    rest.chain(lives).chain(guards).chain(texts())
 }
 
 fn lives() -> [LiveLine<'static>; 2] {
@@ -227,6 +228,48 @@ fn maybes() -> [MaybeLine; 2] {
     [maybe, sure]
 }
 
+fn guards() -> Vec<GuardLine> {
+    let every = Reason::ALL
+        .iter()
+        .fold(Reasons::NONE, |set, &r| set.with(r));
+    let guard = |ending| GuardLine {
+        sweep: 7,
+        status: Status::Ok,
+        free: Some(Tenths(9_004)),
+        ending,
+        confidence: 998,
+        reasons: Reasons::NONE,
+    };
+    let ok = guard(Ending::None);
+    let nearer = GuardLine {
+        reasons: Reasons::NONE.with(Reason::ScanNearer),
+        ..guard(Ending::Drop)
+    };
+    let degraded = GuardLine {
+        status: Status::Degraded,
+        free: Some(Tenths(0)),
+        confidence: 0,
+        reasons: every,
+        ..guard(Ending::Unknown)
+    };
+    let fault = GuardLine {
+        sweep: u32::MAX,
+        status: Status::Fault,
+        free: None,
+        reasons: Reasons::NONE.with(Reason::MotorStall),
+        ..degraded
+    };
+    let extreme = |tenths| GuardLine {
+        free: Some(Tenths(tenths)),
+        confidence: 1000,
+        ..ok
+    };
+    let extremes = [-1, i32::MAX, -i32::MAX].map(extreme);
+    let each = Ending::ALL.map(guard);
+    let fixed = [nearer, degraded, fault];
+    each.into_iter().chain(fixed).chain(extremes).collect()
+}
+
 fn texts() -> Vec<Sentence<'static>> {
     let reasons = Reasons::NONE.with(Reason::LinkSilent);
     let state = |state, reasons, motion| Sentence::State {
@@ -318,6 +361,17 @@ const BAD_BODIES: &[&str] = &[
     "PSTR,DROP,1,900.0,1.0,,100.1",
     "PSTR,DROP,1,900.0,1.0,,97.0,",
     "PSTR,MAYBE,1,1,1,1.0,2.0,",
+    "PSTR,GUARD",
+    "PSTR,GUARD,-1,ok,900.0,none,99.9,",
+    "PSTR,GUARD,1,fine,900.0,none,99.9,",
+    "PSTR,GUARD,1,ok,far,none,99.9,",
+    "PSTR,GUARD,1,ok,900.0,,99.9,",
+    "PSTR,GUARD,1,ok,900.0,step,99.9,",
+    "PSTR,GUARD,1,ok,900.0,none,,",
+    "PSTR,GUARD,1,ok,900.0,none,100.1,",
+    "PSTR,GUARD,1,ok,900.0,none,99.9",
+    "PSTR,GUARD,1,ok,900.0,none,99.9,tired",
+    "PSTR,GUARD,1,ok,900.0,none,99.9,,",
     "PSTR,BOOT,1,2,3,4,5,00000000,00000000000000000000000",
     "PSTR,STAT,idle,hse-168,1,paper,,good,1",
     "PSTR,LIVE,idle,1,2,+3,good,0,0,0,0",
@@ -372,6 +426,12 @@ fn commands() -> Vec<String> {
             pitch,
         };
         lines.push(motion::write(&reading).trim_end().to_owned());
+    }
+    for word in ["guard", "watch"] {
+        lines.extend(["on", "off", "", "On"].map(|switch| sentence(&[word, switch])));
+        lines.push(format!("{word} on"));
+        lines.push(format!("{word} on off"));
+        lines.push(word.to_owned());
     }
     lines.extend(CALIBRATIONS.map(|words| sentence(&words)));
     lines.extend(BAD_COMMANDS.map(str::to_owned));

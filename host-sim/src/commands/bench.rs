@@ -14,7 +14,7 @@ use stairscan::params::{Params, Rules};
 use stairscan::scanner::Settings;
 
 use super::{Format, emit};
-use crate::budgets::{CHIRP, CHIRP_REAL, FFT256, FLASH, POST, RAM};
+use crate::budgets::{CHIRP, CHIRP_REAL, FFT256, FLASH, GUARD, POST, RAM};
 use crate::emulate::image::{self, Image};
 use crate::images;
 use crate::recording::{self, META_SUFFIX, Recording};
@@ -31,15 +31,16 @@ pub struct Args {
 }
 
 /// Most instructions that a stage may take.
-const BUDGETS: [(&str, u64); 4] = [
+const BUDGETS: [(&str, u64); 5] = [
     ("fft256", FFT256),
     ("chirp", CHIRP),
     ("chirp_real", CHIRP_REAL),
     ("post", POST),
+    ("guard", GUARD),
 ];
 
 /// What each stage is.
-const MEANING: [(&str, &str); 15] = [
+const MEANING: [(&str, &str); 16] = [
     (
         "fft256",
         "transform of 256 complex points, 16-bit block floating point",
@@ -76,6 +77,10 @@ const MEANING: [(&str, &str); 15] = [
     ),
     (POST_STAGES[2], "dimensions, sigmas, status"),
     (POST_STAGES[3], "sentences"),
+    (
+        "guard",
+        "last row of a guard sweep to its word, health included, worst sweep",
+    ),
 ];
 
 /// The stages after the last row, of the worst recording, in the order in which the image prints
@@ -146,7 +151,7 @@ fn count(recordings: &[PathBuf]) -> Result<Counts> {
     let read = recordings.iter().map(|path| Recording::read(path));
     let read: Vec<Recording> = read.collect::<Result<_>>()?;
     let bench = Bench::new(&read, &[])?;
-    let (counts, scans) = read_output(&bench.run(&bench.elf)?, bench.names.len())?;
+    let (counts, scans) = read_output(&bench.run(&bench.elf)?, bench.count)?;
     Ok(summed(counts, &scans, &bench.names))
 }
 
@@ -154,22 +159,33 @@ fn count(recordings: &[PathBuf]) -> Result<Counts> {
 struct Bench {
     elf: PathBuf,
     scans: Vec<u8>,
+    /// Of the scans, the sweeps of the guard left out.
     names: Vec<String>,
+    /// Number of scans, sweeps of the guard included.
+    count: usize,
 }
 
 impl Bench {
     /// All scans of the recordings, before anything is built or run: the image has no words for what it
     /// cannot scan.
     fn new(recordings: &[Recording], features: &[&str]) -> Result<Self> {
-        let (mut scans, mut names) = (Vec::new(), Vec::new());
+        let (mut scans, mut names, mut count) = (Vec::new(), Vec::new(), 0);
         for recording in recordings {
             for scan in 0..recording.scans() {
-                append(&mut scans, recording, scan)?;
-                names.push(recording.scan(scan).name);
+                let config = append(&mut scans, recording, scan)?;
+                count += 1;
+                if config.sweep.angle_count > head::MOST_SWEEP_ROWS {
+                    names.push(recording.scan(scan).name);
+                }
             }
         }
         let elf = image::build_bin("bench-image", "stages", features)?;
-        Ok(Self { elf, scans, names })
+        Ok(Self {
+            elf,
+            scans,
+            names,
+            count,
+        })
     }
 
     /// Output of the image, or of a copy of it.
@@ -205,13 +221,13 @@ impl Cost {
                 bytes[at] = u8::from((switch.is_on)(&params.rules));
             }
         })?;
-        let (_, scans) = read_output(&bench.run(&elf)?, bench.names.len())?;
+        let (_, scans) = read_output(&bench.run(&elf)?, bench.count)?;
         Ok(scans.iter().map(|scan| scan.post).collect())
     }
 }
 
-/// Scan `scan` of a recording as the image reads it.
-fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<()> {
+/// Appends scan `scan` of a recording as the image reads it, and returns its configuration.
+fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<Config> {
     let (config, schedule) = setup::config(recording, scan, &Config::default())?;
     let settings = Settings {
         config,
@@ -235,13 +251,13 @@ fn append(scans: &mut Vec<u8>, recording: &Recording, scan: usize) -> Result<()>
             scans.extend(x.q.to_le_bytes());
         }
     }
-    Ok(())
+    Ok(config)
 }
 
-/// Reads the image's output: `STAGE COUNT`, and `scan CHIRP ROW POST` and the stages of the latter for each of
-/// `scans` scans.
+/// Reads the image's output: `STAGE COUNT`, and for each of `scans` scans either `scan CHIRP ROW POST` and the stages of the
+/// latter, or `sweep COUNT` of a guard sweep, of which the worst counts.
 fn read_output(output: &str, scans: usize) -> Result<(Counts, Vec<Scan>)> {
-    let (mut counts, mut read) = (Counts::new(), Vec::new());
+    let (mut counts, mut read, mut sweeps) = (Counts::new(), Vec::new(), Vec::new());
     for line in output.lines() {
         let mut words = line.split_whitespace();
         let name = words.next().unwrap_or_default();
@@ -256,14 +272,18 @@ fn read_output(output: &str, scans: usize) -> Result<(Counts, Vec<Scan>)> {
                     stages,
                 });
             }
+            ("sweep", &[number]) => sweeps.push(number),
             (_, &[number]) => counts.push((name.to_owned(), number)),
             _ => return Err(anyhow!("the bench image printed `{line}`")),
         }
     }
     ensure!(
-        read.len() == scans && counts.iter().any(|(s, _)| s == "fft256"),
+        read.len() + sweeps.len() == scans && counts.iter().any(|(s, _)| s == "fft256"),
         "the bench image stopped early:\n{output}"
     );
+    if let Some(worst) = sweeps.into_iter().max() {
+        counts.push(("guard".to_owned(), worst));
+    }
     Ok((counts, read))
 }
 

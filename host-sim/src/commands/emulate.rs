@@ -6,13 +6,15 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, ensure};
+use stairscan::report::Sentence;
 
-use super::replay::show;
+use super::replay::{show, show_guarded};
 use super::{Format, Settings, live, progress};
 use crate::answer::Answer;
 use crate::emulate::module::Misdeed;
 use crate::emulate::session::Waits;
 use crate::emulate::{Fault, Session, image};
+use crate::guarded::Guarded;
 use crate::live::model::State;
 use crate::live::port::Source;
 use crate::live::pty::Pty;
@@ -22,6 +24,7 @@ use crate::live::trouble::REPORT_BAUD;
 use crate::playback::Playback;
 use crate::recording::Recording;
 use crate::replay;
+use crate::setup::{self, Kind};
 
 /// Arguments of `emulate`.
 #[derive(clap::Args, Debug)]
@@ -72,6 +75,10 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     for path in &args.recordings {
         let mut good = true;
         let result = Recording::read(path).and_then(|recording| {
+            if setup::kind(&recording)? == Kind::Guard {
+                good &= show_guarded(&guarded(&elf, &recording, args)?, args.format);
+                return Ok(());
+            }
             emulate(&elf, &recording, args, |a| {
                 let truth = recording.truth(a.scan_of_recording());
                 good &= show(Ok(a), truth, args.format);
@@ -115,6 +122,42 @@ fn emulate(
         return Ok(());
     }
     boot(elf, recording, scans, args, parse)
+}
+
+/// All sweeps of a recording of the guard, after one boot.
+fn guarded(elf: &Path, recording: &Recording, args: &Args) -> Result<Vec<Guarded>> {
+    let name = &recording.name;
+    ensure!(
+        !args.single,
+        "{name}: --single: expected full scans, found guard sweeps"
+    );
+    let options = replay::Options {
+        scans: args.scans,
+        ..args.settings.options(args.settings.config()?)
+    };
+    let sweeps = options.scans_of(recording)?;
+    let playback = Playback::new(recording, &args.settings.config()?)?
+        .by_trigger()
+        .guarding();
+    let mut session = Session::boot(elf, &playback).with_context(|| name.clone())?;
+    session
+        .configure(&playback.settings(), waits(args))
+        .with_context(|| name.clone())?;
+    session.module.set_faults(&args.faults);
+    let done = session.command("guard on")?;
+    ensure!(
+        matches!(Sentence::parse(&done), Ok(Sentence::Done { .. })),
+        "{name}: guard on: the image answers {done}"
+    );
+    session.skip_lines();
+    session.connect()?;
+    let sentences = session.sweeps(sweeps).with_context(|| name.clone())?;
+    let words = Guarded::parse(0, sentences)?.into_iter();
+    let named = |word| Guarded {
+        recording: name.clone(),
+        ..word
+    };
+    Ok(words.map(named).collect())
 }
 
 /// One boot: configured while the module keeps its handshake back, then scanning.

@@ -12,6 +12,7 @@ pub mod doctor;
 pub mod emulate;
 pub mod faults;
 pub mod fit;
+pub mod guard;
 pub mod hardware;
 pub mod harness;
 pub mod help;
@@ -29,6 +30,7 @@ pub mod score;
 pub mod seal;
 pub mod sequences;
 pub mod settings;
+pub mod simulate;
 pub mod sirad;
 pub mod snr;
 pub mod soak;
@@ -39,7 +41,7 @@ pub mod web;
 
 use std::collections::HashSet;
 use std::io::{IsTerminal as _, Write as _};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use anyhow::{Result, ensure};
@@ -47,8 +49,9 @@ use clap::ValueEnum;
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use stairscan::config::{Config, EstimatorKind};
 
-use crate::recording;
+use crate::recording::{self, Recording};
 use crate::replay::{Options, SEED};
+use crate::setup;
 
 /// How results are printed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
@@ -141,6 +144,17 @@ pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
         !found.is_empty(),
         "none of the paths is a recording (a pair NAME.sigmf-meta, NAME.sigmf-data)"
     );
+    Ok(found)
+}
+
+/// The recordings of a directory but those of guard sweeps.
+///
+/// # Errors
+/// A directory that cannot be read or holds none.
+pub fn full_scans(dir: &Path) -> Result<Vec<PathBuf>> {
+    let mut found = recording::list(dir)?;
+    // What cannot be read is told by who needs it.
+    found.retain(|path| Recording::read(path).map_or(true, |r| setup::full_scans(&r).is_ok()));
     Ok(found)
 }
 

@@ -25,6 +25,7 @@ use crate::live::trouble::REPORT_BAUD;
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{self, Recording};
 use crate::replay;
+use crate::setup::{self, Kind};
 use crate::tap::ask;
 use crate::tap::beside::{self, Beside, Said};
 use crate::tap::demo::Demo;
@@ -36,6 +37,10 @@ use crate::tap::unfinished::Unfinished;
 const QUIET: Ms = 3_000;
 /// Longer than the longest answer takes at 115,200 baud (23 sentences of 70 bytes, 0.14 s) on a host that is busy.
 const LINGER: Duration = Duration::from_millis(1_000);
+
+/// The word on a guard sweep is heard within so long of its last row, ms: 5 ms after it (design contract), 6 ms on the
+/// wire, and what a busy host takes.
+const WORD_MS: Ms = 100;
 
 /// Arguments of `record`.
 #[derive(clap::Args, Debug)]
@@ -378,7 +383,12 @@ fn write(
     if gather.recorded() == 0 {
         bail!("{}", nothing(&tap, scans.len(), args.baud));
     }
-    let parts = gather.parts();
+    let mut parts = gather.parts();
+    for part in &mut parts {
+        if guarded(part, &beside) {
+            setup::mark_guard(&mut part.recording);
+        }
+    }
     for part in &parts {
         let path = args.output.with_file_name(&part.recording.name);
         outputs.write_recording(&path, &part.recording)?;
@@ -401,6 +411,17 @@ fn nothing(tap: &Tap, scans: usize, baud: u32) -> String {
         ),
         _ => format!("no scan was heard from its beginning to its end ({scans} in part)"),
     }
+}
+
+/// Whether the scanner guarded while it fired a part: of sweeps it tells `GUARD`, and of scans `SCAN`.
+fn guarded(part: &Part, beside: &Beside) -> bool {
+    let (Some(first), Some(last)) = (part.times.first(), part.times.last()) else {
+        return false;
+    };
+    // The last word follows its sweep by milliseconds.
+    let heard = (beside.lines.iter()).filter(|(at, _)| (first.0..=last.1 + WORD_MS).contains(at));
+    let tells = |word: &str| heard.clone().any(|(_, line)| line.starts_with(word));
+    tells("$PSTR,GUARD,") && !tells("$PSTR,SCAN,")
 }
 
 /// The file of sentences beside a recording.
@@ -431,8 +452,16 @@ fn write_answers(
     ) {
         text += &format!(", {first:.2}° to {last:.2}°");
     }
-    let answers = replay::answers(&part.recording, &options, |_| ())?;
     let mut kept = String::new();
+    if setup::kind(&part.recording)? == Kind::Guard {
+        text += ", guard sweeps";
+        let sweeps = replay::guarded(&part.recording, &options)?;
+        for (sweep, times) in sweeps.iter().zip(&part.times) {
+            kept += &format!("{} r {}\n", times.1, sweep.sentence);
+        }
+        return written(outputs, path, &text, (beside, &word, &kept));
+    }
+    let answers = replay::answers(&part.recording, &options, |_| ())?;
     let (mut same, mut compared) = (0, 0);
     for (k, answer) in answers.iter().enumerate() {
         let next = part.times.get(k + 1).map(|times| times.1);
@@ -451,6 +480,16 @@ fn write_answers(
         text +=
             &format!("\n  replay gives the scanner's own sentences for {same} of {compared} scans");
     }
+    written(outputs, path, &text, (beside, &word, &kept))
+}
+
+/// Writes what was heard at the report port and what replay gives, and prints what was recorded.
+fn written(
+    outputs: &Outputs,
+    path: &Path,
+    text: &str,
+    (beside, word, kept): (&Beside, &str, &str),
+) -> Result<()> {
     let heard = beside
         .lines
         .iter()

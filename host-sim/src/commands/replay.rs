@@ -10,12 +10,14 @@ use stairscan::motion::Mode;
 use super::{Format, Settings, emit, progress_aside, recordings};
 use crate::answer::Answer;
 use crate::film::Film;
+use crate::guarded::{self, Guarded};
 use crate::inspect::Inspection;
 use crate::motion::Fault;
 use crate::output::{Outputs, Overwrite};
 use crate::plots::{self, PaperView, ScanView};
 use crate::recording::{Recording, Truth};
 use crate::replay::{self, Scanned};
+use crate::setup::{self, Kind};
 use crate::views::PosteriorView;
 
 /// Arguments of `replay`.
@@ -101,6 +103,18 @@ pub fn run(args: &Args) -> Result<ExitCode> {
 /// Scans one recording and prints what comes of it; whether that is answers without a fault, and pictures.
 fn scan(path: &Path, args: &Args, options: &replay::Options, outputs: &Outputs) -> Result<bool> {
     let recording = Recording::read(path)?;
+    if setup::kind(&recording)? == Kind::Guard {
+        let pictures = args.plots.is_some() || args.film.is_some();
+        ensure!(
+            !pictures,
+            "{}: --plots and --film: expected full scans, found guard sweeps",
+            recording.name
+        );
+        return Ok(show_guarded(
+            &replay::guarded(&recording, options)?,
+            args.format,
+        ));
+    }
     let mut pictures = Vec::new();
     let mut film = Film::new(&recording);
     let answers = replay::answers(&recording, options, |scanned| {
@@ -175,6 +189,17 @@ fn list(pictures: Vec<Result<Vec<PathBuf>>>, format: Format) -> bool {
             false
         }
     }
+}
+
+/// Prints the words on guard sweeps; whether none was a fault.
+pub fn show_guarded(words: &[Guarded], format: Format) -> bool {
+    match format {
+        Format::Json => words
+            .iter()
+            .for_each(|word| emit(&format!("{}\n", word.json()))),
+        Format::Text => emit(&format!("{}\n", guarded::text(words))),
+    }
+    !words.iter().any(Guarded::is_fault)
 }
 
 /// Prints an answer, for people with what is really there beside it, or the error; whether it was an

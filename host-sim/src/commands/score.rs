@@ -13,6 +13,9 @@ use super::{Format, Settings, emit, progress};
 use crate::recording::{self, Recording};
 use crate::replay;
 use crate::score::{self, SceneScore, SetScore};
+use crate::setup::{self, Kind};
+use crate::sweeps::score::{self as sweeps, Scored, Sums, Word};
+use crate::sweeps::truth;
 
 /// Arguments of `score`.
 #[derive(clap::Args, Debug)]
@@ -34,8 +37,19 @@ pub struct Args {
 
 /// Scores every recording and prints the figures; fails if one could not be read.
 pub fn run(args: &Args) -> Result<ExitCode> {
-    let recordings = recording::list(&args.dir)?;
     let base = args.settings.config()?;
+    let is_guard = |path: &PathBuf| {
+        // What cannot be read is told where it is scored.
+        Recording::read(path).is_ok_and(|r| setup::kind(&r).is_ok_and(|kind| kind == Kind::Guard))
+    };
+    let (sweeps, recordings): (Vec<PathBuf>, Vec<PathBuf>) =
+        recording::list(&args.dir)?.into_iter().partition(is_guard);
+    if !sweeps.is_empty() {
+        emit(&guard(&sweeps, args, &args.settings.options(base))?);
+        if recordings.is_empty() {
+            return Ok(ExitCode::SUCCESS);
+        }
+    }
     let jobs: Vec<(u32, &PathBuf)> = (0..args.seeds)
         .flat_map(|n| {
             recordings
@@ -88,6 +102,29 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ExitCode::FAILURE
     } else {
         ExitCode::SUCCESS
+    })
+}
+
+/// The score of the recordings of guard sweeps; those without a truth are left out.
+fn guard(paths: &[PathBuf], args: &Args, options: &replay::Options) -> Result<String> {
+    let one = |path: &PathBuf| {
+        let recording = Recording::read(path)?;
+        let Some(truth) = truth::read(&recording)? else {
+            return Ok(None);
+        };
+        let options = replay::Options {
+            single: args.single,
+            ..*options
+        };
+        let words = replay::guarded(&recording, &options)?;
+        let words: Vec<Word> = words.iter().map(Word::of).collect();
+        Ok(Some(sweeps::recording(&recording.name, &words, &truth)))
+    };
+    let scored: Vec<Option<Scored>> = paths.par_iter().map(one).collect::<Result<_>>()?;
+    let sums = Sums::of(scored.iter().flatten(), |_| true);
+    Ok(match args.format {
+        Format::Json => format!("{}\n", sums.json("guard")),
+        Format::Text => format!("{}{}\n", sweeps::HEADING, sweeps::row("guard", &sums)),
     })
 }
 

@@ -1,5 +1,7 @@
 //! `timing`: what a scan takes, computed from the configuration.
 
+mod guard;
+
 use std::process::ExitCode;
 
 use anyhow::{Result, anyhow};
@@ -13,7 +15,7 @@ use super::{Format, emit};
 use crate::budgets::{CHIRP, POST};
 
 /// Prints how long a scan takes, part by part: stopping at every angle and turning through them, at the
-/// link's three rates, beside the chirps alone.
+/// link's three rates, beside the chirps alone; then guard sweeps a second for each module.
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// Settings that differ from the defaults, as the image's `set` takes them: KEY=VALUE
@@ -209,10 +211,14 @@ pub fn run(args: &Args) -> Result<ExitCode> {
     let wire = |&baud| Wire { baud, ahead, pin };
     let wires: Vec<Wire> = args.baud.iter().map(wire).collect();
     let times = modes(&settings, &wires)?;
+    let sweeps = guard::sweeps(&settings, &wires)?;
     if args.format == Format::Json {
         times
             .iter()
             .for_each(|time| emit(&format!("{}\n", time.json())));
+        sweeps
+            .iter()
+            .for_each(|sweep| emit(&format!("{}\n", sweep.json())));
         return Ok(ExitCode::SUCCESS);
     }
     let mut out = String::from("mode        link           scan, ms  at 0.2 m/s, cm  at 0.5, cm\n");
@@ -229,6 +235,8 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         ms(CHIRP / CORE_MHZ),
         ms(POST / CORE_MHZ)
     ));
+    out.push('\n');
+    out += &guard::text(&settings, &sweeps);
     emit(&out);
     Ok(ExitCode::SUCCESS)
 }

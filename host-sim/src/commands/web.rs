@@ -5,7 +5,7 @@ use std::process::ExitCode;
 
 use anyhow::{Context, Result, ensure};
 
-use super::{emit, recordings};
+use super::{emit, full_scans, recordings};
 use crate::emulate::image;
 use crate::html::twin;
 use crate::output::Overwrite;
@@ -30,7 +30,7 @@ pub struct Args {
 pub fn run(args: &Args) -> Result<ExitCode> {
     let root = image::workspace();
     let paths = match args.recordings.as_slice() {
-        [] => recordings(&[root.join("recordings")])?,
+        [] => full_scans(&root.join("recordings"))?,
         given => recordings(given)?,
     };
     let outputs = args.overwrite.reading(&paths);

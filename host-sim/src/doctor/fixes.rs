@@ -38,7 +38,8 @@ pub fn check(reason: Reason) -> Check {
         | R::Unconfirmed
         | R::Moving
         | R::MotionInput
-        | R::SceneChanged => Check::Answer,
+        | R::SceneChanged
+        | R::ScanNearer => Check::Answer,
     }
 }
 
@@ -150,8 +151,11 @@ pub fn fix(reason: Reason) -> &'static str {
         R::ShortHorizon => {
             "Nothing to repair: less than the first metre of this scene could be seen well enough."
         }
-        R::InferredStep | R::CloseRival | R::WeakEchoes | R::IrregularStep | R::SceneChanged => {
-            "Nothing to repair."
-        }
+        R::InferredStep
+        | R::CloseRival
+        | R::WeakEchoes
+        | R::IrregularStep
+        | R::SceneChanged
+        | R::ScanNearer => "Nothing to repair.",
     }
 }

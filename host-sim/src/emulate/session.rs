@@ -345,6 +345,7 @@ impl<'a> Session<'a> {
                     | Sentence::Step(_)
                     | Sentence::Drop(_)
                     | Sentence::Maybe(_)
+                    | Sentence::Guard(_)
                     | Sentence::Boot { .. }
             )
         })
@@ -476,6 +477,29 @@ impl<'a> Session<'a> {
             answered(self, sentences)?;
         }
         Ok(())
+    }
+
+    /// The sentences of `count` guard sweeps one after the other, each with the settings that the recording brings for it.
+    pub fn sweeps(&mut self, count: usize) -> Result<Vec<String>> {
+        let mut sentences = Vec::new();
+        for sweep in 0..count {
+            let before = self.read;
+            let commands = match sweep + 1 < count {
+                true => self.playback.commands_after(sweep),
+                false => Vec::new(),
+            };
+            if !commands.is_empty() {
+                self.run("a sweep's first trigger", |session| {
+                    Ok((session.module.begun() > sweep).then_some(()))
+                })?;
+            }
+            for (key, value) in commands {
+                self.set(key, &value)?;
+            }
+            self.read = before;
+            sentences.push(self.wait_for("a guard sweep", |s| matches!(s, Sentence::Guard(_)))?);
+        }
+        Ok(sentences)
     }
 
     /// Whether the head of a scan stands among the lines from `from` on.

@@ -80,11 +80,24 @@ function showPane(view) {
     showDetails(view, s);
     return;
   }
+  if (r.guard) {
+    showGuard(view, r.guard);
+    return;
+  }
   const missing = r.scans.length ? `the recording holds ${r.scans.length} scan${r.scans.length > 1 ? "s" : ""}` : r.error ?? "";
   Object.assign(at("status"), { textContent: "✕ not scanned", className: "fault" });
   at("summary").textContent = missing;
   ["advice", "why", "maybes", "steps"].forEach((id) => at(id).replaceChildren());
   if (r.pending) Object.assign(at("status"), { textContent: WAITING, className: "" });
+}
+/** Shows guard sweeps: the worst status, and the free distance of each sweep as a picture. */
+function showGuard({ at }, guard) {
+  Object.assign(at("status"), { textContent: STATUS[guard.status][0], className: guard.status });
+  at("summary").textContent = guard.summary;
+  ["advice", "why", "maybes", "steps"].forEach((id) => at(id).replaceChildren());
+  const strip = Object.assign(document.createElement("img"), { src: `data:image/svg+xml,${encodeURIComponent(guard.strip)}`, alt: "Free distance of each guard sweep, in metres" });
+  strip.style.maxWidth = "100%";
+  at("advice").replaceChildren(strip, element("pre", guard.sentences.join("\n")));
 }
 /** Marks the chosen recording in the index, and brings it into sight there without moving the page. */
 function showIndex() {
@@ -130,10 +143,10 @@ function fillIndex() {
     const worst = r.scans.find((s) => s.status === "fault") ?? r.scans.find((s) => s.status === "degraded") ?? r.scans[0];
     const wrong = r.scans.some((s) => s.status === "ok" && s.wrong);
     // Of a port whose present answer is none, the last one counts for nothing.
-    const [mark, kind] = r.stale ? ["✕ stale", "fault"] : worst ? [STATUS[worst.status][0], worst.status] : r.pending ? [WAITING, ""] : ["✕ not scanned", "fault"];
+    const [mark, kind] = r.stale ? ["✕ stale", "fault"] : worst ? [STATUS[worst.status][0], worst.status] : r.guard ? [STATUS[r.guard.status][0], r.guard.status] : r.pending ? [WAITING, ""] : ["✕ not scanned", "fault"];
     button.append(element("span", mark, `mark ${kind}`), element("span", r.name));
     if (wrong) button.append(element("span", "ok and wrong", "mark wrong"));
-    button.append(element("span", worst ? worst.summary : r.error ?? ""));
+    button.append(element("span", (worst ?? r.guard)?.summary ?? r.error ?? ""));
     button.setAttribute("aria-current", k === state.recording);
     button.addEventListener("click", () => choose(k));
     return button;

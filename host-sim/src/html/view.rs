@@ -17,6 +17,9 @@ use crate::playback::Playback;
 use crate::recording::{Recording, TrueStep, Truth};
 use crate::replay::{self, Options, Scanned};
 use crate::score;
+use crate::setup::{self, Kind};
+use crate::sweeps::score::Word;
+use crate::sweeps::{self, strip, truth};
 use crate::views::true_edges;
 
 /// A recording that could not be read or scanned, and why.
@@ -32,7 +35,52 @@ pub fn failed(name: &str, why: &str) -> Entry {
 /// # Errors
 /// Names what in the recording no scan can be made of.
 pub fn entry(recording: &Recording, options: &Options) -> Result<Entry> {
+    if setup::kind(recording)? == Kind::Guard {
+        return guard(recording, options);
+    }
     Ok(scanned(recording, options)?.0)
+}
+
+/// A recording of guard sweeps: a strip of them over time.
+fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
+    let words = replay::guarded(recording, options)?;
+    let truth = truth::read(recording)?;
+    let worst = words
+        .iter()
+        .map(|word| word.line.status)
+        .max_by_key(|status| match status {
+            Status::Ok => 0,
+            Status::Degraded => 1,
+            Status::Fault => 2,
+        });
+    let status = worst.unwrap_or(Status::Fault);
+    let told: Vec<Word> = words.iter().map(Word::of).collect();
+    let scored = truth
+        .as_ref()
+        .map(|truth| sweeps::score::recording(&recording.name, &told, truth));
+    let wrong = scored.map(|scored| scored.sweeps.iter().filter(|sweep| sweep.wrong()).count());
+    let judged = wrong.map_or(String::new(), |n| {
+        format!(", {n} ok and wrong from the third on")
+    });
+    let rank = match (status, wrong) {
+        (_, Some(1..)) => Rank::OkAndWrong,
+        (Status::Fault, _) => Rank::Fault,
+        (Status::Degraded, _) => Rank::Degraded,
+        (Status::Ok, _) => Rank::Ok,
+    };
+    let data = json!({
+        "name": recording.name,
+        "description": recording.meta.description,
+        "disturbance": recording.meta.disturbance.as_ref().map(|d| d.kind.clone()),
+        "scans": [],
+        "guard": {
+            "status": status.as_str(),
+            "summary": format!("{} guard sweeps{judged}", words.len()),
+            "sentences": words.iter().map(|word| &word.sentence).collect::<Vec<_>>(),
+            "strip": strip::svg(&words, truth.as_ref()),
+        },
+    });
+    Ok(Entry { data, rank })
 }
 
 /// The same with the answers.

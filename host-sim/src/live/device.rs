@@ -20,6 +20,7 @@ use crate::motion::Timetable;
 use crate::motion::inlet::Inlet;
 use crate::playback::{Playback, PlaybackLink, SimShaft};
 use crate::recording::Recording;
+use crate::setup::{self, Kind};
 use crate::volatile::{Volatile, identity};
 
 /// Between two steps of the scanner: some four a row, so that a scan takes about as long as on the chip.
@@ -40,7 +41,10 @@ pub trait Cable {
 /// # Errors
 /// Names what in the recording no scan can be made of.
 pub fn run(recording: &Recording, base: &Config, cable: &mut dyn Cable) -> Result<()> {
-    let playback = Playback::new(recording, base)?.by_trigger();
+    let mut playback = Playback::new(recording, base)?.by_trigger();
+    if setup::kind(recording)? == Kind::Guard {
+        playback = playback.guarding();
+    }
     while !cable.ended() {
         boot(recording, &playback, cable);
     }
@@ -71,12 +75,21 @@ fn boot(recording: &Recording, playback: &Playback<'_>, cable: &mut dyn Cable) {
         identity("host"),
         Micros(0),
     );
+    let guard = playback.kind() == Kind::Guard;
+    if guard {
+        scanner.port_mut().inlet.type_in(b"guard on\n");
+    }
     let mut commanded = 0;
     while !cable.ended() {
         let typed = cable.read();
         scanner.port_mut().inlet.type_in(&typed);
         scanner.step(Micros(started.elapsed().as_micros() as u32));
-        let scans = scanner.scans() as usize;
+        let begun = if guard {
+            scanner.sweeps()
+        } else {
+            scanner.scans()
+        };
+        let scans = begun as usize;
         if scans > commanded {
             let commands = playback.commands_after(commanded);
             scanner.port_mut().inlet.set(&commands);

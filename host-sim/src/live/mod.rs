@@ -3,6 +3,7 @@
 //! | module | what it is |
 //! |---|---|
 //! | [`model`] | what is known of the scanner, from its sentences; pure, time comes as an argument |
+//! | [`guard`] | the last guard sweep, how often they come, the free distance as a bar |
 //! | [`lines`] | bytes of the port into lines |
 //! | [`trouble`] | what may be wrong with a port, in words, and what helps |
 //! | [`offer`] | what is said of a command before it is sent |
@@ -20,6 +21,7 @@
 
 #[cfg(feature = "program")]
 pub mod device;
+pub mod guard;
 #[cfg(feature = "program")]
 pub mod keep;
 pub mod lines;

@@ -6,6 +6,7 @@ use stairscan::report::{LiveLine, ParseError, ScanLine, Sentence};
 use stairscan::verdict::Reason;
 
 use super::Ms;
+use super::guard::Guard;
 use super::trouble::{Strange, Trouble};
 use crate::answer::Answer;
 
@@ -163,6 +164,8 @@ pub struct State {
     pub answer: Option<(Ms, Answer)>,
     /// Whole answers so far.
     pub answers: u64,
+    /// The guard's sweeps, once one has come.
+    pub guard: Option<Guard>,
     /// The last sign of life.
     pub pulse: Option<Pulse>,
     /// The last command.
@@ -190,6 +193,7 @@ impl State {
             link: Link::Opening,
             answer: None,
             answers: 0,
+            guard: None,
             pulse: None,
             asked: None,
             log: VecDeque::new(),
@@ -287,8 +291,8 @@ impl State {
             Ok(sentence) => {
                 self.tally.sentences += 1;
                 self.heard = Some(now);
-                // Five a second would leave room for nothing else.
-                if !matches!(sentence, Sentence::Live(_)) {
+                // Five and ten a second would leave room for nothing else.
+                if !matches!(sentence, Sentence::Live(_) | Sentence::Guard(_)) {
                     self.keep(now, Way::In, line);
                 }
                 self.sentence(now, line, &sentence);
@@ -321,11 +325,19 @@ impl State {
             Sentence::Step(step) => self.belongs(now, step.scan, line),
             Sentence::Drop(drop) => self.belongs(now, drop.scan, line),
             Sentence::Maybe(maybe) => self.belongs(now, maybe.scan, line),
+            Sentence::Guard(sweep) => {
+                let guard = Guard::after(self.guard.as_ref(), now, *sweep);
+                if guard.is_news(self.guard.as_ref()) {
+                    self.keep(now, Way::In, line);
+                }
+                self.guard = Some(guard);
+            }
             Sentence::Live(live) => self.live(now, live),
             Sentence::Boot { .. } | Sentence::Halt { .. } => {
                 self.coming = None;
                 self.restarted = true;
                 self.pulse = None;
+                self.guard = None;
             }
             Sentence::Config { key, value } => {
                 self.reply(now, "", &format!("{key} is {value}"), true)

@@ -1,4 +1,4 @@
-//! A source watched without a screen: a line for each answer, and for what is wrong with the port.
+//! A source watched without a screen: a line for each answer and guard sweep, and for what is wrong with the port.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::RecvTimeoutError;
@@ -45,6 +45,7 @@ pub fn run(
             Err(RecvTimeoutError::Disconnected) => bail!("{}: has ended", session.state.port),
         };
         let (link, answers) = (session.state.link.clone(), session.state.answers);
+        let sweeps = session.state.guard.as_ref().map(|guard| guard.count);
         session.take(at, &event);
         match (&event, &session.state.answer) {
             (Event::Failed(trouble), _) if !opened => {
@@ -62,6 +63,11 @@ pub fn run(
             }
             (_, Some((_, answer))) if session.state.answers > answers => print(&answer.summary()),
             _ => {}
+        }
+        if let Some(guard) = &session.state.guard
+            && Some(guard.count) != sweeps
+        {
+            print(&guard.text());
         }
     }
     Ok(())

@@ -38,7 +38,8 @@ pub fn draw(frame: &mut Frame<'_>, state: &State, prompt: &Prompt, now: Ms) {
         return;
     }
     let trouble = trouble(state, now);
-    let verdict = verdict(state, now, usize::from(area.width));
+    let mut verdict = verdict(state, now, usize::from(area.width));
+    verdict.extend(guard(state, now));
     let lines = |count: usize| Constraint::Length(count as u16);
     let rows = Layout::vertical([
         lines(1 + trouble.len()),
@@ -105,6 +106,18 @@ fn trouble(state: &State, now: Ms) -> Vec<Line<'static>> {
             .map(|help| Line::styled(format!("   {help}"), WARN)),
     );
     lines
+}
+
+/// The free distance by the last guard sweep; grey once it no longer counts.
+fn guard(state: &State, now: Ms) -> Option<Line<'static>> {
+    let guard = state.guard.as_ref()?;
+    let style = match guard.line.status {
+        _ if !guard.is_fresh(now) => GREY,
+        Status::Ok => Style::new().fg(Color::Cyan),
+        Status::Degraded => WARN,
+        Status::Fault => Style::new().fg(Color::Red),
+    };
+    Some(Line::styled(format!(" {}", guard.text()), style))
 }
 
 /// The answer in a line, its age, its reasons with what they mean.

@@ -140,6 +140,7 @@ static UNITS: &[Unit] = &[
     unit("rounds", &[]),
     unit("triggers", &[]),
     unit("rows", &[]),
+    unit("sweeps/s", &[]),
     unit("samples", &[]),
     unit("microsteps", &[]),
 ];

@@ -33,6 +33,7 @@ impl Reel {
     /// # Errors
     /// Names what in the recording no scan can be made of.
     pub fn new(recording: &Recording, base: &Config) -> Result<Self> {
+        setup::full_scans(recording)?;
         let (config, schedule) = setup::config(recording, 0, base)?;
         let settings = Settings {
             config,

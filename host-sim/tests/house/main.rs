@@ -45,7 +45,11 @@ const LAYERS: &[Layer] = &[
     ),
     (
         "estimators",
-        &[("infer", &["infer"]), ("paper", &["paper"])],
+        &[
+            ("infer", &["infer"]),
+            ("paper", &["paper"]),
+            ("guard", &["guard"]),
+        ],
     ),
     ("what may stand there", &[("model", &["model"])]),
     (

@@ -3,8 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use host_sim::recording::Recording;
+use host_sim::recording::{Recording, meta_path};
 use host_sim::scene::Scene;
+use host_sim::sweeps::{scenes, truth};
 
 #[test]
 fn simulate_reproduces_every_committed_recording() {
@@ -28,4 +29,28 @@ fn simulate_reproduces_every_committed_recording() {
         assert_eq!(read.chirps(), 281);
         assert!(read.meta.truth.is_some());
     }
+}
+
+#[test]
+fn simulate_reproduces_the_guard_sweeps() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let text = fs::read_to_string(root.join("scenes/kerb.toml")).unwrap();
+    let drive = scenes::drive(0, 6, 0.2);
+    let made = scenes::sweeps_of(toml::from_str(&text).unwrap(), "guard_kerb", 0, &drive).unwrap();
+    let kept = root.join("recordings/guard_kerb");
+    assert!(
+        made.metadata_text().unwrap() == fs::read_to_string(meta_path(&kept)).unwrap()
+            && made.sample_bytes() == fs::read(kept.with_extension("sigmf-data")).unwrap(),
+        "recordings/guard_kerb: not what `cargo sim simulate scenes/kerb.toml --guard --sweeps 6 -o \
+         recordings/guard_kerb` makes"
+    );
+    let read = Recording::read(&kept).unwrap();
+    assert_eq!((read.chirps(), read.scans()), (6 * 31, 6));
+    assert!(
+        truth::read(&read)
+            .unwrap()
+            .unwrap()
+            .iter()
+            .all(Option::is_some)
+    );
 }

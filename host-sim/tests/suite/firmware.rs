@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use host_sim::budgets;
-use host_sim::commands::budget;
+use host_sim::commands::{budget, full_scans};
 use host_sim::emulate::session::Waits;
 use host_sim::emulate::tools::Tool;
 use host_sim::emulate::{Fault, Session, image};
 use host_sim::playback::Playback;
-use host_sim::recording::{self, Recording};
+use host_sim::recording::Recording;
 use host_sim::replay;
 use host_sim::scene::Scene;
 use host_sim::scene::driving::Drive;
@@ -77,7 +77,7 @@ fn body(line: &str) -> &str {
 #[test]
 fn every_recording_gives_the_bytes_that_replay_gives() {
     let Some(elf) = elf() else { return };
-    for path in recording::list(&recordings()).unwrap() {
+    for path in full_scans(&recordings()).unwrap() {
         let recording = Recording::read(&path).unwrap();
         let playback = Playback::new(&recording, &Config::default()).unwrap();
         let mut session = start(elf, &playback, Waits::default());

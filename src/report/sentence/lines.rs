@@ -238,7 +238,7 @@ impl MaybeLine {
 }
 
 /// A probability in tenths of a per cent, rounded.
-fn permille(p: f32) -> u16 {
+pub(super) fn permille(p: f32) -> u16 {
     ((1000.0 * p + 0.5) as u16).min(1000)
 }
 
@@ -333,7 +333,10 @@ impl ScanLine {
 }
 
 /// A probability in per cent with one decimal, or nothing.
-fn parse_permille(fields: &mut Fields<'_>, field: &'static str) -> Result<Option<u16>, ParseError> {
+pub(super) fn parse_permille(
+    fields: &mut Fields<'_>,
+    field: &'static str,
+) -> Result<Option<u16>, ParseError> {
     match fields.length(field)? {
         None => Ok(None),
         Some(Tenths(tenths @ 0..=1000)) => Ok(Some(tenths as u16)),

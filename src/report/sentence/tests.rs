@@ -1,7 +1,7 @@
 use super::*;
 use crate::answer::{DropEdge, Maybe, Step};
 use crate::motion::Agreement;
-use crate::verdict::{Evidence, Sight, Validity};
+use crate::verdict::{Ending, Evidence, GuardWord, Sight, Validity};
 use proptest::prelude::*;
 
 fn step() -> StepLine {
@@ -27,6 +27,29 @@ fn a_step_reads_as_documented() {
         "{line}"
     );
     assert!(line.ends_with("\r\n"));
+}
+
+#[test]
+fn a_guard_sweep_reads_as_documented() {
+    let line = Sentence::Guard(GuardLine {
+        sweep: 7,
+        status: Status::Ok,
+        free: Some(Tenths(9_004)),
+        ending: Ending::Drop,
+        confidence: 998,
+        reasons: Reasons::NONE.with(Reason::ScanNearer),
+    })
+    .write();
+    assert!(
+        line.starts_with("$PSTR,GUARD,7,ok,900.4,drop,99.8,scan-nearer*"),
+        "{line}"
+    );
+    let fault = GuardLine::new(8, &GuardWord::broken(Reason::MotorStall));
+    let line = Sentence::Guard(fault).write();
+    assert!(
+        line.starts_with("$PSTR,GUARD,8,fault,,unknown,0.0,motor-stall*"),
+        "{line}"
+    );
 }
 
 #[test]
@@ -75,6 +98,15 @@ fn every_sentence_survives_the_way_out_and_back() {
             height: Tenths(-1_000),
             probability: 53,
         }),
+        Sentence::Guard(GuardLine {
+            sweep: u32::MAX,
+            status: Status::Ok,
+            free: Some(Tenths(12_345)),
+            ending: Ending::Obstacle,
+            confidence: 998,
+            reasons,
+        }),
+        Sentence::Guard(GuardLine::new(7, &GuardWord::broken(Reason::MotorStall))),
         Sentence::Boot {
             version: "0.1.0",
             revision: "abc",
@@ -243,6 +275,16 @@ fn garbled_lines_are_refused() {
         ("PSTR,DROP,1,900.0,10.0,,", "probability"),
         ("PSTR,DROP,1,900.0,10.0,,100.1", "probability"),
         ("PSTR,DROP,1,900.0,10.0,180.0,97.0,1", "end"),
+        ("PSTR,GUARD,-1,ok,900.0,none,99.9,", "sweep"),
+        ("PSTR,GUARD,1,fine,900.0,none,99.9,", "status"),
+        ("PSTR,GUARD,1,ok,far,none,99.9,", "free"),
+        ("PSTR,GUARD,1,ok,900.0,,99.9,", "ending"),
+        ("PSTR,GUARD,1,ok,900.0,step,99.9,", "ending"),
+        ("PSTR,GUARD,1,ok,900.0,none,,", "confidence"),
+        ("PSTR,GUARD,1,ok,900.0,none,100.1,", "confidence"),
+        ("PSTR,GUARD,1,ok,900.0,none,99.9,tired", "reasons"),
+        ("PSTR,GUARD,1,ok,900.0,none,99.9", "reasons"),
+        ("PSTR,GUARD,1,ok,900.0,none,99.9,,", "end"),
         ("PSTR,FAIL,set,crc", "expected"),
         // What makes a frame stands in no field, whatever the CRC says.
         ("PSTR,CONF,plane,dep*th", "value"),

@@ -23,6 +23,11 @@ impl Sweep {
             let target = self.target();
             return self.start_move(now, mirror, target);
         }
+        // The turns of a guard are where an encoder can be read.
+        if self.guard && !core::mem::replace(&mut self.proven, true) && mirror.prove() {
+            self.deadline = now.plus(MARGIN_US);
+            return;
+        }
         let Some(turning) = &self.turning else { return };
         let motor = MotorConfig {
             speed: turning.cruise.speed,
@@ -59,6 +64,10 @@ impl Sweep {
                 Poll::Ready(answer) => self.take(now, answer, data),
                 Poll::Pending => Poll::Pending,
             };
+        }
+        if self.guard && self.untriggered().is_none() {
+            // The word does not wait for the shaft, which runs out to where the next sweep begins.
+            return self.end(None);
         }
         if motion == Motion::Moving {
             return Poll::Pending;

@@ -243,3 +243,26 @@ fn the_log_scrolls_and_stays_where_it_is() {
     empty.older();
     drawn(&empty, &Prompt::default(), 0);
 }
+
+#[test]
+fn guarding() {
+    let mut state = scanned();
+    for sweep in 1..=9 {
+        let free: u64 = 1_300 - 50 * sweep;
+        let body = format!("PSTR,GUARD,{sweep},ok,{free}.0,rise,99.8,");
+        let crc = stairscan::report::sentence::crc32(&body);
+        let at = 3_100 + 100 * sweep;
+        tell(&mut state, at, &[&format!("${body}*{crc:08X}")]);
+    }
+    let screen = snapshot("guarding", &state, &Prompt::default(), 4_050);
+    assert!(!is_grey(&screen, "ok free"));
+    let kept = state
+        .log
+        .iter()
+        .filter(|entry| entry.text.contains("GUARD"));
+    assert_eq!(kept.count(), 1);
+    assert!(is_grey(
+        &drawn(&state, &Prompt::default(), 6_000),
+        "ok free"
+    ));
+}

@@ -336,6 +336,10 @@ impl DataPath for Data {
         Ok(())
     }
 
+    fn begin_guard(&mut self, config: &Config, sweep: u32) -> Result<(), ConfigError> {
+        self.begin(config, sweep)
+    }
+
     fn samples(&mut self) -> &mut [Iq] {
         &mut self.samples
     }
@@ -355,6 +359,10 @@ impl DataPath for Data {
 
     fn conclude(&mut self, _: &Drive<'_>, _: Conditions) -> crate::verdict::Outcome {
         crate::verdict::Outcome::silent()
+    }
+
+    fn guard(&mut self, _: &Drive<'_>, _: Conditions) -> crate::verdict::GuardWord {
+        crate::verdict::GuardWord::new(&crate::verdict::GuardEvidence::default())
     }
 
     fn calibrate(&mut self, _: f32) -> Result<Mounting, ConfigError> {
@@ -459,9 +467,14 @@ impl Bench {
         while link.settings(time()).is_pending() {
             self.world.0.borrow_mut().advance(u64::from(SPARE) * MHZ);
         }
-        let scan = (1, settings.config.mount.plane.first());
+        let task = Task {
+            number: 1,
+            plane: settings.config.mount.plane.first(),
+            guard: false,
+            running: false,
+        };
         let (start, asked) = (time(), self.world.0.borrow().now);
-        let began = Sweep::start(start, settings, scan, backward, &mut mirror, &mut link);
+        let began = Sweep::start(start, settings, task, backward, &mut mirror, &mut link);
         let mut sweep = began.unwrap();
         let (mut fired, mut polls) = (Vec::new(), 0_usize);
         let fault = loop {

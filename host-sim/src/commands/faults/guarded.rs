@@ -1,0 +1,118 @@
+//! Every fault of the instrument on guard sweeps that are right without it.
+//!
+//! A fault is drawn once for a recording and put on each of its sweeps alike.
+
+use anyhow::{Context, Result};
+use stairscan::verdict::Status;
+
+use super::{Args, Clean, Fate, Run, SEEDS};
+use crate::commands::harness;
+use crate::faults::Fault;
+use crate::guarded::Guarded;
+use crate::recording::{self, Recording};
+use crate::replay::{self, Options};
+use crate::setup::{self, Kind as Scans};
+use crate::sweeps::scenes::{self, Kind};
+use crate::sweeps::score::{self, Scored, Word};
+use crate::sweeps::truth;
+
+/// The recordings to spoil: simulated ones of each kind, or those of a directory that hold guard sweeps with truth.
+fn whole(args: &Args) -> Result<Vec<Recording>> {
+    if let Some(dir) = &args.on {
+        let read = |path| Recording::read(path);
+        let all: Vec<Recording> = recording::list(dir)?
+            .iter()
+            .map(|path| read(path))
+            .collect::<Result<_>>()?;
+        let guard = |r: &Recording| setup::kind(r).is_ok_and(|kind| kind == Scans::Guard);
+        return Ok(all.into_iter().filter(guard).collect());
+    }
+    let of = |kind: Kind| {
+        let seeds = kind.seeds(args.draw).take(args.scenes as usize);
+        seeds.map(move |seed| (kind, seed)).collect::<Vec<_>>()
+    };
+    let jobs: Vec<(Kind, u64)> = Kind::ALL.into_iter().flat_map(of).collect();
+    harness::each(&jobs, |(kind, seed)| scenes::recording(*kind, *seed))
+}
+
+/// The words on a recording's sweeps, scored; nothing of one without truth.
+fn scored(recording: &Recording, words: &[Guarded]) -> Result<Scored> {
+    let truth = truth::read(recording)?.unwrap_or_default();
+    let words: Vec<Word> = words.iter().map(Word::of).collect();
+    Ok(score::recording(&recording.name, &words, &truth))
+}
+
+/// The recordings whose sweeps are `ok` at least once and never wrong.
+pub fn clean(args: &Args, options: &Options) -> Result<Clean> {
+    let whole = whole(args)?;
+    let judged = harness::each(&whole, |recording| {
+        let found = scored(recording, &replay::guarded(recording, options)?)?;
+        let ok = found.sweeps.iter().any(score::Sweep::ok);
+        Ok((ok, ok && !found.sweeps.iter().any(score::Sweep::wrong)))
+    })?;
+    let (all, ok) = (whole.len(), judged.iter().filter(|(ok, _)| *ok).count());
+    let right = whole
+        .into_iter()
+        .zip(&judged)
+        .filter(|(_, (_, right))| *right);
+    let recordings: Vec<Recording> = right.map(|(recording, _)| recording).collect();
+    Ok(Clean {
+        mirror_echoes: vec![0; recordings.len()],
+        recordings,
+        ok,
+        all,
+    })
+}
+
+/// Puts one fault on each sweep of a recording, and judges the words from the third sweep on.
+pub fn one(
+    (fault, strength): (&Fault, f64),
+    recording: &Recording,
+    number: usize,
+    options: &Options,
+) -> Result<Vec<Run>> {
+    let Some(spoilt) = on(fault, strength, recording, SEEDS + number as u64)? else {
+        return Ok(Vec::new());
+    };
+    let context = || format!("{} {strength} on {}", fault.name, recording.name);
+    let words = replay::guarded(&spoilt, options).with_context(context)?;
+    let found = scored(&spoilt, &words)?;
+    let run = |sweep: &score::Sweep| {
+        let word = &words[sweep.number - 1].line;
+        let named = fault.reasons.iter().any(|reason| word.reasons.has(*reason));
+        let fate = match (sweep.word.status, sweep.wrong()) {
+            (Status::Fault, _) => Fate::Fault,
+            (Status::Degraded, _) if named => Fate::Named,
+            (Status::Degraded, _) => Fate::Unnamed,
+            (Status::Ok, true) => Fate::Wrong,
+            (Status::Ok, false) => Fate::Right,
+        };
+        let words = format!("{} {strength} {}: {}", fault.name, fault.unit, sweep.text());
+        Run { fate, named, words }
+    };
+    Ok(found.sweeps.iter().map(run).collect())
+}
+
+/// The recording with the fault on each of its sweeps, drawn alike; none where the fault leaves rows out or moves them
+/// against each other: the scanner would guard on with its own.
+fn on(fault: &Fault, strength: f64, recording: &Recording, seed: u64) -> Result<Option<Recording>> {
+    let mut spoilt = recording.clone();
+    spoilt.samples.clear();
+    spoilt.meta.angles_deg.clear();
+    for sweep in 0..recording.scans() {
+        let clean = recording.scan(sweep);
+        let one = fault.on(&clean, strength, seed)?;
+        let (angles, clean) = (&one.meta.angles_deg, &clean.meta.angles_deg);
+        let mut off = angles.iter().zip(clean).map(|(a, b)| a - b);
+        let first = off.next().unwrap_or_default();
+        if angles.len() != clean.len() || off.any(|off| (off - first).abs() > 1e-9) {
+            return Ok(None);
+        }
+        spoilt.meta.angles_deg.extend(angles);
+        spoilt.samples.extend_from_slice(&one.samples);
+        // A fault of the mounting is in what the recording says, for all sweeps alike.
+        spoilt.meta.mirror.clone_from(&one.meta.mirror);
+        spoilt.meta.bandwidth_hz = one.meta.bandwidth_hz;
+    }
+    Ok(Some(spoilt))
+}

@@ -1,0 +1,221 @@
+//! Guard sweeps a second for each radar module and rate, with the parts of a sweep's time.
+
+use anyhow::{Result, anyhow};
+use serde_json::{Map, Value, json};
+use stairscan::config::Plane;
+use stairscan::scanner::pace::Cruise;
+use stairscan::scanner::{Schedule, Settings};
+use stairscan::signal::radar::wire::Wire;
+
+use super::ms;
+
+/// A module whose mirror stops at every row.
+struct Stopping {
+    name: &'static str,
+    link: &'static str,
+    /// From the trigger until the mirror may move on, microseconds.
+    chirp_us: u64,
+    /// From then until the samples are read, microseconds: it hides behind the move.
+    read_us: u64,
+}
+
+/// docs/modules.md, limits: BGT60TR13C wakes up for 1.0 ms, settles for 0.1 ms and samples for 0.26 ms; 384 bytes take
+/// 0.4 ms. SiRad measures every 15.8 ms at best, and its answer takes 10.4 ms.
+const STOPPING: [Stopping; 2] = [
+    Stopping {
+        name: "bgt60",
+        link: "SPI",
+        chirp_us: 1_360,
+        read_us: 400,
+    },
+    Stopping {
+        name: "sirad",
+        link: "1.0 Mbaud",
+        chirp_us: 15_800,
+        read_us: 10_400,
+    },
+];
+
+/// How the time of one of many guard sweeps comes together; the parts add up to it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct GuardTime {
+    /// The setting `module`.
+    pub module: &'static str,
+    /// What it hangs on.
+    pub link: String,
+    /// Name and microseconds.
+    pub parts: Vec<(&'static str, u64)>,
+}
+
+impl GuardTime {
+    /// Every row in passing; none where the shaft has no room for the ramps. `settings` have the guard's angles.
+    fn passing(settings: &Settings, schedule: &Schedule, wire: Wire) -> Option<Self> {
+        let cruise = Cruise::new(settings, schedule, wire)?;
+        let sweep = u64::from(cruise.sweep_us(&settings.motor, schedule));
+        let rows = u64::from(schedule.rows().saturating_sub(1)) * u64::from(cruise.period_us);
+        // To reach the speed and to lose it again, at either end.
+        let ramp =
+            2_000_000 * u64::from(cruise.speed) / u64::from(settings.motor.acceleration.max(1));
+        let ramps = if settings.motor.acceleration == 0 {
+            0
+        } else {
+            ramp
+        };
+        Some(Self {
+            module: "pstr",
+            link: format!("{:.1} Mbaud", f64::from(wire.baud) / 1e6),
+            parts: vec![
+                ("rows in passing", rows),
+                ("ramps", ramps),
+                (
+                    "beside the sector: calm, trigger, chirp",
+                    sweep.saturating_sub(rows + ramps),
+                ),
+            ],
+        })
+    }
+
+    /// Stops at every row: the next sweep begins at the row with which the last one ended.
+    fn stopping(settings: &Settings, schedule: &Schedule, module: &Stopping) -> Self {
+        let (ramp, rows) = (settings.motor.ramp(), u64::from(schedule.rows()));
+        let moves = (1..schedule.rows()).map(|row| {
+            let way = schedule.position(row).abs_diff(schedule.position(row - 1));
+            u64::from(ramp.duration_us(way))
+        });
+        let settle = u64::from(settings.timing.settle);
+        let (mut moving, mut waits) = (0, module.read_us);
+        for us in moves {
+            moving += us;
+            waits += module.read_us.saturating_sub(us + settle);
+        }
+        Self {
+            module: module.name,
+            link: format!("{}, with stops", module.link),
+            parts: vec![
+                ("move", moving),
+                ("settle", rows * settle),
+                ("chirp", rows * module.chirp_us),
+                ("samples on the wire, beyond the moves", waits),
+            ],
+        }
+    }
+
+    /// From sweep to sweep, microseconds.
+    pub fn total(&self) -> u64 {
+        self.parts.iter().map(|(_, us)| us).sum()
+    }
+
+    /// Sweeps a second.
+    pub fn rate(&self) -> f64 {
+        1e6 / self.total().max(1) as f64
+    }
+
+    /// As one JSON object.
+    pub fn json(&self) -> Value {
+        let part = |(name, us): &(&str, u64)| ((*name).to_owned(), json!(ms(*us)));
+        json!({
+            "mode": "guard",
+            "module": self.module,
+            "link": self.link,
+            "sweep_ms": ms(self.total()),
+            "sweeps_a_second": (10.0 * self.rate()).round() / 10.0,
+            "parts": self.parts.iter().map(part).collect::<Map<String, Value>>(),
+        })
+    }
+
+    fn text(&self) -> String {
+        let mut out = format!(
+            "{:<11} {:<22} {:>9.1} {:>11.1}\n",
+            self.module,
+            self.link,
+            ms(self.total()),
+            self.rate()
+        );
+        for (name, us) in &self.parts {
+            out += &format!("  {name:<42} {:>9.1}\n", ms(*us));
+        }
+        out
+    }
+}
+
+/// Every module at every rate of its link.
+///
+/// # Errors
+/// Names what no guard sweep can be made of.
+pub fn sweeps(settings: &Settings, wires: &[Wire]) -> Result<Vec<GuardTime>> {
+    let mut settings = *settings;
+    settings.config.sweep = settings.guard.sweep();
+    let schedule = Schedule::in_plane(settings.config.sweep, Plane::Depth);
+    let schedule = schedule.map_err(|e| anyhow!("guard: {e}"))?;
+    let passing = wires
+        .iter()
+        .filter_map(|wire| GuardTime::passing(&settings, &schedule, *wire));
+    let stopping = STOPPING
+        .iter()
+        .map(|module| GuardTime::stopping(&settings, &schedule, module));
+    Ok(passing.chain(stopping).collect())
+}
+
+/// The table for people.
+pub fn text(settings: &Settings, times: &[GuardTime]) -> String {
+    let mut out = String::from("guard with  link                   sweep, ms  sweeps a second\n");
+    out.extend(times.iter().map(GuardTime::text));
+    let (rows, least) = (settings.guard.sweep().angle_count, settings.guard.rate);
+    out + &format!(
+        "{rows} rows; `guard on` wants guard-rate, {least} sweeps a second, and refuses fewer unless that is 0. Ramps are \
+         as long as acceleration makes them, settling is timing of the mirror, not of the module.\n"
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At 3 Mbaud, or over SPI.
+    fn rate(settings: &Settings, module: &str) -> f64 {
+        let wire = Wire {
+            baud: 3_000_000,
+            ahead: true,
+            pin: false,
+        };
+        let times = sweeps(settings, &[wire]).unwrap();
+        let found = times.iter().find(|time| time.module == module);
+        found.unwrap().rate()
+    }
+
+    #[test]
+    fn the_own_link_sweeps_eight_times_a_second_with_ramps_that_are_short_enough() {
+        let mut settings = Settings::default();
+        settings.motor.acceleration = 4_000_000;
+        assert!(
+            rate(&settings, "pstr") >= 8.0,
+            "{}",
+            rate(&settings, "pstr")
+        );
+    }
+
+    #[test]
+    fn a_mirror_that_stops_is_limited_by_moves_and_settling() {
+        let mut settings = Settings::default();
+        let slow = rate(&settings, "bgt60");
+        settings.timing.settle = 100;
+        assert!(rate(&settings, "bgt60") > 1.2 * slow, "{slow}");
+        assert!(rate(&settings, "sirad") < 2.0);
+    }
+
+    #[test]
+    fn parts_add_up() {
+        let wires = [1_000_000, 3_000_000].map(|baud| Wire {
+            baud,
+            ahead: true,
+            pin: false,
+        });
+        let times = sweeps(&Settings::default(), &wires).unwrap();
+        assert_eq!(times.len(), 4);
+        for time in &times {
+            let sum: u64 = time.parts.iter().map(|(_, us)| us).sum();
+            assert_eq!(sum, time.total());
+            assert!((time.json()["sweep_ms"].as_f64().unwrap() - ms(sum)).abs() < 1e-9);
+        }
+    }
+}

@@ -1,0 +1,101 @@
+//! The word on a guard sweep as it comes out of the report UART, read back from its sentence.
+//!
+//! `replay` and `emulate` both print from here, as from [`crate::answer`].
+
+use std::fmt::Write as _;
+
+use anyhow::{Context, Result, bail};
+use serde_json::{Value, json};
+use stairscan::report::{GuardLine, Sentence};
+use stairscan::verdict::Status;
+
+use crate::answer::metres;
+
+/// One guard sweep's sentence and what it says.
+#[derive(Clone, Debug)]
+pub struct Guarded {
+    /// Base name of the recording.
+    pub recording: String,
+    /// The sentence as written, without its line end.
+    pub sentence: String,
+    /// Which sweep of the recording it is, from 1.
+    pub sweep: u32,
+    /// The parsed sentence.
+    pub line: GuardLine,
+}
+
+impl Guarded {
+    /// Parses the sentences of sweeps of a scanner that began with sweep `first` (from 0) of a recording.
+    ///
+    /// # Errors
+    /// A sentence that is no `GUARD`: the scanner could not sweep, and says why.
+    pub fn parse(first: usize, sentences: Vec<String>) -> Result<Vec<Self>> {
+        let parse = |sentence: String| {
+            let parsed = Sentence::parse(&sentence);
+            let Sentence::Guard(line) = parsed.with_context(|| sentence.clone())? else {
+                bail!("in place of a guard sweep: {sentence}");
+            };
+            Ok(Self {
+                recording: String::new(),
+                sweep: first as u32 + line.sweep,
+                sentence,
+                line,
+            })
+        };
+        sentences.into_iter().map(parse).collect()
+    }
+
+    /// Whether there is no free distance because something failed.
+    pub fn is_fault(&self) -> bool {
+        self.line.status == Status::Fault
+    }
+
+    /// The word as one JSON object.
+    pub fn json(&self) -> Value {
+        let GuardLine {
+            status,
+            free,
+            ending,
+            confidence,
+            reasons,
+            ..
+        } = self.line;
+        json!({
+            "recording": self.recording,
+            "guard": self.sweep,
+            "status": status.as_str(),
+            "free_m": free.map(metres),
+            "what": ending.as_str(),
+            "confidence": f64::from(confidence) / 1000.0,
+            "reasons": reasons.iter().map(|r| r.as_str()).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// Sentences of all sweeps of a recording, and a table for people.
+pub fn text(words: &[Guarded]) -> String {
+    let mut out = String::new();
+    if let Some(first) = words.first() {
+        let _ = writeln!(out, "{}", first.recording);
+    }
+    for word in words {
+        let _ = writeln!(out, "  {}", word.sentence);
+    }
+    out.push_str("  sweep  status    free distance  ended by  confidence  reasons\n");
+    for word in words {
+        let line = &word.line;
+        let free = line
+            .free
+            .map_or("-".into(), |free| format!("{:.1} cm", 100.0 * metres(free)));
+        let row = format!(
+            "  {:>5}  {:<8}  {free:>13}  {:<8}  {:>8.1} %  {}",
+            word.sweep,
+            line.status.as_str(),
+            line.ending.as_str(),
+            f64::from(line.confidence) / 10.0,
+            line.reasons
+        );
+        let _ = writeln!(out, "{}", row.trim_end());
+    }
+    out
+}

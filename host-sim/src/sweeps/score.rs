@@ -1,0 +1,350 @@
+//! The score of guard sweeps: the words on a recording's sweeps, held against the first hazard of each.
+//!
+//! Sweeps count from the third on: before, the guard has seen too little to agree with itself.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+use stairscan::verdict::{Ending, Status};
+
+use super::truth::{Hazard, Truth};
+use crate::answer::metres;
+use crate::guarded::Guarded;
+use crate::score::{Share, upper_bound};
+
+/// Sweeps of a recording that are not counted.
+const FIRST: usize = 2;
+/// A free distance that ends so far beyond the hazard is wrong, metres: the guard's contract.
+const BEYOND_M: f64 = 0.05;
+/// A useful free distance reaches the hazard, or this, metres …
+const ENOUGH_M: f64 = 1.2;
+/// … less this.
+const SHORT_M: f64 = 0.25;
+/// A hazard within this distance is to be named, metres.
+pub const NEAR_M: f64 = 1.5;
+/// Sweeps within which it is to be named.
+const NAMED_WITHIN: usize = 2;
+
+/// The word on one sweep.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Word {
+    /// How far it can be trusted.
+    pub status: Status,
+    /// Free distance, metres; `None` of a fault.
+    pub free_m: Option<f64>,
+    /// Kind of the hazard that ends it.
+    pub ending: Ending,
+}
+
+impl Word {
+    /// That of a sentence.
+    pub fn of(guarded: &Guarded) -> Self {
+        let line = &guarded.line;
+        Self {
+            status: line.status,
+            free_m: line.free.map(metres),
+            ending: line.ending,
+        }
+    }
+
+    /// Whether a hazard is named by its kind, rise and obstacle being alike: which it is, is a matter of height.
+    fn names(&self, hazard: Hazard) -> bool {
+        let stands = |ending| matches!(ending, Ending::Rise | Ending::Obstacle);
+        self.ending == hazard.kind || stands(self.ending) && stands(hazard.kind)
+    }
+}
+
+/// One counted sweep.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sweep {
+    /// The recording.
+    pub recording: String,
+    /// Which sweep of it, from 1.
+    pub number: usize,
+    /// The first hazard.
+    pub hazard: Option<Hazard>,
+    /// What was said.
+    pub word: Word,
+    /// Whether the hazard was not there at the sweep before.
+    pub stepped_in: bool,
+}
+
+impl Sweep {
+    /// Whether the word is `ok`.
+    pub fn ok(&self) -> bool {
+        self.word.status == Status::Ok
+    }
+
+    /// Distance of the first hazard, metres; infinite without one.
+    fn hazard_m(&self) -> f64 {
+        self.hazard.map_or(f64::INFINITY, |hazard| hazard.at_m)
+    }
+
+    /// Whether it is `ok` and its free distance ends beyond the hazard. A hazard that has just stepped in does not count.
+    pub fn wrong(&self) -> bool {
+        let beyond = |free_m| free_m > self.hazard_m() + BEYOND_M;
+        self.ok() && !self.stepped_in && self.word.free_m.is_some_and(beyond)
+    }
+
+    /// Whether it is `ok`, not wrong, and reaches the hazard, or as far as a chair needs, less a margin.
+    pub fn useful(&self) -> bool {
+        let least = self.hazard_m().min(ENOUGH_M) - SHORT_M;
+        self.ok() && !self.wrong() && self.word.free_m.is_some_and(|free_m| free_m >= least)
+    }
+
+    /// Whether a rise or a drop is told where there is no hazard.
+    pub fn made_up(&self) -> bool {
+        self.hazard.is_none() && matches!(self.word.ending, Ending::Rise | Ending::Drop)
+    }
+
+    /// Whether a hazard is within [`NEAR_M`].
+    fn near(&self) -> bool {
+        self.hazard_m() <= NEAR_M
+    }
+
+    /// In one line, lengths in centimetres.
+    pub fn text(&self) -> String {
+        let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.1}", 100.0 * m));
+        let (hazard, kind) = (self.hazard.map(|h| h.at_m), self.hazard.map(|h| h.kind));
+        format!(
+            "{} sweep {}: {} free {} cm by {}, hazard {} cm {}",
+            self.recording,
+            self.number,
+            self.word.status.as_str(),
+            cm(self.word.free_m),
+            self.word.ending.as_str(),
+            cm(hazard),
+            kind.map_or("none", Ending::as_str)
+        )
+    }
+}
+
+/// One recording's score.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Scored {
+    /// The sweeps that count.
+    pub sweeps: Vec<Sweep>,
+    /// Whether its hazard was named within [`NAMED_WITHIN`] sweeps of coming within [`NEAR_M`]; `None` of no such hazard,
+    /// and where fewer sweeps follow.
+    pub named: Option<bool>,
+}
+
+/// Scores the words on a recording's sweeps, of both one a sweep.
+pub fn recording(name: &str, words: &[Word], truth: &Truth) -> Scored {
+    let stepped_in = |k: usize| {
+        let before = k.checked_sub(1).and_then(|k| truth[k]);
+        // The way between two sweeps is a few centimetres.
+        let jumped = |now: Hazard| before.is_none_or(|before| now.at_m < before.at_m - 0.2);
+        k > 0 && truth[k].is_some_and(|now| now.at_m <= NEAR_M && jumped(now))
+    };
+    let all: Vec<Sweep> = (words.iter().zip(truth).enumerate())
+        .map(|(k, (word, hazard))| Sweep {
+            recording: name.to_owned(),
+            number: k + 1,
+            hazard: *hazard,
+            word: *word,
+            stepped_in: stepped_in(k),
+        })
+        .collect();
+    let named = all.iter().position(Sweep::near).and_then(|first| {
+        let within = all.get(first..first + NAMED_WITHIN)?;
+        let named = |sweep: &Sweep| sweep.hazard.is_some_and(|h| sweep.word.names(h));
+        Some(within.iter().any(named))
+    });
+    let sweeps = all.into_iter().skip(FIRST).collect();
+    Scored { sweeps, named }
+}
+
+/// The sums over the recordings of one kind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Sums {
+    /// Number of recordings.
+    pub recordings: usize,
+    /// Sweeps with a hazard within [`NEAR_M`], of all that count.
+    pub near: Share,
+    /// `ok`, of all.
+    pub ok: Share,
+    /// `ok` and wrong, of `ok`.
+    pub wrong: Share,
+    /// Useful, of all.
+    pub useful: Share,
+    /// Recordings whose hazard is named in time, of those in which one comes near.
+    pub named: Share,
+    /// Sweeps that tell a rise or a drop, of those without a hazard.
+    pub made_up: Share,
+}
+
+impl Sums {
+    /// Over some recordings, counting those of their sweeps that `wanted` lets pass.
+    pub fn of<'a>(
+        scored: impl Iterator<Item = &'a Scored>,
+        wanted: impl Fn(&Sweep) -> bool,
+    ) -> Self {
+        let scored: Vec<&Scored> = scored.collect();
+        let sweeps: Vec<&Sweep> = (scored.iter().flat_map(|one| &one.sweeps))
+            .filter(|sweep| wanted(sweep))
+            .collect();
+        let all = |so: fn(&Sweep) -> bool| Share::count(&sweeps, |sweep| so(sweep));
+        let ok = sweeps.iter().filter(|sweep| sweep.ok());
+        let free = sweeps.iter().filter(|sweep| sweep.hazard.is_none());
+        Self {
+            recordings: scored.len(),
+            near: all(Sweep::near),
+            ok: all(Sweep::ok),
+            wrong: Share::count(ok, |sweep| sweep.wrong()),
+            useful: all(Sweep::useful),
+            named: Share::count(scored.iter().filter_map(|one| one.named), |named| named),
+            made_up: Share::count(free, |sweep| sweep.made_up()),
+        }
+    }
+
+    /// Upper 95 % bound of the share of `ok` sweeps that are wrong.
+    pub fn bound(&self) -> f64 {
+        upper_bound(self.wrong.hits, self.wrong.of)
+    }
+
+    /// The figures as JSON.
+    pub fn json(&self, name: &str) -> Value {
+        json!({
+            "kind": name,
+            "recordings": self.recordings,
+            "sweeps": self.near.of,
+            "near": self.near.hits,
+            "ok": self.ok.json(),
+            "ok_and_wrong": self.wrong.json(),
+            "ok_and_wrong_bound": self.bound(),
+            "useful": self.useful.json(),
+            "named": self.named.json(),
+            "made_up": self.made_up.json(),
+        })
+    }
+}
+
+/// Heading of the table of [`row`]s.
+pub const HEADING: &str = "| sweeps of | recordings | sweeps | hazard within 1.5 m | `ok` | `ok` and wrong, of `ok` | upper 95 % \
+     bound (Clopper-Pearson) | useful | named within two sweeps | false rise or drop, without a hazard |\n\
+     |---|---|---|---|---|---|---|---|---|---|\n";
+
+/// One line of the table.
+pub fn row(name: &str, sums: &Sums) -> String {
+    let mut out = format!(
+        "| {name} | {} | {} | {} ",
+        sums.recordings, sums.near.of, sums.near.hits
+    );
+    let bound = match sums.wrong.of {
+        0 => "–".into(),
+        _ => format!("{:.2} %", 100.0 * sums.bound()),
+    };
+    let _ = writeln!(
+        out,
+        "| {} | {} | {bound} | {} | {} | {} |",
+        sums.ok.percent(),
+        counted(sums.wrong),
+        sums.useful.percent(),
+        counted(sums.named),
+        counted(sums.made_up)
+    );
+    out
+}
+
+/// `3/120`, or a dash of nothing.
+fn counted(share: Share) -> String {
+    match share.of {
+        0 => "–".into(),
+        _ => format!("{}/{}", share.hits, share.of),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn word(free_m: f64, ending: Ending) -> Word {
+        Word {
+            status: Status::Ok,
+            free_m: Some(free_m),
+            ending,
+        }
+    }
+
+    fn rise(at_m: f64) -> Option<Hazard> {
+        let kind = Ending::Rise;
+        Some(Hazard { at_m, kind })
+    }
+
+    fn scored(words: &[Word], truth: &[Option<Hazard>]) -> Scored {
+        recording("made", words, &truth.to_vec())
+    }
+
+    #[test]
+    fn beyond_the_hazard_is_wrong_and_short_of_it_useless() {
+        let truth = [rise(1.0); 7];
+        let degraded = Word {
+            status: Status::Degraded,
+            ..word(1.5, Ending::None)
+        };
+        let words = [
+            word(2.0, Ending::None),
+            word(2.0, Ending::None),
+            word(1.04, Ending::Rise),
+            word(1.06, Ending::Rise),
+            word(0.76, Ending::Rise),
+            word(0.74, Ending::Rise),
+            degraded,
+        ];
+        let found = scored(&words, &truth);
+        // The first two do not count.
+        let wrong: Vec<bool> = found.sweeps.iter().map(Sweep::wrong).collect();
+        assert_eq!(wrong, [false, true, false, false, false]);
+        let useful: Vec<bool> = found.sweeps.iter().map(Sweep::useful).collect();
+        assert_eq!(useful, [true, false, true, false, false]);
+        assert_eq!(found.named, Some(false));
+    }
+
+    #[test]
+    fn without_a_hazard_95_cm_are_useful_and_a_rise_is_made_up() {
+        let words = [word(0.96, Ending::None), word(0.94, Ending::Rise)];
+        let words = [words[0], words[0], words[0], words[1]];
+        let sweeps = scored(&words, &[None; 4]).sweeps;
+        assert!(sweeps[0].useful() && !sweeps[0].made_up());
+        assert!(!sweeps[1].useful() && sweeps[1].made_up() && !sweeps[1].wrong());
+    }
+
+    #[test]
+    fn who_steps_in_counts_from_the_second_sweep_on() {
+        let truth = [None, None, None, rise(0.9), rise(0.88), rise(0.86)];
+        let free = word(1.6, Ending::None);
+        let seen = word(0.8, Ending::Obstacle);
+        let found = scored(&[free, free, free, free, seen, seen], &truth);
+        assert!(found.sweeps.iter().all(|sweep| !sweep.wrong()));
+        assert_eq!(found.named, Some(true));
+        let late = scored(&[free, free, free, free, free, seen], &truth);
+        assert_eq!(late.sweeps.iter().filter(|sweep| sweep.wrong()).count(), 1);
+        assert_eq!(late.named, Some(false));
+    }
+
+    #[test]
+    fn a_hazard_that_comes_nearer_with_the_chair_has_not_stepped_in() {
+        let truth = [rise(1.56), rise(1.52), rise(1.48), rise(1.44)];
+        let sweeps = scored(&[word(1.7, Ending::None); 4], &truth).sweeps;
+        assert!(sweeps.iter().all(Sweep::wrong));
+    }
+
+    #[test]
+    fn sums_count_sweeps_and_recordings() {
+        let good = scored(&[word(0.9, Ending::Obstacle); 4], &[rise(1.0); 4]);
+        let free = scored(&[word(1.5, Ending::Drop); 3], &[None; 3]);
+        let all = Sums::of([good, free].iter(), |_| true);
+        assert_eq!((all.recordings, all.near), (2, Share::new(2, 3)));
+        assert_eq!((all.ok, all.wrong), (Share::new(3, 3), Share::new(0, 3)));
+        assert_eq!(
+            (all.named, all.made_up),
+            (Share::new(1, 1), Share::new(1, 1))
+        );
+        assert!((all.bound() - 0.632).abs() < 1e-3, "{}", all.bound());
+        let row = row("all", &all);
+        assert_eq!(row.matches('|').count(), 11);
+        assert!(row.contains("| 0/3 | 63.16 % |"), "{row}");
+        assert_eq!(all.json("all")["near"], 2);
+    }
+}

@@ -1,0 +1,92 @@
+//! The guard: a coarse sweep of the ground ahead, many times a second, and how far the ground is free.
+//!
+//! In: the map of one sweep ([`PolarMap`]), and the chair's travel since the one before. Method: recursive Bayes over
+//! sweeps. The powers along the ground, below it and above it are averaged with those of earlier sweeps, moved with the
+//! chair ([`MeanLines`]); the same recursions that weigh the ground of a full scan
+//! ([`crate::model::surfaces`]) say how likely the first hazard is at each place (`reach`). Out: [`FreeGround`]. It stands apart
+//! from [`crate::infer`] because a sweep of some thirty rows shows no steps: it has no search and no particles, and its
+//! memory lasts from sweep to sweep.
+
+mod noise;
+mod reach;
+#[cfg(test)]
+mod tests;
+
+use crate::config::Config;
+use crate::drive::{Drive, Mode};
+use crate::model::Surfaces;
+use crate::model::above::Above;
+use crate::model::chart::Chart;
+use crate::model::mean::MeanLines;
+use crate::model::surfaces::Recursions;
+use crate::motion::Ride;
+use crate::signal::grid::PolarMap;
+use crate::verdict::FreeGround;
+use reach::Hazards;
+
+/// What is kept from sweep to sweep, and the memory that a sweep is worked off in.
+#[derive(Debug)]
+pub struct Guard {
+    ground: Recursions,
+    above: Above,
+    surfaces: Surfaces,
+    mean: MeanLines,
+    /// Where the free ground ended by the sweep before, metres from where the mirror was then.
+    last_m: Option<f32>,
+}
+
+impl Default for Guard {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
+impl Guard {
+    /// Before the first sweep.
+    pub const fn new() -> Self {
+        Self {
+            ground: Recursions::new(),
+            above: Above::new(),
+            surfaces: Surfaces::NOTHING,
+            mean: MeanLines::new(),
+            last_m: None,
+        }
+    }
+
+    /// The next sweep is a first one.
+    pub fn forget(&mut self) {
+        self.mean = MeanLines::new();
+        self.last_m = None;
+    }
+
+    /// Returns how far the ground is free after a sweep, by it and by those before it.
+    #[inline(never)]
+    pub fn sweep(&mut self, map: &PolarMap, config: &Config, drive: &Drive<'_>) -> FreeGround {
+        let moved_m = match drive.mode {
+            Mode::Standing => Some(0.0),
+            _ => drive.moved_m,
+        };
+        let chart = Chart {
+            map,
+            noise: noise::level(map),
+            bias_rad: 0.0,
+            height_m: 0.0,
+            ride: Ride::of(drive, &config.radar),
+        };
+        let lines = &mut self.ground.lines;
+        self.above.look(&chart, lines);
+        self.mean.average(lines, &mut self.above, moved_m);
+        self.ground.weigh(&mut self.surfaces, false);
+        self.conclude(moved_m)
+    }
+
+    /// Two sweeps must agree before the free distance grows: the nearer of both counts.
+    #[inline(never)]
+    fn conclude(&mut self, moved_m: Option<f32>) -> FreeGround {
+        let hazards = Hazards::new(&self.surfaces, &self.above, &self.ground.lines);
+        let before = self.last_m.map(|last| last - moved_m.unwrap_or(0.0));
+        let reach = hazards.reach();
+        self.last_m = Some(reach.end_m);
+        hazards.free(reach, before)
+    }
+}

@@ -1,0 +1,70 @@
+//! The noise of a sweep: of few rows, nearly all of which see ground.
+
+use crate::math;
+use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
+
+/// Cells so near to the line of the ground may show it, radians: 7°, three standard deviations of the paper's beam and more.
+const OFF_RAD: f32 = 0.122;
+/// Ranges that are looked at, metres: nearer the mirror shines, farther the receiver's filter falls.
+const RANGES_M: core::ops::RangeInclusive<f32> = 0.45..=2.6;
+/// Rows from one that is looked at to the next: some 2,000 cells tell the quantile to 0.07 dB.
+const ROW_STRIDE: usize = 1;
+/// Noise is told by this quantile of the cells off the ground, which echoes of other things do not reach …
+const QUANTILE: f32 = 0.35;
+/// … and which is this share of its mean: exponential, -ln(1 - 0.35).
+const OF_MEAN: f32 = 0.4308;
+
+/// Returns the mean noise of a sweep, map units; that of no power where all cells see ground.
+#[inline(never)]
+pub fn level(map: &PolarMap) -> f32 {
+    let mut counts = [0_u16; 256];
+    let (near, far) = (bin(map, *RANGES_M.start()), bin(map, *RANGES_M.end()));
+    for row in (0..map.rows()).step_by(ROW_STRIDE) {
+        let (cells, angle_rad) = (map.row(row), map.angle_rad(row));
+        // The ground shows between these ranges: nowhere where the row looks too far up, to the end where it does so partly.
+        let first = meets(map, angle_rad + OFF_RAD).max(near).min(far);
+        let end = meets(map, angle_rad - OFF_RAD).max(first).min(far);
+        let before = cells.get(near..first).unwrap_or(&[]);
+        let behind = cells.get(end..far.min(cells.len())).unwrap_or(&[]);
+        for level in before.iter().chain(behind) {
+            if let Some(count) = counts.get_mut(usize::from(*level)) {
+                *count = count.saturating_add(1);
+            }
+        }
+    }
+    // A row that was lost is all 0, which noise is not.
+    let [lost, ..] = &mut counts;
+    *lost = 0;
+    let all: u32 = counts.iter().map(|n| u32::from(*n)).sum();
+    quantile(&counts, QUANTILE * all as f32) - f32::from(UNITS_PER_OCTAVE) * math::log2(OF_MEAN)
+}
+
+/// The bin of a range, metres: the first one that is not nearer.
+#[inline(never)]
+fn bin(map: &PolarMap, range_m: f32) -> usize {
+    let geometry = map.geometry();
+    // `as` saturates.
+    math::ceil((range_m - geometry.first_range_m) / geometry.bin_m) as usize
+}
+
+/// The bin at which a line of sight meets the ground; beyond all where it never does.
+#[inline(never)]
+fn meets(map: &PolarMap, angle_rad: f32) -> usize {
+    let (sin, _) = math::sin_cos(angle_rad);
+    let range_m = map.geometry().mount_height_m / math::max(sin, f32::MIN_POSITIVE);
+    bin(map, range_m)
+}
+
+/// The level below which so many of the cells are.
+fn quantile(counts: &[u16; 256], cells: f32) -> f32 {
+    let mut below = 0.0;
+    for (level, count) in counts.iter().enumerate() {
+        let here = f32::from(*count);
+        if here > 0.0 && below + here >= cells {
+            // Within the level cells are spread evenly.
+            return level as f32 - 0.5 + (cells - below) / here;
+        }
+        below += here;
+    }
+    0.0
+}

@@ -1,0 +1,126 @@
+//! From the likelihoods of hazards by place to the free distance.
+//!
+//! The first hazard across the way is in one slot at most: with w_k = ρ exp(L_k) for each slot and kind, L its
+//! log-likelihood against ground that goes on, P(first hazard in k) = w_k / (1 + Σ w). Things that stand beside ground
+//! which still shows are independent of it: P_k = w_k / (1 + w_k). The free distance ends in the slot in which the sum of
+//! both passes the risk.
+
+use crate::math;
+use crate::model::Surfaces;
+use crate::model::above::Above;
+use crate::model::lines::Lines;
+use crate::model::surfaces::{SLOT_M, SLOTS};
+use crate::verdict::{Ending, FreeGround};
+
+/// Density of rises, and of drops, ahead of a chair, per metre: what corridors, kerbs and stairs are to a day's way is
+/// not counted anywhere; four times as many or as few change the free distance of 3 % of tuning sweeps (docs/guard.md).
+const ACROSS_PER_M: f32 = 0.3;
+/// The same of things beside which the ground still shows.
+const BESIDE_PER_M: f32 = 0.0003;
+/// The free distance ends where a hazard before it has this probability: half of what the contract allows of 1 in 100
+/// is kept for what the model does not know.
+const RISK: f32 = 0.002;
+/// So far before it, metres: a slot's half, and how far a beam's foot shows ground beyond an edge.
+const MARGIN_M: f32 = 0.08;
+/// A kind of hazard is named from this probability on …
+const NAMED: f32 = 0.5;
+/// … if it is within this of the free distance's end, metres.
+const NAMED_WITHIN_M: f32 = 0.35;
+/// Free ground that ends here or farther is ended by nothing that a sweep sees, metres: its cells end there.
+const FARTHEST_M: f32 = 1.6;
+/// No log-likelihood counts more, nats: e to this and a slot's weight stay finite.
+const MOST_NATS: f32 = 40.0;
+
+/// Where the sum of the hazards' probabilities passes the risk.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FreeEnd {
+    /// Metres from the mirror.
+    pub end_m: f32,
+    /// Probability of a hazard before it.
+    pub before: f32,
+}
+
+/// Kinds of hazards by place.
+const KINDS: [Ending; 3] = [Ending::Rise, Ending::Drop, Ending::Obstacle];
+
+/// Probabilities of hazards by kind, in the order of [`KINDS`], and place.
+#[derive(Debug)]
+pub struct Hazards {
+    probabilities: [[f32; SLOTS]; KINDS.len()],
+}
+
+impl Hazards {
+    /// Of a sweep.
+    pub fn new(surfaces: &Surfaces, above: &Above, lines: &Lines) -> Self {
+        let mut probabilities = [[0.0; SLOTS]; KINDS.len()];
+        let [rise, drop, beside] = &mut probabilities;
+        let mut total = 1.0;
+        for (k, (rise, drop)) in rise.iter_mut().zip(drop.iter_mut()).enumerate() {
+            let x_m = (k as f32 + 0.5) * SLOT_M;
+            *rise = weight(ACROSS_PER_M, surfaces.rise_at(x_m));
+            *drop = weight(ACROSS_PER_M, surfaces.drop_at(x_m));
+            total += *rise + *drop;
+        }
+        let share = 1.0 / total;
+        let across = rise.iter_mut().chain(drop.iter_mut());
+        across.for_each(|weight| *weight *= share);
+        above.things(lines, |b, nats| {
+            // `as` saturates.
+            let slot = (lines.x_m(lines.range_m(b)) / SLOT_M) as usize;
+            if let Some(place) = beside.get_mut(slot) {
+                let odds = weight(BESIDE_PER_M, nats);
+                *place = math::max(*place, odds / (1.0 + odds));
+            }
+        });
+        Self { probabilities }
+    }
+
+    /// Where the risk is reached.
+    pub fn reach(&self) -> FreeEnd {
+        let [rise, drop, beside] = &self.probabilities;
+        let across = rise.iter().zip(drop).map(|(rise, drop)| rise + drop);
+        let mut before = 0.0;
+        for (k, here) in across.zip(beside).map(|(a, b)| a + b).enumerate() {
+            if before + here > RISK {
+                let end_m = k as f32 * SLOT_M;
+                return FreeEnd { end_m, before };
+            }
+            before += here;
+        }
+        FreeEnd {
+            end_m: SLOTS as f32 * SLOT_M,
+            before,
+        }
+    }
+
+    /// The free distance of this sweep, where the one before it ended at `last_m`, metres from where the mirror is now.
+    pub fn free(&self, reach: FreeEnd, last_m: Option<f32>) -> FreeGround {
+        let end_m = last_m.map_or(reach.end_m, |last_m| math::min(last_m, reach.end_m));
+        let free_m = math::max(end_m - MARGIN_M, 0.0);
+        // `as` saturates.
+        let near = ((free_m + NAMED_WITHIN_M) / SLOT_M) as usize;
+        let sums = self
+            .probabilities
+            .iter()
+            .map(|kind| kind.iter().take(near).sum::<f32>());
+        let named = KINDS
+            .into_iter()
+            .zip(sums)
+            .max_by(|a, b| a.1.total_cmp(&b.1));
+        FreeGround {
+            free_m,
+            ending: match named.filter(|(_, p)| *p > NAMED) {
+                Some((kind, _)) => kind,
+                None if end_m >= FARTHEST_M => Ending::None,
+                None => Ending::Unknown,
+            },
+            confidence: 1.0 - reach.before,
+        }
+    }
+}
+
+/// Weight of a hazard in a slot.
+#[inline(never)]
+fn weight(per_m: f32, nats: f32) -> f32 {
+    per_m * SLOT_M * math::exp(math::min(nats, MOST_NATS))
+}

@@ -1,0 +1,67 @@
+//! The sentence of a guard sweep.
+
+use super::fields::{Fields, ParseError};
+use super::frame::{Line, Tenths};
+use super::lines::{parse_permille, permille};
+use super::writer::Writer;
+use crate::verdict::{Ending, GuardWord, Reasons, Status};
+
+/// How far the ground is free by the guard's last sweep.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct GuardLine {
+    /// Number of the sweep since the guard was switched on, from 1.
+    pub sweep: u32,
+    /// Status of the sweep.
+    pub status: Status,
+    /// Free distance from the mirror at the sweep's last row; none of a fault.
+    pub free: Option<Tenths>,
+    /// Kind of the hazard that ends it.
+    pub ending: Ending,
+    /// Probability that no hazard is nearer, tenths of a per cent.
+    pub confidence: u16,
+    /// Why it is not `ok`, and what is weak where it is.
+    pub reasons: Reasons,
+}
+
+impl GuardLine {
+    /// The sentence of the word on sweep number `sweep`.
+    pub fn new(sweep: u32, word: &GuardWord) -> Self {
+        Self {
+            sweep,
+            status: word.status(),
+            free: word.free_m().map(Tenths::from_metres),
+            ending: word.ending(),
+            confidence: permille(word.confidence()),
+            reasons: word.reasons(),
+        }
+    }
+
+    /// The sentence, with its CRC and line end.
+    pub(super) fn write(&self) -> Line {
+        Writer::new("GUARD")
+            .number(self.sweep)
+            .text(self.status.as_str())
+            .length(self.free)
+            .text(self.ending.as_str())
+            .length(Some(Tenths(self.confidence.into())))
+            .reasons(self.reasons)
+            .finish()
+    }
+
+    /// From the fields behind the name.
+    pub(super) fn parse(fields: &mut Fields<'_>) -> Result<Self, ParseError> {
+        Ok(Self {
+            sweep: fields.number("sweep")?,
+            status: fields.word(
+                "status",
+                &[Status::Ok, Status::Degraded, Status::Fault],
+                |s| s.as_str(),
+            )?,
+            free: fields.length("free")?,
+            ending: fields.word("ending", &Ending::ALL, |e| e.as_str())?,
+            confidence: parse_permille(fields, "confidence")?
+                .ok_or(ParseError::Field("confidence"))?,
+            reasons: fields.reasons("reasons")?,
+        })
+    }
+}

@@ -1,0 +1,199 @@
+//! The guard between two sweeps: what `watch` waits for, the last full scan's hazard, and whether the settings allow a guard.
+//!
+//! `guarding` carries the commands out on the machine.
+
+use crate::config::ConfigError;
+use crate::drive::{Drive, Mode};
+use crate::scanner::encoder::REST_US;
+use crate::scanner::pace::Cruise;
+use crate::scanner::settings::{Encoder, Settings, SweepMode};
+use crate::schedule::Schedule;
+use crate::setting::check;
+use crate::signal::radar::wire::Wire;
+use crate::time::Micros;
+use crate::verdict::{Ending, GuardWord, Outcome, Status};
+
+/// Whether the scanner guards.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum GuardMode {
+    /// It scans, or stands still.
+    #[default]
+    Off,
+    /// It guards.
+    Guard,
+    /// It guards, and takes a full scan of what comes near.
+    Watch,
+}
+
+/// A full scan's hazard counts beside guard sweeps for so long, microseconds: 5 s. By then a chair has left it behind,
+/// or an odometer's error has grown to centimetres.
+const SCAN_COUNTS_US: u32 = 5_000_000;
+/// A chair stands that is slower than this, m/s: what an odometer's millimetre a sweep makes of standing, twice.
+const STANDING_M_S: f32 = 0.03;
+/// A chair slows whose speed is below this share of its mean over some sweeps.
+const SLOWING: f32 = 0.8;
+/// Share of a sweep's speed in that mean.
+const NEWEST: f32 = 0.25;
+
+/// The guard between two sweeps.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct GuardState {
+    pub mode: GuardMode,
+    /// A full scan comes next.
+    pub asked: bool,
+    /// Whether the hazard that is near has had its full scan.
+    pub looked: bool,
+    /// The mirror may still run out behind the last sweep.
+    pub running: bool,
+    /// Number of the last sweep.
+    pub sweep: u32,
+    /// Mean speed over some sweeps, m/s.
+    speed_m_s: f32,
+    /// The last full scan's nearest hazard.
+    hazard: Option<Hazard>,
+}
+
+/// The nearest hazard that a full scan has told.
+#[derive(Clone, Copy, Debug)]
+struct Hazard {
+    /// When the scan ended.
+    at: Micros,
+    /// Nearest place, metres from the mirror at the scan's last row.
+    from_m: f32,
+    ending: Ending,
+}
+
+impl GuardState {
+    /// Off.
+    pub const OFF: Self = Self {
+        mode: GuardMode::Off,
+        asked: false,
+        looked: false,
+        running: false,
+        sweep: 0,
+        speed_m_s: 0.0,
+        hazard: None,
+    };
+
+    /// Whether the scanner guards.
+    pub fn is_on(&self) -> bool {
+        self.mode != GuardMode::Off
+    }
+
+    /// Keeps the hazard that a full scan has told at `now`.
+    pub fn note(&mut self, now: Micros, outcome: &Outcome) {
+        let first = outcome.answer.steps.first();
+        let step = first.map(|step| {
+            let ending = match step.height_m < 0.0 {
+                true => Ending::Drop,
+                false => Ending::Rise,
+            };
+            let margin_m = crate::estimate::expanded(step.distance_sigma_m);
+            (step.distance_m - margin_m, ending)
+        });
+        let drop = outcome.answer.drop.as_ref();
+        let drop = drop.map(|edge| (edge.nearest_m(), Ending::Drop));
+        let nearest = [step, drop]
+            .into_iter()
+            .flatten()
+            .filter(|&(m, _)| m > 0.0)
+            .reduce(|a, b| if b.0 < a.0 { b } else { a });
+        self.hazard =
+            nearest
+                .filter(|_| outcome.status() != Status::Fault)
+                .map(|(from_m, ending)| Hazard {
+                    at: now,
+                    from_m,
+                    ending,
+                });
+    }
+
+    /// Holds the word of a sweep against the last full scan; `moved_m` is the travel since, 0 where it is not known: then
+    /// the hazard is no farther.
+    pub fn compare(&mut self, now: Micros, moved_m: f32, word: &mut GuardWord) {
+        self.hazard = (self.hazard).filter(|hazard| now.since(hazard.at) < SCAN_COUNTS_US);
+        if let Some(hazard) = self.hazard {
+            word.limit(hazard.from_m - moved_m, hazard.ending);
+        }
+    }
+
+    /// Whether the chair stands or slows, as far as that is known.
+    fn slows(&mut self, drive: &Drive<'_>) -> bool {
+        if drive.mode == Mode::Standing {
+            return true;
+        }
+        let Some((moved_m, since_s)) = drive.moved_m.zip(drive.since_s) else {
+            return false;
+        };
+        let speed = moved_m.abs() / crate::math::max(since_s, 1e-3);
+        let slower = speed < STANDING_M_S || speed < SLOWING * self.speed_m_s;
+        self.speed_m_s += NEWEST * (speed - self.speed_m_s);
+        slower
+    }
+
+    /// Asks for a full scan where `watch` is on, a rise or a drop has come nearer than `within_m`, and the chair stands
+    /// or slows: one scan of each.
+    pub fn watch(&mut self, word: &GuardWord, drive: &Drive<'_>, within_m: f32) {
+        let slows = self.slows(drive);
+        let ends = matches!(word.ending(), Ending::Rise | Ending::Drop);
+        let near = ends && word.free_m().is_some_and(|free_m| free_m < within_m);
+        self.looked &= near;
+        if self.mode == GuardMode::Watch && near && slows && !self.looked {
+            (self.looked, self.asked) = (true, true);
+        }
+    }
+}
+
+/// Says whether the scanner can guard with these settings: the ground that is swept, and how often by motor and link.
+/// `wire` is that to the module, if the mirror can turn in passing with it.
+#[inline(never)]
+pub(super) fn fit(settings: &Settings, wire: Option<Wire>) -> Result<(), ConfigError> {
+    settings.guard.check(&settings.config)?;
+    let rate = u32::from(settings.guard.rate);
+    if rate == 0 {
+        return Ok(());
+    }
+    check(
+        settings.sweep_mode == SweepMode::Continuous,
+        "sweep-mode",
+        "continuous, or guard-rate 0",
+    )?;
+    let Some(wire) = wire else {
+        return check(false, "module", "one on the framed link, or guard-rate 0");
+    };
+    let mut settings = *settings;
+    settings.config.sweep = settings.guard.sweep();
+    if period_us(&settings, wire)?.saturating_mul(rate) <= SECOND_US {
+        return Ok(());
+    }
+    settings.motor.acceleration = 0;
+    check(
+        period_us(&settings, wire)?.saturating_mul(rate) > SECOND_US,
+        "acceleration",
+        "more for guard-rate: the ramps take too long",
+    )?;
+    let expected = "more for guard-rate: the rows take too long";
+    let speed = settings.motor.speed;
+    settings.motor.speed = u32::MAX;
+    let faster = period_us(&settings, wire)?.saturating_mul(rate) <= SECOND_US;
+    check(!faster || speed == u32::MAX, "speed", expected)?;
+    check(false, "link-rate", expected)
+}
+
+/// A second.
+const SECOND_US: u32 = 1_000_000;
+
+/// Duration of a guard sweep of settings whose angles are those of the guard.
+fn period_us(settings: &Settings, wire: Wire) -> Result<u32, ConfigError> {
+    let schedule = Schedule::in_plane(settings.config.sweep, crate::config::Plane::Depth)?;
+    let cruise = Cruise::new(settings, &schedule, wire).ok_or(ConfigError {
+        field: "guard-first",
+        expected: "room for the ramps, and rows that come fast enough",
+    })?;
+    let looks = match settings.motor.encoder.kind {
+        Encoder::None => 0,
+        Encoder::As5600 => REST_US,
+    };
+    let sweep = cruise.sweep_us(&settings.motor, &schedule);
+    Ok(sweep.saturating_add(looks))
+}

@@ -1,0 +1,85 @@
+//! `guard` and `watch`: coarse sweeps of the ground ahead, one after the other, and full scans in between.
+
+use super::guard::{GuardMode, fit};
+use super::states::Machine;
+use crate::config::ConfigError;
+use crate::port::BytePort;
+use crate::scanner::board::Board;
+use crate::scanner::chain::DataPath;
+use crate::scanner::mirror::Mirror;
+use crate::scanner::settings::Settings;
+use crate::scanner::sweep::Rows;
+use crate::signal::radar::module::RadarModule;
+use crate::signal::radar::wire::Wire;
+use crate::time::Micros;
+use crate::verdict::{Conditions, GuardWord};
+
+impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, M, L, P, B, D> {
+    /// `guard` and `watch`: from now on, or no more.
+    #[inline(never)]
+    pub fn guard(&mut self, now: Micros, on: bool, mode: GuardMode) {
+        let command = match mode {
+            GuardMode::Watch => "watch",
+            _ => "guard",
+        };
+        if !on {
+            self.guard.mode = GuardMode::Off;
+            return self.reports.done(command);
+        }
+        if let Err(error) = self.fit_to_guard(self.settings.get()) {
+            return self.reports.refuse(command, error.field, error.expected);
+        }
+        if !self.guard.is_on() {
+            self.guard.sweep = 0;
+        }
+        self.guard.mode = mode;
+        self.guard.looked = false;
+        self.reports.done(command);
+        self.wake(now);
+    }
+
+    /// Says whether the scanner can guard with these settings.
+    #[inline(never)]
+    pub(super) fn fit_to_guard(&self, settings: &Settings) -> Result<(), ConfigError> {
+        // Before the module has answered its link is what the settings ask for.
+        let asked = Wire {
+            baud: settings.module.baud,
+            ahead: true,
+            pin: settings.module.pin,
+        };
+        let wire = self.hardware.link.wire();
+        fit(
+            settings,
+            wire.map(|wire| if self.connected { wire } else { asked }),
+        )
+    }
+
+    /// The guard ends by itself, and says why.
+    pub(super) fn end_guard(&mut self, now: Micros, error: ConfigError) {
+        self.guard.mode = GuardMode::Off;
+        self.reports.refuse("guard", error.field, error.expected);
+        self.resume(now);
+    }
+
+    /// From the last row of a guard sweep to its word.
+    #[inline(never)]
+    pub(super) fn guarded(&mut self, now: Micros, rows: Rows) {
+        self.odometry.finish_guard(now);
+        self.guard.running = true;
+        let conditions = Conditions {
+            board: self.identity.fitness.doubts(),
+            configured: self.scan.configured,
+            lost_rows: rows.lost > 0,
+        };
+        let drive = self.odometry.drive(self.scan.motion, self.scan.chirp_us);
+        let mut word = match rows.fault {
+            Some(reason) => GuardWord::broken(reason),
+            None => self.data.guard(&drive, conditions),
+        };
+        let moved_m = self.odometry.since_scan_m().unwrap_or(0.0);
+        self.guard.compare(now, moved_m, &mut word);
+        let within_m = self.settings.get().guard.watch_m();
+        self.guard.watch(&word, &drive, within_m);
+        self.warn(&word, rows.fault.is_some());
+    }
+}

@@ -1,0 +1,89 @@
+//! The guard's sector of the ground, and how often it is to be swept.
+
+use crate::config::{Config, ConfigError, EstimatorKind, Plane, SweepConfig, check};
+use crate::schedule::Schedule;
+use crate::setting::settings;
+use crate::signal::grid::{BinWindow, MAX_CELLS};
+
+/// Fewest rows of a guard sweep: the noise is taken from every eighth row, and lost rows must be few among them.
+const LEAST_ROWS: i32 = 9;
+
+settings! {
+    /// The guard's coarse sweep. None of it enters the hash: what a scan answers does not depend on it.
+    #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+    pub struct GuardConfig
+    parts {}
+    rows {
+        // Design contract: from 8 to 38 degrees in steps of one, a fifth of the beam.
+        /// First angle of a guard sweep, below the horizontal.
+        first: i32 = 8_000, "guard-first" "0.001 deg" [-20_000 to 80_000] Pace;
+        /// Last angle of a guard sweep.
+        last: i32 = 38_000, "guard-last" "0.001 deg" [-20_000 to 80_000] Pace;
+        /// From one angle of a guard sweep to the next.
+        step: u16 = 1_000, "guard-step" "0.001 deg" [100 to 5_000] Pace;
+        // Design contract: at least eight times a second.
+        /// Fewest sweeps a second: with settings, motor, module and link that do not reach them the guard does not
+        /// begin; 0: as many as there are.
+        rate: u8 = 8, "guard-rate" "sweeps/s" [0 to 50] Pace;
+        /// Distance from which on a rise or a drop that comes nearer makes `watch` take a full scan.
+        watch_distance: u32 = 150_000, "watch-distance" "0.01 mm" [20_000 to 240_000] Pace;
+    }
+    also {}
+}
+
+impl GuardConfig {
+    /// The angles of a guard sweep.
+    pub fn sweep(&self) -> SweepConfig {
+        let step = i32::from(self.step.max(1));
+        let steps = self.last.saturating_sub(self.first) / step;
+        SweepConfig {
+            first_angle: self.first,
+            angle_step: step,
+            // `as` saturates.
+            angle_count: steps.clamp(0, i32::from(u16::MAX) - 1) as u16 + 1,
+        }
+    }
+
+    /// Distance at which `watch` takes a full scan, metres.
+    pub fn watch_m(&self) -> f32 {
+        self.watch_distance as f32 * 1e-5
+    }
+
+    /// Checks that the sector holds enough rows.
+    pub fn validate(&self) -> Result<(), ConfigError> {
+        let way = self.last.saturating_sub(self.first);
+        check(
+            way >= (LEAST_ROWS - 1).saturating_mul(self.step.into()),
+            "guard-last",
+            "beyond guard-first by 8 times guard-step or more",
+        )
+    }
+
+    /// Checks that a guard of the scanner with this configuration works: on ground that the depth plane sees, in rows
+    /// that leave no gap, on a map that holds them.
+    pub fn check(&self, config: &Config) -> Result<(), ConfigError> {
+        let sweep = self.sweep();
+        check(
+            config.mount.plane.first() == Plane::Depth,
+            "plane",
+            "depth or both: the guard looks ahead",
+        )?;
+        check(
+            config.estimator == EstimatorKind::Likelihood,
+            "estimator",
+            "likelihood: no other has a guard",
+        )?;
+        check(
+            sweep.angle_step <= config.mount.beamwidth,
+            "guard-step",
+            "beamwidth at most: else ground is not seen",
+        )?;
+        let window = BinWindow::of_scan(&Config { sweep, ..*config });
+        check(
+            usize::from(window.count) * usize::from(sweep.angle_count) <= MAX_CELLS,
+            "guard-step",
+            "a map of 65536 cells at most",
+        )?;
+        Schedule::in_plane(sweep, Plane::Depth).map(|_| ())
+    }
+}
