@@ -7,8 +7,6 @@ use crate::signal::grid::{PolarMap, UNITS_PER_OCTAVE};
 const OFF_RAD: f32 = 0.122;
 /// Ranges that are looked at, metres: nearer the mirror shines, farther the receiver's filter falls.
 const RANGES_M: core::ops::RangeInclusive<f32> = 0.45..=2.6;
-/// Rows from one that is looked at to the next: some 2,000 cells tell the quantile to 0.07 dB.
-const ROW_STRIDE: usize = 1;
 /// Noise is told by this quantile of the cells off the ground, which echoes of other things do not reach …
 const QUANTILE: f32 = 0.35;
 /// … and which is this share of its mean: exponential, -ln(1 - 0.35).
@@ -19,7 +17,7 @@ const OF_MEAN: f32 = 0.4308;
 pub fn level(map: &PolarMap) -> f32 {
     let mut counts = [0_u16; 256];
     let (near, far) = (bin(map, *RANGES_M.start()), bin(map, *RANGES_M.end()));
-    for row in (0..map.rows()).step_by(ROW_STRIDE) {
+    for row in 0..map.rows() {
         let (cells, angle_rad) = (map.row(row), map.angle_rad(row));
         // The ground shows between these ranges: nowhere where the row looks too far up, to the end where it does so partly.
         let first = meets(map, angle_rad + OFF_RAD).max(near).min(far);

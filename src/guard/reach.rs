@@ -17,8 +17,8 @@ use crate::verdict::{Ending, FreeGround};
 const ACROSS_PER_M: f32 = 0.3;
 /// The same of things beside which the ground still shows.
 const BESIDE_PER_M: f32 = 0.0003;
-/// The free distance ends where a hazard before it has this probability: half of what the contract allows of 1 in 100
-/// is kept for what the model does not know.
+/// The free distance ends where a hazard before it has this probability: a fifth of the 1 % that the contract allows; the
+/// rest is for what the model does not know.
 const RISK: f32 = 0.002;
 /// So far before it, metres: a slot's half, and how far a beam's foot shows ground beyond an edge.
 const MARGIN_M: f32 = 0.08;
