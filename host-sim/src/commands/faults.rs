@@ -1,5 +1,6 @@
 //! `faults`: every fault of the instrument on recordings that are answered rightly without it.
 
+mod fate;
 mod guarded;
 mod signs;
 
@@ -22,9 +23,7 @@ use crate::recording::{self, Recording};
 use crate::replay::{self, Options};
 use crate::score;
 use crate::seeds::Draw;
-
-/// Seeds of fault draws, apart from those of scenes: one per recording.
-const SEEDS: u64 = 1 << 32;
+use fate::{Clean, Fate, Run, SEEDS};
 
 /// Arguments of `faults`.
 #[derive(clap::Args, Debug)]
@@ -67,21 +66,6 @@ pub struct Args {
     format: Format,
 }
 
-/// What has become of one run.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Fate {
-    /// No answer.
-    Fault,
-    /// Degraded, and the reason names the fault.
-    Named,
-    /// Degraded for another reason.
-    Unnamed,
-    /// `ok`, and so it is.
-    Right,
-    /// `ok`, and it is not.
-    Wrong,
-}
-
 /// How many runs came to which end.
 #[derive(Clone, Copy, Debug, Default)]
 struct Tally {
@@ -117,23 +101,6 @@ impl Tally {
     }
 }
 
-/// One recording with one fault.
-struct Run {
-    fate: Fate,
-    named: bool,
-    /// What to print of it where it is `ok` and wrong.
-    words: String,
-}
-
-/// The recordings that are `ok` and right without a fault, and how many there were in all.
-struct Clean {
-    recordings: Vec<Recording>,
-    /// Where each shows the mirror's own echo, 0.01 mm from the radar.
-    mirror_echoes: Vec<i32>,
-    ok: usize,
-    all: usize,
-}
-
 /// Prints the table.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let faults = chosen(&args.kind)?;
@@ -143,7 +110,7 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         return Ok(ExitCode::SUCCESS);
     }
     let clean = match args.guard {
-        true => guarded::clean(args, &options)?,
+        true => guarded::clean(args.on.as_deref(), (args.draw, args.scenes), &options)?,
         false => clean(args, &options)?,
     };
     let options = |recording: usize| {

@@ -13,6 +13,7 @@ use stairscan::signal::radar::wire::{SLACK_US, Wire};
 
 use super::{Format, emit};
 use crate::budgets::{CHIRP, POST};
+use guard::ms;
 
 /// Prints how long a scan takes, part by part: stopping at every angle and turning through them, at the
 /// link's three rates, beside the chirps alone; then guard sweeps a second for each module.
@@ -169,10 +170,6 @@ impl ScanTime {
         }
         out
     }
-}
-
-fn ms(us: u64) -> f64 {
-    us as f64 / 1000.0
 }
 
 /// What a chair at `speed` travels meanwhile, to 0.1 mm.

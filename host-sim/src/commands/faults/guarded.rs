@@ -2,23 +2,26 @@
 //!
 //! A fault is drawn once for a recording and put on each of its sweeps alike.
 
+use std::path::Path;
+
 use anyhow::{Context, Result};
 use stairscan::verdict::Status;
 
-use super::{Args, Clean, Fate, Run, SEEDS};
+use super::fate::{Clean, Fate, Run, SEEDS};
 use crate::commands::harness;
 use crate::faults::Fault;
 use crate::guarded::Guarded;
 use crate::recording::{self, Recording};
 use crate::replay::{self, Options};
+use crate::seeds::Draw;
 use crate::setup::{self, Kind as Scans};
 use crate::sweeps::scenes::{self, Kind};
 use crate::sweeps::score::{self, Scored, Word};
 use crate::sweeps::truth;
 
 /// The recordings to spoil: simulated ones of each kind, or those of a directory that hold guard sweeps with truth.
-fn whole(args: &Args) -> Result<Vec<Recording>> {
-    if let Some(dir) = &args.on {
+fn whole(on: Option<&Path>, (draw, scenes): (Draw, u64)) -> Result<Vec<Recording>> {
+    if let Some(dir) = on {
         let read = |path| Recording::read(path);
         let all: Vec<Recording> = recording::list(dir)?
             .iter()
@@ -28,7 +31,7 @@ fn whole(args: &Args) -> Result<Vec<Recording>> {
         return Ok(all.into_iter().filter(guard).collect());
     }
     let of = |kind: Kind| {
-        let seeds = kind.seeds(args.draw).take(args.scenes as usize);
+        let seeds = kind.seeds(draw).take(scenes as usize);
         seeds.map(move |seed| (kind, seed)).collect::<Vec<_>>()
     };
     let jobs: Vec<(Kind, u64)> = Kind::ALL.into_iter().flat_map(of).collect();
@@ -43,8 +46,8 @@ fn scored(recording: &Recording, words: &[Guarded]) -> Result<Scored> {
 }
 
 /// The recordings whose sweeps are `ok` at least once and never wrong.
-pub fn clean(args: &Args, options: &Options) -> Result<Clean> {
-    let whole = whole(args)?;
+pub fn clean(on: Option<&Path>, scenes: (Draw, u64), options: &Options) -> Result<Clean> {
+    let whole = whole(on, scenes)?;
     let judged = harness::each(&whole, |recording| {
         let found = scored(recording, &replay::guarded(recording, options)?)?;
         let ok = found.sweeps.iter().any(score::Sweep::ok);

@@ -7,7 +7,10 @@ use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::{Schedule, Settings};
 use stairscan::signal::radar::wire::Wire;
 
-use super::ms;
+/// Milliseconds.
+pub fn ms(us: u64) -> f64 {
+    us as f64 / 1000.0
+}
 
 /// A module whose mirror stops at every row.
 struct Stopping {
