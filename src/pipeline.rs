@@ -125,7 +125,6 @@ impl Pipeline {
         observer: &mut dyn Observer,
     ) -> Outcome {
         let mut outcome = Outcome::silent();
-        self.finder.forget_guard();
         let mut evidence = Evidence {
             unusable: self.health.verdict(self.config.mount.mirror_offset > 0),
             conditions,

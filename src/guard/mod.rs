@@ -54,6 +54,8 @@ impl Guard {
     }
 
     /// The next sweep is a first one.
+    // Out of line: what it puts in place comes over the stack.
+    #[inline(never)]
     pub fn forget(&mut self) {
         self.mean = MeanLines::new();
         self.last_m = None;
