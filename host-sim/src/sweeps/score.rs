@@ -124,7 +124,7 @@ impl Sweep {
 pub struct Scored {
     /// The sweeps that count.
     pub sweeps: Vec<Sweep>,
-    /// Whether its hazard was named within [`NAMED_WITHIN`] sweeps of coming within [`NEAR_M`]; `None` of no such hazard,
+    /// Whether its hazard was named within two sweeps of coming within 1.5 m; `None` of no such hazard,
     /// and where fewer sweeps follow.
     pub named: Option<bool>,
 }
