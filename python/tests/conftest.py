@@ -1,5 +1,6 @@
 """What the tests share: recordings, and the host tool as the independent other side."""
 
+import json
 import os
 import subprocess
 from pathlib import Path
@@ -7,7 +8,16 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-RECORDINGS = sorted(meta.with_suffix("") for meta in (ROOT / "recordings").glob("*.sigmf-meta"))
+
+
+def full_scans(meta):
+    """Whether a recording holds full scans, and not sweeps of the guard."""
+    return "stairscan:mode" not in json.loads(meta.read_text())["global"]
+
+
+RECORDINGS = sorted(
+    meta.with_suffix("") for meta in (ROOT / "recordings").glob("*.sigmf-meta") if full_scans(meta)
+)
 
 
 @pytest.fixture(scope="session")

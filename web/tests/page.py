@@ -17,7 +17,12 @@ import serial_port
 import truth
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-RECORDINGS = sorted(p.with_suffix("") for p in ROOT.glob("recordings/*.sigmf-meta"))
+# Full scans: the page knows no sweeps of the guard.
+RECORDINGS = sorted(
+    p.with_suffix("")
+    for p in ROOT.glob("recordings/*.sigmf-meta")
+    if "stairscan:mode" not in json.loads(p.read_text())["global"]
+)
 SCRATCH = ROOT / "target" / "browser"
 TAB, ENTER, RIGHT, HOME = 9, 13, 39, 36
 
