@@ -1,7 +1,7 @@
 //! The guard: a coarse sweep of the ground ahead, many times a second, and how far the ground is free.
 //!
 //! In: the map of one sweep ([`PolarMap`]), and the chair's travel since the one before. Method: recursive Bayes over
-//! sweeps. The powers along the ground, below it and above it are averaged with those of earlier sweeps, moved with the
+//! sweeps. The powers along the ground and above it are averaged with those of earlier sweeps, moved with the
 //! chair ([`MeanLines`]); the same recursions that weigh the ground of a full scan
 //! ([`crate::model::surfaces`]) say how likely the first hazard is at each place (`reach`). Out: [`FreeGround`]. It stands apart
 //! from [`crate::infer`] because a sweep of some thirty rows shows no steps: it has no search and no particles, and its

@@ -211,9 +211,10 @@ impl Lines {
         self.fill(&Gaze::new(chart), FARTHEST_M, |gaze, bin, range_m| {
             gaze.cell(bin, range_m)
         });
+        self.settle(1.0, 1.0);
     }
 
-    /// Fills the cells with what `cell` makes of each bin and its range, metres.
+    /// Fills the cells with what `cell` makes of each bin and its range, metres; [`Lines::settle`] follows.
     pub(super) fn fill(
         &mut self,
         gaze: &Gaze<'_>,
@@ -223,7 +224,6 @@ impl Lines {
         let chart = gaze.chart;
         let geometry = chart.map.geometry();
         self.rows = WORTH * REACH * gaze.sigma_rows;
-        self.settle(1.0, 1.0);
         self.cells.clear();
         self.height_m = gaze.height_m;
         // `as` saturates.

@@ -1,10 +1,10 @@
 //! Lines of several sweeps as one: each power is a mean over sweeps that fades.
 //!
 //! A sweep has few rows, so that noise and speckle of a single one leave much open. The mean of t over sweeps is known
-//! to more rows, and to as many speckles as the chair has seen from places more than a wavelength apart.
+//! to more rows, and to as many speckles as the chair has seen from places more than half a wavelength apart.
 
 use super::above::Above;
-use super::lines::{CELLS, DEPTHS_M, Lines, Power, RangeCell};
+use super::lines::{CELLS, Lines, Power};
 use crate::math;
 
 /// Share of what earlier sweeps are worth that is left after another one, where the chair's way in between is known.
@@ -14,8 +14,8 @@ const KEPT: f32 = 0.7;
 const KEPT_UNPLACED: f32 = 0.3;
 /// A longer way shows other speckle, metres: more than half a wavelength.
 const OTHER_SPECKLE_M: f32 = 0.002;
-/// Lines of a cell: along the ground, above it, along lower ground.
-const LINES: usize = 2 + DEPTHS_M.len();
+/// Lines of a cell: along the ground, and above it.
+const LINES: usize = 2;
 
 /// How the mean of a sweep with those before is made up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -109,7 +109,7 @@ impl MeanLines {
             let (Some(cell), Some(above)) = (lines.cells.get_mut(b), above.get_mut(b)) else {
                 continue;
             };
-            self.take(b, place, weights.earlier, all(cell, above));
+            self.take(b, place, weights.earlier, [&mut cell.ground, above]);
         }
         lines.settle(weights.sweeps, weights.speckles);
     }
@@ -130,14 +130,9 @@ impl MeanLines {
     }
 }
 
-/// All lines of a cell.
-fn all<'a>(cell: &'a mut RangeCell, above: &'a mut Power) -> [&'a mut Power; LINES] {
-    let [a, b, c, d] = &mut cell.lower;
-    [&mut cell.ground, above, a, b, c, d]
-}
-
 #[cfg(test)]
 mod tests {
+    use super::super::lines::{DEPTHS_M, RangeCell};
     use super::*;
 
     /// Ten cells from 0.6 m on, all of this power along the ground.

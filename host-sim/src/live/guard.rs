@@ -90,7 +90,7 @@ impl Guard {
     }
 }
 
-/// What ends the free distance, in words.
+/// The words for the hazard that ends the free distance.
 const fn ended(ending: Ending) -> &'static str {
     match ending {
         Ending::None => ", nothing in range",

@@ -22,7 +22,7 @@ const FLOOR_END_M: f64 = 4.0;
 /// A scene's geometry as the guard's beam meets it.
 struct Beam<'a> {
     spec: &'a SceneSpec,
-    /// What a metre ahead lies aside because the chair does not look straight along the way.
+    /// Lateral offset per metre of way, the sine of the yaw.
     aslant: f64,
 }
 

@@ -47,7 +47,7 @@ const STEPS_IN: [usize; 2] = [3, 6];
 /// Random numbers of drives and places, apart from those of scenes and surfaces.
 const STREAM: u64 = 0x4755_4152_4400;
 
-/// What random sweeps show.
+/// Kind of scene that random sweeps look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
 #[repr(u8)]
 pub enum Kind {

@@ -26,7 +26,7 @@ pub struct Run {
     pub fate: Fate,
     /// Whether its reasons name the fault.
     pub named: bool,
-    /// What to print of it where it is `ok` and wrong.
+    /// Line that is printed for it if it is `ok` and wrong.
     pub words: String,
 }
 

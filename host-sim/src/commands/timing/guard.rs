@@ -44,7 +44,7 @@ const STOPPING: [Stopping; 2] = [
 pub struct GuardTime {
     /// The setting `module`.
     pub module: &'static str,
-    /// What it hangs on.
+    /// The link to it and its rate, in words.
     pub link: String,
     /// Name and microseconds.
     pub parts: Vec<(&'static str, u64)>,
