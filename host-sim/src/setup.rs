@@ -10,25 +10,8 @@ use crate::recording::{META_SUFFIX, Recording};
 /// Part of an angle step that a capture may lie off the schedule: a shaft is not exact.
 const OFF_SCHEDULE: f64 = 0.1;
 
-/// The project's keys of `global` that a recording may do without. Of those that it needs, the want is told.
-const OPTIONAL: [&str; 12] = [
-    "stairscan:beamwidth_deg",
-    "stairscan:disturbance",
-    "stairscan:mirror_offset_m",
-    MODE,
-    "stairscan:mount_height_m",
-    "stairscan:pitch_deg",
-    "stairscan:scan_plane",
-    "stairscan:scans",
-    "stairscan:truth",
-    "stairscan:truth_guard",
-    "stairscan:truth_scans",
-    "stairscan:truth_travel_m",
-];
 /// The key that says what a recording's scans are.
 const MODE: &str = "stairscan:mode";
-/// So many letters less, more or other make a misspelt key; two that have changed places are two.
-const MISSPELT: usize = 2;
 
 /// Kind of a recording's scans.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,41 +56,11 @@ pub fn full_scans(recording: &Recording) -> Result<()> {
     Ok(())
 }
 
-/// Refuses a key that is nearly one of the project's: it would be passed over in silence.
-fn check_spelling(recording: &Recording) -> Result<()> {
-    for key in recording.meta.extra.keys() {
-        let nearest = OPTIONAL.iter().min_by_key(|known| distance(key, known));
-        let near = |known: &&&str| (1..=MISSPELT).contains(&distance(key, known));
-        if let Some(meant) = nearest.filter(near) {
-            let name = &recording.name;
-            return Err(anyhow!(
-                "{name}.{META_SUFFIX}: global {key}: no such key, expected {meant}"
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// Letters to insert, to take away or to change to make `b` of `a` (Levenshtein).
-fn distance(a: &str, b: &str) -> usize {
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, x) in a.bytes().enumerate() {
-        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
-        for (j, y) in b.bytes().enumerate() {
-            let changed = diagonal + usize::from(x != y);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
-        }
-    }
-    row[b.len()]
-}
-
 /// The radar's part of the configuration, for any recording.
 ///
 /// # Errors
-/// Names a key that is out of range or misspelt.
+/// Names a key that is out of range.
 pub fn radar(recording: &Recording) -> Result<RadarConfig> {
-    check_spelling(recording)?;
     let meta = &recording.meta;
     let fixed = |value, key| {
         to_fixed(value, 1e3)

@@ -9,10 +9,14 @@ use super::motion::Motion;
 /// Carrier of recordings that do not say theirs, Hz (paper II-A).
 const DEFAULT_CARRIER_HZ: f64 = 94e9;
 
+const FREQUENCY: &str = "core:frequency";
 const ANGLE: &str = "stairscan:mirror_angle_deg";
 pub(super) const TRAVEL: &str = "stairscan:travel_m";
 pub(super) const TIME: &str = "stairscan:time_s";
 pub(super) const PITCH: &str = "stairscan:pitch_deg";
+
+/// The keys of a capture that are read.
+const KNOWN: [&str; 6] = ["core:sample_start", FREQUENCY, ANGLE, TRAVEL, TIME, PITCH];
 
 /// A chair on which the mirror's beam leans more than this has fallen over, degrees.
 const STEEPEST_DEG: f64 = 45.0;
@@ -116,12 +120,13 @@ fn list(document: &Value) -> Result<&[Value]> {
     }
 }
 
-/// The first capture's carrier; the others' must make sense, too.
+/// The first capture's carrier; the others', and all keys, must make sense, too.
 fn carrier(captures: &[Value]) -> Result<f64> {
     let mut carrier_hz = None;
     for (k, capture) in captures.iter().enumerate() {
         let capture = Keys::of(Some(capture), &format!("captures[{k}]"))?;
-        let found = capture.optional("core:frequency", "a frequency above 0 Hz", |v| v > 0.0)?;
+        capture.check_spelling(&KNOWN)?;
+        let found = capture.optional(FREQUENCY, "a frequency above 0 Hz", |v| v > 0.0)?;
         carrier_hz = carrier_hz.or(Some(found.unwrap_or(DEFAULT_CARRIER_HZ)));
     }
     Ok(carrier_hz.unwrap_or(DEFAULT_CARRIER_HZ))

@@ -5,6 +5,9 @@ use serde_json::{Map, Value};
 
 /// Longest piece of a wrong value that a message shows, characters.
 const SHOWN: usize = 40;
+/// A key this many edits (Levenshtein) from a known one is a misspelling of it; two letters that have changed places
+/// are two edits.
+const MISSPELT: usize = 2;
 
 /// A JSON object's members, with the path to it for messages.
 pub(super) struct Keys<'a> {
@@ -26,6 +29,21 @@ impl<'a> Keys<'a> {
 
     pub(super) fn get(&self, key: &str) -> Option<&'a Value> {
         self.object.get(key)
+    }
+
+    /// Refuses a key that is nearly one of `known`, for it would be ignored in silence.
+    pub(super) fn check_spelling(&self, known: &[&str]) -> Result<()> {
+        let unknown = |key: &&String| !known.contains(&key.as_str());
+        for key in self.object.keys().filter(unknown) {
+            let near = |known: &&&str| edits(key, known) <= MISSPELT;
+            if let Some(meant) = known.iter().find(near) {
+                return Err(anyhow!(
+                    "{} {key}: no such key, expected {meant}",
+                    self.place
+                ));
+            }
+        }
+        Ok(())
     }
 
     /// The refusal of `key`: what was found there, or that it is missing, and what was expected.
@@ -93,6 +111,20 @@ impl<'a> Keys<'a> {
     }
 }
 
+/// Letters to insert, to take away or to change to make `b` of `a` (Levenshtein).
+fn edits(a: &str, b: &str) -> usize {
+    let mut row: Vec<usize> = (0..=b.len()).collect();
+    for (i, x) in a.bytes().enumerate() {
+        let mut diagonal = std::mem::replace(&mut row[0], i + 1);
+        for (j, y) in b.bytes().enumerate() {
+            let changed = diagonal + usize::from(x != y);
+            diagonal = row[j + 1];
+            row[j + 1] = changed.min(diagonal + 1).min(row[j] + 1);
+        }
+    }
+    row[b.len()]
+}
+
 /// Where JSON stops making sense, with the key before that place: a NaN has no other name.
 pub(super) fn explain_syntax(text: &str, error: &serde_json::Error) -> String {
     let before: usize = text
@@ -109,5 +141,35 @@ pub(super) fn explain_syntax(text: &str, error: &serde_json::Error) -> String {
     match key {
         Some(key) => format!("near key {key}: {error}"),
         None => format!("no JSON: {error}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::json;
+
+    fn check(object: &Value) -> String {
+        let keys = Keys::of(Some(object), "captures[3]").unwrap();
+        let checked = keys.check_spelling(&["stairscan:time_s", "stairscan:travel_m"]);
+        checked.map_or_else(|error| error.to_string(), |()| String::new())
+    }
+
+    #[test]
+    fn a_key_that_is_nearly_a_known_one_is_refused_and_others_are_not() {
+        assert_eq!(
+            check(&json!({"stairscan:tiem_s": 0.1})),
+            "captures[3] stairscan:tiem_s: no such key, expected stairscan:time_s"
+        );
+        assert_eq!(check(&json!({"stairscan:time_s": 0.1, "my:note": 1})), "");
+        assert_eq!(check(&json!({"stairscan:temperature_c": 21})), "");
+    }
+
+    #[test]
+    fn edits_between_words() {
+        assert_eq!(edits("pitch", "pitch"), 0);
+        assert_eq!(edits("picth", "pitch"), 2);
+        assert_eq!(edits("", "pitch"), 5);
+        assert_eq!(edits("pitches", "pitch"), 2);
     }
 }

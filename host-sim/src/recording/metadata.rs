@@ -86,6 +86,9 @@ const SCANS: &str = "stairscan:scans";
 const TRUTH_SCANS: &str = "stairscan:truth_scans";
 const TRUTH_TRAVEL: &str = "stairscan:truth_travel_m";
 
+/// Keys of `global` that [`Metadata`] keeps as they are and others read.
+const ELSEWHERE: [&str; 2] = ["stairscan:mode", "stairscan:truth_guard"];
+
 /// The keys of `global` that [`Metadata`] holds in fields of its own.
 const KNOWN: &[&str] = &[
     "core:datatype",
@@ -115,6 +118,7 @@ impl Metadata {
     /// Names the key and what was expected of it.
     pub(super) fn parse(document: &Value) -> Result<Self> {
         let global = Keys::of(document.get("global"), "global")?;
+        global.check_spelling(&[KNOWN, &ELSEWHERE].concat())?;
         let real = match global.text("core:datatype", DATATYPES)? {
             "ci16_le" => false,
             "ri16_le" => true,

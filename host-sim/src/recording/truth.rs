@@ -116,6 +116,7 @@ impl Truth {
     pub(super) fn parse(value: &Value, place: &str) -> Result<Self> {
         const DIRECTION: &str = "\"up\", \"down\" or \"none\"";
         let truth = Keys::of(Some(value), place)?;
+        truth.check_spelling(&["direction", "steps", "uncounted", "drops"])?;
         let direction = truth.text("direction", DIRECTION)?;
         if !["up", "down", "none"].contains(&direction) {
             return Err(truth.wrong("direction", DIRECTION));
@@ -129,6 +130,7 @@ impl Truth {
                 .ok_or_else(|| truth.wrong(key, "an array of steps"))?;
             let parse = |(k, step)| {
                 let step = Keys::of(Some(step), &format!("{place} {key}[{k}]"))?;
+                step.check_spelling(&["distance_m", "height_m", "snr_db"])?;
                 Ok(TrueStep {
                     distance_m: step.number("distance_m", "metres", |_| true)?,
                     height_m: step.number("height_m", "metres", |_| true)?,
@@ -143,6 +145,7 @@ impl Truth {
                 .ok_or_else(|| truth.wrong("drops", "an array of drops"))?;
             let parse = |(k, drop)| {
                 let drop = Keys::of(Some(drop), &format!("{place} drops[{k}]"))?;
+                drop.check_spelling(&["distance_m", "depth_m", "far_m"])?;
                 let maybe = |key: &str| {
                     let told = drop.get(key).filter(|value| !value.is_null());
                     let number = told.map(|_| drop.number(key, "metres or null", |_| true));
@@ -192,6 +195,7 @@ impl Truth {
 impl Disturbance {
     pub(super) fn parse(value: &Value) -> Result<Self> {
         let object = Keys::of(Some(value), "global stairscan:disturbance")?;
+        object.check_spelling(&["kind", "harmful"])?;
         let kind = object.text("kind", "the disturbance's name")?.to_owned();
         let harmful = object
             .get("harmful")
@@ -240,6 +244,25 @@ mod tests {
         let bad = json!({"direction": "none", "drops": [{"distance_m": 1.5, "far_m": "far"}]});
         let error = read(&bad).unwrap_err().to_string();
         assert!(error.contains("drops[0] far_m"), "{error}");
+    }
+
+    #[test]
+    fn misspelt_keys_are_refused_with_their_place() {
+        let refused = |value: Value| read(&value).unwrap_err().to_string();
+        assert_eq!(
+            refused(json!({"direction": "none", "step": []})),
+            "global stairscan:truth step: no such key, expected steps"
+        );
+        let step = json!({"distance_m": 0.8, "height_m": 0.17, "snr_bd": 12.0});
+        assert_eq!(
+            refused(json!({"direction": "up", "steps": [step]})),
+            "global stairscan:truth steps[0] snr_bd: no such key, expected snr_db"
+        );
+        let drop = json!({"distance_m": 0.8, "dept_m": 0.2});
+        assert_eq!(
+            refused(json!({"direction": "none", "drops": [drop]})),
+            "global stairscan:truth drops[0] dept_m: no such key, expected depth_m"
+        );
     }
 
     #[test]
