@@ -9,7 +9,7 @@ use crate::scanner::pace::Cruise;
 use crate::scanner::settings::{Encoder, Settings, SweepMode};
 use crate::schedule::Schedule;
 use crate::setting::check;
-use crate::signal::radar::wire::Wire;
+use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 use crate::verdict::{Ending, GuardWord, Outcome, Status};
 
@@ -145,9 +145,9 @@ impl GuardState {
 }
 
 /// Says whether the scanner can guard with these settings: the ground that is swept, and how often by motor and link.
-/// `wire` is that to the module, if the mirror can turn in passing with it.
+/// `times` are those of a row, if the module can be triggered while the mirror turns.
 #[inline(never)]
-pub(super) fn fit(settings: &Settings, wire: Option<Wire>) -> Result<(), ConfigError> {
+pub(super) fn fit(settings: &Settings, times: Option<RowTimes>) -> Result<(), ConfigError> {
     settings.guard.check(&settings.config)?;
     let rate = u32::from(settings.guard.rate);
     if rate == 0 {
@@ -158,24 +158,24 @@ pub(super) fn fit(settings: &Settings, wire: Option<Wire>) -> Result<(), ConfigE
         "sweep-mode",
         "continuous, or guard-rate 0",
     )?;
-    let Some(wire) = wire else {
-        return check(false, "module", "one on the framed link, or guard-rate 0");
+    let Some(times) = times else {
+        return check(false, "module", "pstr or bgt60, or guard-rate 0");
     };
     let mut settings = *settings;
     settings.config.sweep = settings.guard.sweep();
-    if period_us(&settings, wire)?.saturating_mul(rate) <= SECOND_US {
+    if period_us(&settings, times)?.saturating_mul(rate) <= SECOND_US {
         return Ok(());
     }
     settings.motor.acceleration = 0;
     check(
-        period_us(&settings, wire)?.saturating_mul(rate) > SECOND_US,
+        period_us(&settings, times)?.saturating_mul(rate) > SECOND_US,
         "acceleration",
         "more for guard-rate: the ramps take too long",
     )?;
     let expected = "more for guard-rate: the rows take too long";
     let speed = settings.motor.speed;
     settings.motor.speed = u32::MAX;
-    let faster = period_us(&settings, wire)?.saturating_mul(rate) <= SECOND_US;
+    let faster = period_us(&settings, times)?.saturating_mul(rate) <= SECOND_US;
     check(!faster || speed == u32::MAX, "speed", expected)?;
     check(false, "link-rate", expected)
 }
@@ -184,9 +184,9 @@ pub(super) fn fit(settings: &Settings, wire: Option<Wire>) -> Result<(), ConfigE
 const SECOND_US: u32 = 1_000_000;
 
 /// Duration of a guard sweep of settings whose angles are those of the guard.
-fn period_us(settings: &Settings, wire: Wire) -> Result<u32, ConfigError> {
+fn period_us(settings: &Settings, times: RowTimes) -> Result<u32, ConfigError> {
     let schedule = Schedule::in_plane(settings.config.sweep, crate::config::Plane::Depth)?;
-    let cruise = Cruise::new(settings, &schedule, wire).ok_or(ConfigError {
+    let cruise = Cruise::new(settings, &schedule, times).ok_or(ConfigError {
         field: "guard-first",
         expected: "room for the ramps, and rows that come fast enough",
     })?;

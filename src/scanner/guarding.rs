@@ -9,8 +9,8 @@ use crate::scanner::chain::DataPath;
 use crate::scanner::mirror::Mirror;
 use crate::scanner::settings::Settings;
 use crate::scanner::sweep::Rows;
+use crate::signal::radar::any::row_times;
 use crate::signal::radar::module::RadarModule;
-use crate::signal::radar::wire::Wire;
 use crate::time::Micros;
 use crate::verdict::{Conditions, GuardWord};
 
@@ -41,17 +41,13 @@ impl<M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<'_, 
     /// Says whether the scanner can guard with these settings.
     #[inline(never)]
     pub(super) fn fit_to_guard(&self, settings: &Settings) -> Result<(), ConfigError> {
-        // Before the module has answered its link is what the settings ask for.
-        let asked = Wire {
-            baud: settings.module.baud,
-            ahead: true,
-            pin: settings.module.pin,
+        let samples = settings.config.radar.samples;
+        // Before the module has answered, it is as the settings ask for.
+        let times = match self.connected {
+            true => self.hardware.link.row_times(samples),
+            false => row_times(&settings.module, samples),
         };
-        let wire = self.hardware.link.wire();
-        fit(
-            settings,
-            wire.map(|wire| if self.connected { wire } else { asked }),
-        )
+        fit(settings, times)
     }
 
     /// The guard ends by itself, and says why.

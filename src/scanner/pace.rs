@@ -2,7 +2,7 @@
 
 use super::settings::{MotorConfig, Settings};
 use crate::schedule::{MICROSTEPS_PER_TURN, SHAFT_LIMIT, Schedule, microsteps};
-use crate::signal::radar::wire::{SLACK_US, Wire};
+use crate::signal::radar::wire::{RowTimes, SLACK_US};
 
 /// A module that takes one request at a time gets the next one after the row has been worked off,
 /// microseconds: its budget of 25,000 instructions at 168 MHz, and a third more.
@@ -39,17 +39,14 @@ const SLOWEST: u32 = 100;
 const DEAD_STOP: f32 = 1e9;
 
 impl Cruise {
-    /// That of `settings` over `wire`; none where the shaft has no room for the ramps, or would have to
-    /// creep.
-    pub fn new(settings: &Settings, schedule: &Schedule, wire: Wire) -> Option<Self> {
+    /// That of `settings` with a module whose rows take `times`; none where the shaft has no room for the ramps, or
+    /// would have to creep.
+    pub fn new(settings: &Settings, schedule: &Schedule, times: RowTimes) -> Option<Self> {
         let (motor, timing) = (&settings.motor, &settings.timing);
-        let chirp_us = timing.chirp_duration;
-        let (trigger, answer) = (
-            wire.trigger_us(),
-            wire.chirp_us(settings.config.radar.samples),
-        );
+        let chirp_us = times.chirp_us.unwrap_or(timing.chirp_duration);
+        let (trigger, answer) = (times.trigger_us, times.answer_us);
         let capture = trigger.saturating_add(chirp_us).saturating_add(SLACK_US);
-        let busy = match wire.ahead {
+        let busy = match times.ahead {
             true => answer.max(capture),
             false => capture.saturating_add(answer).saturating_add(WORK_US),
         };
@@ -63,7 +60,7 @@ impl Cruise {
         }
         let v = speed as f32 * 1e-6;
         let period_us = (way / v) as u32;
-        let places = if wire.ahead { 2 } else { 1 };
+        let places = if times.ahead { 2 } else { 1 };
         let patience_us = period_us.saturating_mul(places) - period_us / PATIENCE;
         let acceleration = match motor.acceleration {
             0 => DEAD_STOP,
@@ -131,11 +128,13 @@ impl Cruise {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::signal::radar::wire::Wire;
     use proptest::prelude::*;
 
     fn cruise(settings: &Settings, wire: Wire) -> Option<Cruise> {
         let schedule = Schedule::new(&settings.config).unwrap();
-        Cruise::new(settings, &schedule, wire)
+        let times = wire.row_times(settings.config.radar.samples);
+        Cruise::new(settings, &schedule, times)
     }
 
     #[test]
@@ -183,7 +182,8 @@ mod tests {
         for plane in [crate::config::Planes::Depth, crate::config::Planes::Height] {
             settings.config.mount.plane = plane;
             let schedule = Schedule::new(&settings.config).unwrap();
-            let cruise = Cruise::new(&settings, &schedule, Wire::default()).unwrap();
+            let times = Wire::default().row_times(settings.config.radar.samples);
+            let cruise = Cruise::new(&settings, &schedule, times).unwrap();
             let (there, back) = (cruise.ends(&schedule, false), cruise.ends(&schedule, true));
             assert_eq!(there, (back.1, back.0));
             let sign = Cruise::direction(&schedule, false);

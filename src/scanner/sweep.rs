@@ -165,7 +165,8 @@ impl Sweep {
         let cruise = match self.settings.sweep_mode {
             SweepMode::Stop => None,
             SweepMode::Continuous => {
-                (link.wire()).and_then(|wire| Cruise::new(&self.settings, &self.schedule, wire))
+                let times = link.row_times(self.settings.config.radar.samples);
+                times.and_then(|times| Cruise::new(&self.settings, &self.schedule, times))
             }
         };
         self.turning = cruise.map(ContinuousSweep::new);

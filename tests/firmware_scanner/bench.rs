@@ -19,7 +19,7 @@ use stairscan::scanner::{
     Scanner, Settings,
 };
 use stairscan::signal::radar::module::Wish;
-use stairscan::signal::radar::wire::Wire;
+use stairscan::signal::radar::wire::{RowTimes, Wire};
 use stairscan::signal::radar::{LinkError, RadarModule};
 use stairscan::verdict::{
     Conditions, Evidence, FreeGround, GuardEvidence, GuardWord, MotionDoubt, Outcome, Sight,
@@ -140,8 +140,8 @@ impl RadarModule for Shared {
             None => Poll::Pending,
         }
     }
-    fn wire(&self) -> Option<Wire> {
-        Some(Wire::default())
+    fn row_times(&self, samples: u16) -> Option<RowTimes> {
+        Some(Wire::default().row_times(samples))
     }
     fn trigger(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) {
         let mut w = self.0.borrow_mut();

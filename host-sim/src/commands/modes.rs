@@ -63,7 +63,8 @@ pub fn speed_deg_s(baud: u32) -> Result<f64> {
         ahead: true,
         pin: false,
     };
-    let cruise = Cruise::new(&settings, &schedule, wire);
+    let times = wire.row_times(settings.config.radar.samples);
+    let cruise = Cruise::new(&settings, &schedule, times);
     let cruise = cruise.ok_or_else(|| anyhow!("--baud {baud}: too slow for a continuous sweep"))?;
     Ok(f64::from(cruise.speed) * 360.0 / f64::from(MICROSTEPS_PER_TURN))
 }

@@ -9,7 +9,9 @@ use serde_json::{Map, Value, json};
 use stairscan::scanner::pace::Cruise;
 use stairscan::scanner::ramp::Ramp;
 use stairscan::scanner::{Schedule, Settings};
-use stairscan::signal::radar::wire::{SLACK_US, Wire};
+use stairscan::signal::radar::any::row_times;
+use stairscan::signal::radar::module::{ModuleKind, Wish};
+use stairscan::signal::radar::wire::{RowTimes, SLACK_US, Wire};
 
 use super::{Format, emit};
 use crate::budgets::{CHIRP, POST};
@@ -53,7 +55,9 @@ const CHAIR: [f64; 2] = [0.2, 0.5];
 pub struct ScanTime {
     /// Of which mode.
     pub mode: &'static str,
-    /// Rate of the link; none where it does not matter.
+    /// The setting `module`; none where it does not matter.
+    pub module: Option<&'static str>,
+    /// Rate of the link; none of SPI, and where it does not matter.
     pub baud: Option<u32>,
     /// Name and microseconds.
     pub parts: Vec<(&'static str, u64)>,
@@ -66,6 +70,7 @@ impl ScanTime {
         let chirps = rows * u64::from(settings.timing.chirp_duration);
         Self {
             mode: "bound",
+            module: None,
             baud: None,
             parts: vec![("chirps", chirps)],
         }
@@ -95,6 +100,7 @@ impl ScanTime {
         waits += answer.saturating_sub(slack);
         Self {
             mode: "stop",
+            module: Some("pstr"),
             baud: Some(wire.baud),
             parts: vec![
                 ("move", moves),
@@ -106,9 +112,32 @@ impl ScanTime {
         }
     }
 
-    /// The mirror turns; none where the shaft has no room for the ramps.
+    /// The mirror turns, rows over `wire`; none where the shaft has no room for the ramps.
     pub fn continuous(settings: &Settings, schedule: &Schedule, wire: Wire) -> Option<Self> {
-        let cruise = Cruise::new(settings, schedule, wire)?;
+        let times = wire.row_times(settings.config.radar.samples);
+        let time = Self::passing(settings, schedule, ("pstr", times))?;
+        Some(Self {
+            baud: Some(wire.baud),
+            ..time
+        })
+    }
+
+    /// The mirror turns, rows with a BGT60TR13C on SPI.
+    fn chip(settings: &Settings, schedule: &Schedule) -> Option<Self> {
+        let wish = Wish {
+            kind: ModuleKind::Bgt60,
+            ..Wish::DEFAULT
+        };
+        let times = row_times(&wish, settings.config.radar.samples)?;
+        Self::passing(settings, schedule, ("bgt60", times))
+    }
+
+    fn passing(
+        settings: &Settings,
+        schedule: &Schedule,
+        (module, times): (&'static str, RowTimes),
+    ) -> Option<Self> {
+        let cruise = Cruise::new(settings, schedule, times)?;
         let (start, end) = cruise.ends(schedule, false);
         let ramp = Ramp {
             speed: cruise.speed,
@@ -118,12 +147,12 @@ impl ScanTime {
         let rows = u64::from(schedule.rows() - 1) * u64::from(cruise.period_us);
         let ramps = turn.saturating_sub(rows);
         // The last row comes half a way of ramps before the end; its answer may take longer.
-        let answer = u64::from(settings.timing.chirp_duration) / 2
-            + u64::from(wire.chirp_us(settings.config.radar.samples))
-            + CHIRP / CORE_MHZ;
+        let chirp = times.chirp_us.unwrap_or(settings.timing.chirp_duration);
+        let answer = u64::from(chirp) / 2 + u64::from(times.answer_us) + CHIRP / CORE_MHZ;
         Some(Self {
             mode: "continuous",
-            baud: Some(wire.baud),
+            module: Some(module),
+            baud: None,
             parts: vec![
                 ("rows in passing", rows),
                 ("ramps, and to come to rest", ramps),
@@ -145,6 +174,7 @@ impl ScanTime {
         let parts: Map<String, Value> = self.parts.iter().map(part).collect();
         json!({
             "mode": self.mode,
+            "module": self.module,
             "baud": self.baud,
             "scan_ms": ms(self.total()),
             "parts": parts,
@@ -153,9 +183,11 @@ impl ScanTime {
     }
 
     fn text(&self) -> String {
-        let at = self.baud.map_or("chirps alone".into(), |baud| {
-            format!("{:.1} Mbaud", f64::from(baud) / 1e6)
-        });
+        let at = match (self.baud, self.module) {
+            (Some(baud), _) => format!("{:.1} Mbaud", f64::from(baud) / 1e6),
+            (None, Some(module)) => format!("{module}, SPI"),
+            (None, None) => "chirps alone".into(),
+        };
         let [slow, fast] = CHAIR.map(|speed| travel_mm(self, speed) / 10.0);
         let mut out = format!(
             "{:<11} {:<12} {:>9.1} {:>13.1} {:>12.1}\n",
@@ -194,6 +226,7 @@ pub fn modes(settings: &Settings, wires: &[Wire]) -> Result<Vec<ScanTime>> {
             .iter()
             .filter_map(|&w| ScanTime::continuous(settings, &schedule, w)),
     );
+    times.extend(ScanTime::chip(settings, &schedule));
     Ok(times)
 }
 

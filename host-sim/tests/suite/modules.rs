@@ -183,8 +183,13 @@ fn the_module_that_is_named_is_spoken_to() {
         if kind == ModuleKind::Pstr {
             assert!(chirp.iter().all(|&sample| sample == TOLD));
         }
-        // Only frames can be triggered from a mirror that turns.
-        assert_eq!(module.wire().is_some(), kind == ModuleKind::Pstr);
+        let times = module.row_times(radar.samples);
+        // Its answers come when they like.
+        assert_eq!(times.is_some(), kind != ModuleKind::SiRad);
+        if kind == ModuleKind::Bgt60 {
+            let times = times.unwrap();
+            assert!((1_050..1_150).contains(&times.trigger_us) && times.chirp_us == Some(256));
+        }
     }
 }
 

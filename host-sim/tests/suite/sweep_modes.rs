@@ -149,7 +149,12 @@ fn a_continuous_sweep_turns_at_constant_speed() {
     settings.config.radar = playback.radar();
     let schedule = Schedule::new(&settings.config).unwrap();
     let rows = schedule.rows();
-    let cruise = Cruise::new(&settings, &schedule, WIRE).unwrap();
+    let cruise = Cruise::new(
+        &settings,
+        &schedule,
+        WIRE.row_times(settings.config.radar.samples),
+    )
+    .unwrap();
     assert_eq!(cruise.speed, SLOW);
 
     // Every step between the first and the last row's triggers, there and back, is as long as the others.

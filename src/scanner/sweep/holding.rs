@@ -4,9 +4,6 @@ use crate::signal::radar::module::RadarModule;
 use crate::signal::radar::wire::SLACK_US;
 use crate::time::Micros;
 
-/// What a port may still hold of a trigger that has been handed to it, bytes: the one under way and the next.
-const HELD: u32 = 2;
-
 /// A chirp's capture as the scanner knows it: it begins when the trigger's last byte is out, and takes
 /// as long as the setting says.
 ///
@@ -25,9 +22,7 @@ impl Hold {
             return false;
         }
         let out = *self.out.get_or_insert(now);
-        // What a pin starts waits for no byte.
-        let held = link.wire().filter(|wire| !wire.pin);
-        let held = held.map_or(0, |wire| wire.time_us(HELD));
+        let held = link.row_times(0).map_or(0, |times| times.held_us);
         now.reached(out.plus(held).plus(chirp_us).plus(SLACK_US))
     }
 }
@@ -40,7 +35,7 @@ mod tests {
     use crate::Iq;
     use crate::config::RadarConfig;
     use crate::signal::radar::module::{LinkError, Wish};
-    use crate::signal::radar::wire::Wire;
+    use crate::signal::radar::wire::{RowTimes, Wire};
 
     /// A link that has sent its trigger, or not.
     struct Link(bool, Option<Wire>);
@@ -57,8 +52,8 @@ mod tests {
         fn sent(&self) -> bool {
             self.0
         }
-        fn wire(&self) -> Option<Wire> {
-            self.1
+        fn row_times(&self, samples: u16) -> Option<RowTimes> {
+            self.1.map(|wire| wire.row_times(samples))
         }
     }
 

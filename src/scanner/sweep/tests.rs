@@ -2,6 +2,7 @@
 //! the module captures what the shaft does meanwhile.
 
 mod bench;
+mod chip;
 
 use super::*;
 use crate::scanner::settings::SweepMode;
@@ -128,6 +129,22 @@ fn a_continuous_sweep_sees_every_row_in_mid_chirp() {
             let (short, long) = gaps.fold((u32::MAX, 0), |(a, b), gap| (a.min(gap), b.max(gap)));
             let grain = 4 * SPARE + 200;
             assert!(long - short < 2 * grain, "{short} to {long} at {baud}");
+        }
+    }
+}
+
+#[test]
+fn a_chip_that_wakes_up_first_sees_every_row_in_mid_chirp() {
+    for backward in [false, true] {
+        let settings = settings(SweepMode::Continuous);
+        let outcome = Bench::new(1_000_000).scan_chip(&settings, backward);
+        assert_eq!((outcome.fault, outcome.lost.len()), (None, 0));
+        assert_whole(&outcome, 281);
+        // Stops take 3.7 s.
+        assert!((560.0..680.0).contains(&outcome.ms), "{} ms", outcome.ms);
+        for capture in &outcome.captures {
+            let off = capture.middle - f64::from(capture.wanted);
+            assert!(off.abs() < 1.0, "{capture:?}");
         }
     }
 }

@@ -8,7 +8,7 @@ use super::bgt60::Bgt60;
 use super::link::Frames;
 use super::module::{LinkError, ModuleKind, RadarModule, Wish};
 use super::sirad::SiRad;
-use super::wire::Wire;
+use super::wire::{RowTimes, Wire};
 use crate::Iq;
 use crate::config::RadarConfig;
 use crate::port::BytePort;
@@ -24,6 +24,23 @@ enum Protocol {
     Pstr(Frames),
     SiRad(SiRad),
     Bgt60(Bgt60),
+}
+
+/// Times of a row of `samples` with a module that is set up as wished: [`RadarModule::row_times`] before it has
+/// answered.
+pub fn row_times(wish: &Wish, samples: u16) -> Option<RowTimes> {
+    match wish.kind {
+        ModuleKind::Pstr => {
+            let wire = Wire {
+                baud: wish.baud,
+                ahead: true,
+                pin: wish.pin,
+            };
+            Some(wire.row_times(samples))
+        }
+        ModuleKind::SiRad => None,
+        ModuleKind::Bgt60 => Some(Bgt60::times(wish)),
+    }
 }
 
 /// The module that the setting `module` names, on a serial port or an SPI bus.
@@ -108,10 +125,11 @@ impl<P: BytePort, S: SpiDevice<u8>> RadarModule for AnyModule<P, S> {
         }
     }
 
-    fn wire(&self) -> Option<Wire> {
+    fn row_times(&self, samples: u16) -> Option<RowTimes> {
         match &self.protocol {
-            Protocol::Pstr(frames) => frames.wire(),
-            _ => None,
+            Protocol::Pstr(frames) => Some(frames.wire().row_times(samples)),
+            Protocol::SiRad(_) => None,
+            Protocol::Bgt60(chip) => Some(chip.row_times()),
         }
     }
 

@@ -1,7 +1,7 @@
 //! Infineon BGT60TR13C: 58.0 to 63.5 GHz, one transmitter, real samples, over SPI.
 //!
-//! The chip runs one frame of one chirp for each trigger and sleeps in between: it takes a millisecond to wake up, so
-//! the mirror stops for each chirp. Its FIFO is asked over SPI; neither its interrupt nor its reset pin is used (the
+//! The chip runs one frame of one chirp for each trigger and sleeps in between. It takes a millisecond to wake up, by
+//! its own clock to the microsecond, so that a mirror that turns is triggered that much earlier. Its FIFO is asked over SPI; neither its interrupt nor its reset pin is used (the
 //! latter is tied high). The crate `bgt60trxx` has the same registers, but it waits for the interrupt pin in async
 //! functions, drives the reset pin, takes its register values ready-made, and needs a heap for frames.
 //!
@@ -17,6 +17,7 @@ use core::task::Poll;
 use embedded_hal::spi::SpiDevice;
 
 use super::module::{LinkError, Wish};
+use super::wire::RowTimes;
 use crate::Iq;
 use crate::config::RadarConfig;
 use crate::time::Micros;
@@ -45,6 +46,8 @@ const RESET_US: u32 = 10_000;
 const LOOK_US: u32 = 50;
 /// Words of the FIFO that are read in one transfer: 52 bytes with the command, 20 µs at 21 MHz.
 const PIECE: usize = 16;
+/// From one piece to the next, microseconds: the transfer, its command and the scanner's loop around it.
+const PIECE_US: u32 = 40;
 /// Bytes of a command, and of a word of the FIFO.
 const COMMAND: usize = 4;
 const WORD: usize = 3;
@@ -165,6 +168,28 @@ impl Bgt60 {
             }
             Err(error) => ChipStage::Failed(error),
         };
+    }
+
+    /// Times of a row as the chip is set up now.
+    pub fn row_times(&self) -> RowTimes {
+        let shape = &self.shape;
+        RowTimes {
+            trigger_us: shape.ahead_us(),
+            held_us: 0,
+            chirp_us: Some(shape.acquisition_us()),
+            answer_us: LOOK_US + PIECE_US * u32::from(shape.pairs).div_ceil(PIECE as u32),
+            ahead: false,
+        }
+    }
+
+    /// Times of a row of a chip that is set up as wished.
+    pub fn times(wish: &Wish) -> RowTimes {
+        let shape = ChirpShape::of(wish.bandwidth_khz, wish.samples);
+        Self {
+            shape,
+            ..Self::new()
+        }
+        .row_times()
     }
 
     /// Whether the chirp has been captured: the chip wakes up for a millisecond before it sweeps, so that the mirror

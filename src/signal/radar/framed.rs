@@ -7,7 +7,7 @@ use crate::Iq;
 use crate::config::RadarConfig;
 use crate::port::BytePort;
 use crate::signal::radar::module::{LinkError, RadarModule, Wish};
-use crate::signal::radar::wire::Wire;
+use crate::signal::radar::wire::RowTimes;
 use crate::time::Micros;
 
 /// [`Frames`] over a port of their own.
@@ -54,8 +54,8 @@ impl<P: BytePort> RadarModule for FrameLink<P> {
         self.frames.sent()
     }
 
-    fn wire(&self) -> Option<Wire> {
-        self.frames.wire()
+    fn row_times(&self, samples: u16) -> Option<RowTimes> {
+        Some(self.frames.wire().row_times(samples))
     }
 
     fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {

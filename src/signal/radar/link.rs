@@ -441,13 +441,13 @@ impl Frames {
         self.by_pin() || self.handed_over()
     }
 
-    /// [`super::RadarModule::wire`].
-    pub fn wire(&self) -> Option<Wire> {
-        Some(Wire {
+    /// The wire as module and settings have it now.
+    pub fn wire(&self) -> Wire {
+        Wire {
             baud: u32::from(self.rate) * LINK_BAUD,
             ahead: self.ability.ahead,
             pin: self.by_pin(),
-        })
+        }
     }
 
     /// [`super::RadarModule::trigger_ahead`].

@@ -2,7 +2,7 @@
 
 use core::task::Poll;
 
-use super::wire::Wire;
+use super::wire::RowTimes;
 use crate::Iq;
 use crate::config::RadarConfig;
 use crate::setting::{settings, words};
@@ -110,9 +110,9 @@ pub trait RadarModule {
     fn sent(&self) -> bool {
         true
     }
-    /// The wire to a module that can be triggered from a mirror that turns; none where the mirror has to stop for
-    /// each chirp.
-    fn wire(&self) -> Option<Wire> {
+    /// Times of a row of `samples` whose chirp is triggered while the mirror turns; none where the mirror has to stop
+    /// for each chirp.
+    fn row_times(&self, _samples: u16) -> Option<RowTimes> {
         None
     }
     /// [`RadarModule::trigger`] while the answer to the trigger before is on its way: answers then come one after
@@ -148,8 +148,8 @@ impl<R: RadarModule + ?Sized> RadarModule for &mut R {
         (**self).sent()
     }
 
-    fn wire(&self) -> Option<Wire> {
-        (**self).wire()
+    fn row_times(&self, samples: u16) -> Option<RowTimes> {
+        (**self).row_times(samples)
     }
 
     fn trigger_ahead(&mut self, now: Micros, shaft_angle: i32, timeout_us: u32) -> bool {

@@ -15,7 +15,25 @@ const TRIGGER: u32 = (HEADER + 4 + TRAILER) as u32;
 /// than the scanner was told, microseconds.
 pub const SLACK_US: u32 = 100;
 
-/// The wire between scanner and module.
+/// Times of a row whose chirp is triggered while the mirror turns, microseconds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RowTimes {
+    /// From the trigger's call until the module sweeps.
+    pub trigger_us: u32,
+    /// Of that, what may begin late, when the port has taken the whole trigger.
+    pub held_us: u32,
+    /// Duration of the chirp where the module knows it; else that of the settings counts.
+    pub chirp_us: Option<u32>,
+    /// From the end of the chirp until its samples have come.
+    pub answer_us: u32,
+    /// Whether the next chirp may be triggered while the answer to the last trigger is on its way.
+    pub ahead: bool,
+}
+
+/// Bytes of a trigger that a port may still hold when it has taken the last one: the one under way and the next.
+const HELD: u32 = 2;
+
+/// The serial wire between scanner and module.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Wire {
     /// Bits a second.
@@ -53,6 +71,18 @@ impl Wire {
     /// From a trigger's call until the module has it, microseconds.
     pub fn trigger_us(&self) -> u32 {
         if self.pin { 0 } else { self.time_us(TRIGGER) }
+    }
+
+    /// The times of a row of `samples`.
+    pub fn row_times(&self, samples: u16) -> RowTimes {
+        RowTimes {
+            trigger_us: self.trigger_us(),
+            // What a pin starts waits for no byte.
+            held_us: if self.pin { 0 } else { self.time_us(HELD) },
+            chirp_us: None,
+            answer_us: self.chirp_us(samples),
+            ahead: self.ahead,
+        }
     }
 
     /// Time of the answer with a chirp of `samples`, microseconds.

@@ -9,6 +9,7 @@ use std::vec::Vec;
 use embedded_hal::digital::OutputPin;
 
 use super::super::*;
+use super::chip::SpiChip;
 use crate::Iq;
 use crate::config::{Config, ConfigError, RadarConfig};
 use crate::drive::Drive;
@@ -22,7 +23,7 @@ use crate::signal::radar::frame::{self, Ability, Decoder, FrameKind, MAX_FRAME, 
 use crate::verdict::Conditions;
 
 /// Core clocks in a microsecond.
-const MHZ: u64 = 168;
+pub const MHZ: u64 = 168;
 /// From poll to poll, microseconds.
 pub const SPARE: u32 = 5;
 /// What a row's arithmetic takes, microseconds.
@@ -85,9 +86,9 @@ impl OutputPin for Pin {
     }
 }
 
-struct World {
+pub struct World {
     /// Core clocks.
-    now: u64,
+    pub now: u64,
     pulser: Pulser<Pin, Pin, Pin>,
     next_step: Option<u64>,
     /// When the shaft came where.
@@ -115,7 +116,7 @@ struct World {
     fates: BTreeMap<u32, Fate>,
     triggers: u32,
     /// Angle, begin and end of every capture.
-    captures: Vec<(i32, u64, u64)>,
+    pub captures: Vec<(i32, u64, u64)>,
     before: Vec<u8>,
 }
 
@@ -245,7 +246,7 @@ fn encode(kind: FrameKind, sequence: u16, payload: &[u8]) -> Vec<u8> {
 }
 
 #[derive(Clone)]
-struct Shared(Rc<RefCell<World>>);
+pub struct Shared(pub Rc<RefCell<World>>);
 
 impl BytePort for Shared {
     fn read(&mut self) -> Option<u8> {
@@ -431,6 +432,17 @@ impl Bench {
 
     /// One scan, from the first move to the end.
     pub fn scan(self, settings: &Settings, backward: bool) -> Outcome {
+        let link = FrameLink::new(self.world.clone());
+        self.scan_with(link, settings, backward)
+    }
+
+    /// The same with a chip on SPI in place of the serial module.
+    pub fn scan_chip(self, settings: &Settings, backward: bool) -> Outcome {
+        let link = SpiChip::new(&self.world);
+        self.scan_with(link, settings, backward)
+    }
+
+    fn scan_with(self, mut link: impl RadarModule, settings: &Settings, backward: bool) -> Outcome {
         let mut mirror = self.world.clone();
         {
             let mut w = self.world.0.borrow_mut();
@@ -439,7 +451,6 @@ impl Bench {
             w.pin = self.pin;
             w.reset_at = self.reset_at;
         }
-        let mut link = FrameLink::new(self.world.clone());
         let schedule = Schedule::new(&settings.config).unwrap();
         // Near where the sweep begins, as after the scan before.
         let nearly = match backward {

@@ -86,6 +86,9 @@ const TAIL: u32 = CLOCK_MHZ;
 /// converter's calibration, 1792 · 2 + 1569 periods behind 660 for its start, fits in [table 60].
 const SETTLE_PLL: u32 = 6021 + 1203;
 
+/// From FRAME_START to the first sample.
+const AHEAD: u32 = WAKE_UP + SETTLE_PLL + POWER_ON + SETTLE;
+
 /// Steps of the frequency, 2^20 of them to 8 · 80 MHz: 1024 steps are 625 kHz [3.4.2].
 const STEPS: u32 = 1024;
 const STEPS_KHZ: u32 = 625;
@@ -217,7 +220,17 @@ impl ChirpShape {
 
     /// From FRAME_START until all samples are in the FIFO, microseconds, rounded up.
     pub fn time_us(&self) -> u32 {
-        (WAKE_UP + SETTLE_PLL + POWER_ON + SETTLE + self.acquisition()).div_ceil(CLOCK_MHZ)
+        (AHEAD + self.acquisition()).div_ceil(CLOCK_MHZ)
+    }
+
+    /// From FRAME_START to the first sample, microseconds, rounded up.
+    pub fn ahead_us(&self) -> u32 {
+        AHEAD.div_ceil(CLOCK_MHZ)
+    }
+
+    /// From the first sample to where one more would be, microseconds, rounded up.
+    pub fn acquisition_us(&self) -> u32 {
+        self.acquisition().div_ceil(CLOCK_MHZ)
     }
 
     /// SFCTL: CREF one below a chirp's words, and MISO with the falling edge, which suits clocks below 25 MHz. The

@@ -95,7 +95,7 @@ fn two_under_way() -> FrameLink<Wire> {
     };
     let payload = frame::settings_payload(&RadarConfig::default(), ability);
     answer(&mut link, FrameKind::Settings, 2, &payload);
-    assert!(link.settings(NOW).is_ready() && link.wire().unwrap().ahead);
+    assert!(link.settings(NOW).is_ready() && link.frames.wire().ahead);
     link.frames.sequence = 0;
     assert!(
         !link.trigger_ahead(NOW, 0, 1000),

@@ -177,7 +177,7 @@ impl Bench {
     }
 
     fn rate(&self) -> u32 {
-        self.link.wire().unwrap().baud
+        self.link.frames.wire().baud
     }
 
     fn settings(&mut self) -> Result<RadarConfig, LinkError> {
@@ -337,7 +337,7 @@ fn only_what_is_wished_is_programmed_and_the_pin_pulsed() {
     assert_eq!(bench.chirp(3, false), Ok(3));
     assert_eq!(bench.link.port.asked[..1], [FrameKind::Program]);
     assert_eq!(bench.link.port.edges, 1);
-    assert!(bench.link.wire().unwrap().pin);
+    assert!(bench.link.frames.wire().pin);
 }
 
 /// 10^5 chirps at each rate with one frame in 300 gone wrong and in some scans one in ten, rates that change in the midst of scans, a module

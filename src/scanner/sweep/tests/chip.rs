@@ -1,0 +1,67 @@
+//! A chip that wakes up for a millisecond before it sweeps, as the BGT60TR13C does, and is read when it has sampled.
+
+use core::task::Poll;
+
+use super::bench::{MHZ, Shared};
+use crate::Iq;
+use crate::config::RadarConfig;
+use crate::signal::radar::any::row_times;
+use crate::signal::radar::module::{LinkError, ModuleKind, RadarModule, Wish};
+use crate::signal::radar::wire::RowTimes;
+use crate::time::Micros;
+
+/// As the driver has it.
+fn times() -> RowTimes {
+    let wish = Wish {
+        kind: ModuleKind::Bgt60,
+        ..Wish::DEFAULT
+    };
+    row_times(&wish, 0).unwrap()
+}
+
+/// The chip on its bus.
+pub struct SpiChip {
+    world: Shared,
+    /// Angle of the chirp under way, and when its last word has been read, core clocks.
+    chirp: Option<(i32, u64)>,
+}
+
+impl SpiChip {
+    pub fn new(world: &Shared) -> Self {
+        Self {
+            world: world.clone(),
+            chirp: None,
+        }
+    }
+}
+
+impl RadarModule for SpiChip {
+    fn program(&mut self, _: Micros, _: &Wish, _: u32) {}
+
+    fn settings(&mut self, _: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        Poll::Ready(Ok(RadarConfig::default()))
+    }
+
+    fn trigger(&mut self, _: Micros, angle: i32, _: u32) {
+        assert!(self.chirp.is_none(), "triggered before it was read");
+        let times = times();
+        let mut world = self.world.0.borrow_mut();
+        let begin = world.now + u64::from(times.trigger_us) * MHZ;
+        let end = begin + u64::from(times.chirp_us.unwrap()) * MHZ;
+        world.captures.push((angle, begin, end));
+        self.chirp = Some((angle, end + u64::from(times.answer_us) * MHZ));
+    }
+
+    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        let now = self.world.0.borrow().now;
+        let Some((angle, _)) = self.chirp.take_if(|(_, read)| *read <= now) else {
+            return Poll::Pending;
+        };
+        samples.fill(Iq::new(angle as u16 as i16, (angle >> 16) as i16));
+        Poll::Ready(Ok(()))
+    }
+
+    fn row_times(&self, _: u16) -> Option<RowTimes> {
+        Some(times())
+    }
+}
