@@ -2,6 +2,7 @@
 //!
 //! The scanner's own calls pass `()`, which listens to nothing.
 
+use crate::answer::Maybe;
 use crate::infer::Cloud;
 use crate::infer::trace::{Candidate, Cell, Scatterer, Stage};
 use crate::model::View;
@@ -29,6 +30,10 @@ pub enum Event<'a> {
     Candidate(&'a Candidate<'a>),
     /// `likelihood`: a cell of the way ahead and what the verdict knows of it, the nearest first.
     Cell(&'a Cell),
+    /// What may stand there besides the answer, with the particles' share of it before [`Weights::maybe`] maps that.
+    ///
+    /// [`Weights::maybe`]: crate::params::hazard::Weights::maybe
+    Maybe(&'a Maybe),
     /// `likelihood` in the depth plane: what the posterior says once it is complete.
     Posterior {
         /// Its particles with their probabilities, and the probability of each number of steps.

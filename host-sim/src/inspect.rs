@@ -141,7 +141,8 @@ impl Observer for Witness {
                 self.view.posterior = posterior::view(cloud, view);
             }
             Event::Cell(cell) => self.way.push(*cell),
-            Event::Done(_) | Event::Particles { .. } => {}
+            // What may stand there is in the answer, too.
+            Event::Done(_) | Event::Maybe(_) | Event::Particles { .. } => {}
         }
     }
 }

@@ -20,8 +20,8 @@ use crate::estimate::{MOST_UNCERTAIN_M, expanded};
 use crate::math;
 use crate::model::{RIGHT_M, Surfaces};
 use crate::params::Params;
-use crate::params::hazard::{FEATURES, Features, log_survival, probability};
-use crate::params::{counted, fitted};
+use crate::params::counted;
+use crate::params::hazard::{FEATURES, Features, Weights, log_survival, probability};
 use crate::signal::grid::Geometry;
 use crate::verdict::{LEAST_HORIZON_M, Validity};
 
@@ -424,10 +424,7 @@ pub fn validity(
     mut outlook: Option<&mut Outlook>,
     each: &mut dyn FnMut(&Cell),
 ) -> Validity {
-    let weights = match ground.geometry.plane {
-        Plane::Depth => &fitted::UP,
-        Plane::Height => &fitted::DOWN,
-    };
+    let weights = Weights::of(ground.geometry.plane);
     let mut log_right = 0.0;
     let mut valid_to = Validity::NONE;
     let mut reach = Reach::new(ground.steps, ground.drop);

@@ -60,6 +60,7 @@ use crate::mount::{Calibration, Floor, online};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
 use crate::params::generative::Generative;
+use crate::params::hazard::Weights;
 use crate::params::measured;
 use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
@@ -578,6 +579,13 @@ impl Ended<'_> {
             }
         });
         answer.maybes.clone_from(&self.belief.maybes);
+        let map = Weights::of(self.geometry.plane).maybe;
+        for maybe in &mut answer.maybes {
+            if observer.listens() {
+                observer.event(Event::Maybe(maybe));
+            }
+            maybe.probability = map.of_share(maybe.probability);
+        }
         answer.drop = self.belief.drop;
         Worth {
             valid,

@@ -1,5 +1,7 @@
 //! Shape of the verdict's fitted numbers.
 
+use super::fitted;
+use crate::config::Plane;
 use crate::math;
 
 /// Number of features of a cell; `src/infer/horizon.rs` says what each is.
@@ -23,6 +25,16 @@ impl Map {
         slope: 1.0,
         offset: 0.0,
     };
+
+    /// Probability of something to which the particles give the share `share` (Platt scaling).
+    pub fn of_share(&self, share: f32) -> f32 {
+        self.at(share_log_odds(share))
+    }
+
+    /// Probability of being right at log-odds of `log_odds`.
+    fn at(&self, log_odds: f32) -> f32 {
+        1.0 / (1.0 + math::exp(-(self.slope * log_odds + self.offset)))
+    }
 }
 
 /// The verdict's numbers for one plane.
@@ -33,11 +45,21 @@ pub struct Weights {
     /// From what the hazards add up to, of answers without steps and with steps: what is not seen at
     /// all is another matter than what is seen and may be wrong.
     pub maps: [Map; 2],
+    /// From the particles' share of what the answer leaves out to how often it stands there.
+    pub maybe: Map,
     /// An answer without steps, or with steps, is `ok` from this probability on. Above 1 if none is.
     pub ok_from: [f32; 2],
 }
 
 impl Weights {
+    /// The numbers counted for scans of a plane.
+    pub const fn of(plane: Plane) -> &'static Self {
+        match plane {
+            Plane::Depth => &fitted::UP,
+            Plane::Height => &fitted::DOWN,
+        }
+    }
+
     /// Logarithm of the probability that nothing goes wrong in a cell: -ln(1 + e^x) of the weighted
     /// features.
     pub fn log_survival(&self, features: &Features) -> f32 {
@@ -56,6 +78,15 @@ impl Weights {
     }
 }
 
+/// Shares nearer to 0 or 1 count as this near: of those the few that are wrong would decide on the map's slope.
+const LEAST_SHARE: f32 = 0.05;
+
+/// Log-odds of the particles' share of something.
+pub fn share_log_odds(share: f32) -> f32 {
+    let share = share.clamp(LEAST_SHARE, 1.0 - LEAST_SHARE);
+    math::ln(share) - math::ln(1.0 - share)
+}
+
 /// Logarithm of the probability of no error whose log-odds are `x`.
 pub fn log_survival(x: f32) -> f32 {
     let rest = math::log2(1.0 + math::exp(-x.abs()));
@@ -69,6 +100,5 @@ pub fn probability([clear, steps]: &[Map; 2], log_right: f32, stairs: bool) -> f
     let wrong = 1.0 - math::exp(log_right);
     // ln p/(1 - p); no cell is without any hazard.
     let log_wrong = math::ln(wrong.max(f32::EPSILON));
-    let log_odds = map.slope * (log_right - log_wrong) + map.offset;
-    1.0 / (1.0 + math::exp(-log_odds))
+    map.at(log_right - log_wrong)
 }

@@ -270,6 +270,8 @@ struct Counted {
     hazards: LogisticFit,
     /// For answers without and with steps: of how many scans, and slope and offset.
     maps: Vec<(usize, LogisticFit)>,
+    /// Slope and offset of the `MAYBE`s' probabilities.
+    maybe: LogisticFit,
 }
 
 /// Counts hazards on some scans and what they add up to on others; the threshold is left open.
@@ -278,6 +280,7 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
     let mut weights = Weights {
         hazard: [0.0; FEATURES],
         maps: [Map::IDENTITY; 2],
+        maybe: Map::IDENTITY,
         ok_from: [f32::INFINITY; 2],
     };
     for (weight, &fitted) in weights.hazard.iter_mut().zip(&hazards.weights) {
@@ -294,10 +297,18 @@ fn count(training: &[&Lesson], calibration: &[&Lesson]) -> Counted {
         }
         maps.push((lessons.len(), counted));
     }
+    let maybe = fit::maybes(training);
+    if let [slope, offset] = maybe.weights[..] {
+        weights.maybe = Map {
+            slope: slope as f32,
+            offset: offset as f32,
+        };
+    }
     Counted {
         weights,
         hazards,
         maps,
+        maybe,
     }
 }
 
@@ -310,6 +321,7 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
         mut weights,
         hazards,
         maps,
+        maybe,
     } = count(&training, &calibration);
     let mut told = String::new();
     for (stairs, name) in [(false, "without steps"), (true, "with steps")] {
@@ -324,21 +336,23 @@ fn plane(lessons: &Lessons, plane: Plane) -> (Weights, String) {
             threshold.wrong
         );
     }
-    table(&mut told, "hazard", training.len(), &hazards);
+    let cells = "cells, of them wrong";
+    table(&mut told, "hazard", (training.len(), cells), &hazards);
+    let cells = "cells, of them right";
     for (scans, map) in &maps {
-        table(&mut told, "calibration", *scans, map);
+        table(&mut told, "calibration", (*scans, cells), map);
     }
+    let maybes = "MAYBEs, of them right";
+    table(&mut told, "MAYBE", (training.len(), maybes), &maybe);
     (weights, told)
 }
 
-/// Weights with their standard errors.
-fn table(out: &mut String, name: &str, scans: usize, fit: &LogisticFit) {
+/// Weights with their standard errors, and from how many `scans` and `samples` they were counted.
+fn table(out: &mut String, name: &str, (scans, samples): (usize, &str), fit: &LogisticFit) {
     let _ = writeln!(
         out,
-        "{name}: {scans} scans, {} cells, {} of them {}",
-        fit.samples,
-        fit.happened,
-        if name == "hazard" { "wrong" } else { "right" }
+        "{name}: {scans} scans, {} {samples} {}",
+        fit.samples, fit.happened
     );
     for (k, (weight, error)) in fit.weights.iter().zip(&fit.errors).enumerate() {
         let _ = writeln!(out, "  {k:>3} {weight:>9.3} ± {error:.3}");

@@ -20,7 +20,7 @@ use stairscan::infer::{Likelihood, Reach};
 use stairscan::model::View;
 use stairscan::observer::{Event, Observer};
 use stairscan::params::generative::Generative;
-use stairscan::params::hazard::{FEATURES, Weights};
+use stairscan::params::hazard::{FEATURES, Weights, share_log_odds};
 use stairscan::params::{Params, measured};
 use stairscan::report::sentence::write_scan;
 use stairscan::signal::echoes::Echo;
@@ -59,14 +59,18 @@ pub struct Lesson {
     pub steps: Vec<Step>,
     /// Where it says that the ground ends.
     pub drop: Option<DropEdge>,
+    /// Of each `MAYBE` the particles' share, and whether something stands there.
+    pub maybes: Vec<(f32, bool)>,
     /// The answer as it is reported, and what is true.
     pub judged: (Answer, Truth),
 }
 
-/// Listens for cells and echoes.
+/// Listens for cells, `MAYBE`s and echoes.
 #[derive(Default)]
 struct Listener {
     cells: Vec<Cell>,
+    /// The particles' share of each `MAYBE`.
+    maybes: Vec<f32>,
     echoes: Vec<Echo>,
 }
 
@@ -74,6 +78,7 @@ impl Observer for Listener {
     fn event(&mut self, event: Event<'_>) {
         match event {
             Event::Cell(cell) => self.cells.push(*cell),
+            Event::Maybe(maybe) => self.maybes.push(maybe.probability),
             Event::Scatterer(scatterer) => self.echoes.push(scatterer.echo),
             _ => {}
         }
@@ -146,6 +151,7 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
     witness(recording, g, |scanned, truth, outcome, listener| {
         let answer = answer_of(&recording.name, &outcome)?;
         let wrong = first_wrong(&answer, &truth, &listener.cells);
+        let stands = score::maybes(&answer, &truth).into_iter().map(|m| m.so);
         Ok(Lesson {
             name: recording.name.clone(),
             plane: scanned.config.mount.plane.first(),
@@ -155,6 +161,7 @@ pub fn lesson(recording: &Recording, g: &'static Generative) -> Result<Option<Le
             reach_m: reach_m(outcome.reasons(), outcome.answer.drop),
             steps: outcome.answer.steps.to_vec(),
             drop: outcome.answer.drop,
+            maybes: listener.maybes.into_iter().zip(stands).collect(),
             judged: (answer, truth),
         })
     })
@@ -360,6 +367,15 @@ fn course<'a>(lesson: &'a Lesson, weights: &Weights) -> Course<'a> {
 pub fn calibration(lessons: &[&Lesson], weights: &Weights) -> LogisticFit {
     let pairs = lessons.iter().flat_map(|lesson| odds(lesson, weights));
     let rows: Vec<(Vec<f64>, bool)> = pairs.map(|(x, right)| (vec![x, 1.0], right)).collect();
+    logistic::fit(&rows, 2, PRIOR_SIGMA)
+}
+
+/// Slope and offset that take the particles' share of a `MAYBE` to how often something stands there.
+pub fn maybes(lessons: &[&Lesson]) -> LogisticFit {
+    let all = lessons.iter().flat_map(|lesson| &lesson.maybes);
+    let rows: Vec<(Vec<f64>, bool)> = all
+        .map(|&(share, stands)| (vec![share_log_odds(share).into(), 1.0], stands))
+        .collect();
     logistic::fit(&rows, 2, PRIOR_SIGMA)
 }
 

@@ -34,8 +34,9 @@ pub fn write(up: &Weights, down: &Weights, checksum: u32) -> String {
         }
         let _ = write!(
             out,
-            "    ],\n    maps: [{}],\n    ok_from: {:?},\n}};\n",
+            "    ],\n    maps: [{}],\n    maybe: {},\n    ok_from: {:?},\n}};\n",
             weights.maps.map(map).join(", "),
+            map(weights.maybe),
             weights.ok_from
         );
     }

@@ -292,7 +292,7 @@ fn confidence(answer: &Answer, truth: &Truth) -> Option<Prediction> {
 }
 
 /// What an answer says may stand there, and whether something does.
-fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
+pub fn maybes(answer: &Answer, truth: &Truth) -> Vec<Prediction> {
     let told = answer.maybes.iter().filter(|_| !answer.is_fault());
     let prediction = |maybe: &MaybeLine| {
         let down = maybe.height.0 < 0;

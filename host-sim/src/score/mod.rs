@@ -30,8 +30,8 @@ mod text;
 
 pub use compare::{Change, Comparison};
 pub use judge::{
-    DEPTH_M, LIMIT_M, MATCH_M, Match, NEAR_DROP_M, SceneScore, false_stairs, nearest, scene,
-    wrong_up_to,
+    DEPTH_M, LIMIT_M, MATCH_M, Match, NEAR_DROP_M, SceneScore, false_stairs, maybes, nearest,
+    scene, wrong_up_to,
 };
 pub use reliability::{Bin, Prediction, Reliability};
 pub use set::{AnswerType, SetScore, Spread, by_set, quantile};

@@ -27,6 +27,7 @@ mod report;
 mod revision;
 mod sequences;
 mod settings;
+mod single_rises;
 mod sirad;
 mod soak;
 mod special_files;
