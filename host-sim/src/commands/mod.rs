@@ -26,6 +26,7 @@ pub mod reasons;
 pub mod record;
 pub mod replay;
 pub mod report;
+pub mod sbom;
 pub mod score;
 pub mod seal;
 pub mod sequences;
