@@ -99,7 +99,7 @@ pub const NOTES: &[Note] = &[
     note(
         "crc-catalog",
         "2.",
-        By::Several,
+        By::One,
         "the polynomial's parameters, for `crc`",
     ),
     note(
@@ -165,7 +165,7 @@ pub const NOTES: &[Note] = &[
     note(
         "enumflags2",
         "0.7",
-        By::Several,
+        By::One,
         "sets of peripheral flags, for `stm32f4xx-hal`",
     ),
     note(
