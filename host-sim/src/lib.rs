@@ -40,6 +40,8 @@ pub mod posterior;
 pub mod recording;
 pub mod replay;
 #[cfg(feature = "program")]
+pub mod sbom;
+#[cfg(feature = "program")]
 pub mod scene;
 pub mod score;
 #[cfg(feature = "program")]

@@ -89,6 +89,8 @@ enum Command {
     Table1(commands::table1::Args),
     /// What a scanner is built of: bill of materials, power budget, wiring, lens and mirror
     Hardware(commands::hardware::Args),
+    /// Print the crates of the image as CycloneDX, or the tables of docs/supply-chain.md
+    Sbom(commands::sbom::Args),
     /// Print the table of reasons: what each does to an answer, and when it is told
     Reasons,
     /// Print what lets a shell complete the program's commands and options
@@ -132,6 +134,7 @@ fn main() -> ExitCode {
         Command::Soak(args) => commands::soak::run(&args),
         Command::Params(args) => commands::params::run(&args),
         Command::Hardware(args) => commands::hardware::run(&args),
+        Command::Sbom(args) => commands::sbom::run(&args),
         Command::Reasons => commands::reasons::run(),
         Command::Fit(args) => commands::fit::run(&args),
         Command::Sequences(args) => commands::sequences::run(&args),

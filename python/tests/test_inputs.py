@@ -203,6 +203,9 @@ def test_refusals_of_recordings_are_the_host_tool_s(host_sim, stair_a, tmp_path)
             with pytest.raises(ValueError, match=name) as error:
                 function(tmp_path / name)
             assert str(error.value) == message(tmp_path / name)
+    for function in (stairscan.read, stairscan.replay, stairscan.replay_all):
+        with pytest.raises(ValueError, match=re.escape("chirps.npy: an array, expected a SigMF recording")):
+            function(tmp_path / "chirps.npy")
     with pytest.raises(IsADirectoryError, match="expected one recording"):
         stairscan.replay(tmp_path)
     (tmp_path / "lone.sigmf-meta").write_text(meta, encoding="utf-8")

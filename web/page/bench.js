@@ -99,6 +99,7 @@ async function take(files) {
     }
   }
   let first = null;
+  const bare = [];
   for (const name of names) {
     const { item, missing } = whole(name);
     if (missing) wrong.push(`${name}.${missing}: missing; add it, too`);
@@ -106,9 +107,13 @@ async function take(files) {
       const k = put(item);
       first ??= k;
       scanItem(item);
+      if (item.array && !item.meta) bare.push(`${name}.npy`);
     }
   }
-  say(wrong.join("; "), wrong.length > 0);
+  // What an array does not hold is assumed: the fields in which the user corrects that stand open.
+  const assumed = `${bare.join(", ")}: an array holds samples only; the settings below are assumed until they are changed`;
+  if (bare.length) at("set").open = true;
+  say([...wrong, ...(bare.length ? [assumed] : [])].join("; "), wrong.length > 0);
   fillIndex();
   if (first !== null) choose(first);
 }

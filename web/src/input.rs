@@ -85,7 +85,15 @@ fn of_pair(files: &Files, data: &[u8]) -> Result<Recording> {
 /// An array of numpy, whose keys come from a metadata file or from the page.
 fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
     let file = || format!("{}.npy", files.name);
-    let chirps = Chirps::of_array(data, None).with_context(file)?;
+    let settings = &files.settings;
+    let full_scale = settings.full_scale;
+    if let Some(value) = full_scale {
+        ensure!(
+            value.is_finite() && value > 0.0,
+            "full scale: found {value}, expected a number above 0"
+        );
+    }
+    let chirps = Chirps::of_array(data, full_scale).with_context(file)?;
     let base: Option<Value> = match &files.meta {
         Some(text) => {
             let told = || format!("{}.sigmf-meta: no JSON", files.name);
@@ -93,7 +101,6 @@ fn of_array(files: &Files, data: &[u8]) -> Result<Recording> {
         }
         None => None,
     };
-    let settings = &files.settings;
     let defaults = Config::default().mount;
     let missing = |value: Option<f64>, default: f64| match base {
         Some(_) => value,

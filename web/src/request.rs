@@ -69,6 +69,8 @@ pub struct Settings {
     pub beamwidth_deg: Option<f64>,
     /// Angle that is added to every chirp's, degrees.
     pub angle_offset_deg: Option<f64>,
+    /// Value of an array that is full scale; `None`: 1.0 for floating point, the format's range for whole numbers.
+    pub full_scale: Option<f64>,
     /// Swept bandwidth of an array, Hz.
     pub bandwidth_hz: Option<f64>,
     /// Angle of an array's first chirp, degrees.

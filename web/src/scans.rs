@@ -53,12 +53,14 @@ pub fn table(files: &Files, data: &[u8]) -> Result<Value> {
     Ok(json!({"csv": table}))
 }
 
-/// The mount as the recording states it; null where it has no mirror.
+/// Size and mount as the recording states them; null where it has no mirror.
 fn mount(recording: &Recording) -> Value {
     let Some(mirror) = &recording.meta.mirror else {
         return Value::Null;
     };
     json!({
+        "chirps": recording.chirps(),
+        "samples": recording.meta.samples_per_chirp,
         "plane": input::word(mirror.plane),
         "mount_height_m": mirror.mount_height_m,
         "mirror_offset_m": mirror.offset_m,

@@ -98,6 +98,14 @@ def check_arrays(program: str, browser: Browser):
     files_input(browser, [alone])
     # The paper's instrument and angles, which that recording was made with.
     assert told(browser, "alone") == expected, "array by itself"
+    news = browser.js("return document.getElementById('news').textContent")
+    assert news.startswith("alone.npy: an array holds samples only"), news
+    assert browser.js("return document.getElementById('set').open"), "the assumed settings are shown"
+    # Half of full scale as full scale: what is beyond is refused, twice as much is half the level.
+    set_fields(browser, {"full_scale": "1"})
+    assert "full scale of" in browser.js("return recording().error"), "beyond full scale"
+    set_fields(browser, {"full_scale": ""})
+    assert told(browser, "alone") == expected, "full scale of the format"
     set_fields(browser, {"angle_step_deg": "0"})
     assert "angle step: found 0" in browser.js("return recording().error")
     set_fields(browser, {"angle_step_deg": ""})

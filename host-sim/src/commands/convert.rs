@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, Result, bail, ensure};
+use stairscan::config::Config;
 
 use super::{Settings, emit, progress, recordings};
 use crate::convert::keys::Given;
@@ -13,6 +14,7 @@ use crate::convert::{self, Source, mcap, npy, suffix};
 use crate::output::{Outputs, Overwrite};
 use crate::recording::{DATA_SUFFIX, META_SUFFIX, Recording};
 use crate::replay::Options;
+use crate::setup;
 
 /// Arguments of `convert`.
 #[derive(clap::Args, Debug)]
@@ -174,12 +176,12 @@ fn scan_all(args: &Args, paths: &[PathBuf]) -> Result<Vec<Scan>> {
 fn write_recording(args: &Args, path: &Path, outputs: &Outputs) -> Result<String> {
     let recording = source(args, path).read(&convert::name(&args.output))?;
     outputs.write_recording(&args.output, &recording)?;
-    let next = match recording.scan_setup() {
-        Ok(_) => "cargo sim replay",
-        Err(_) => "no mirror: a range profile can be looked at with cargo sim profile",
+    let next = match setup::config(&recording, 0, &Config::default()) {
+        Ok(_) => "next: cargo sim replay".to_owned(),
+        Err(error) => format!("not to be scanned: {error:#}; range profile: cargo sim profile"),
     };
     Ok(format!(
-        "{}; next: {next} {}",
+        "{}; {next} {}",
         chirps(&recording),
         args.output.display()
     ))

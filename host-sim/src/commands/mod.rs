@@ -26,6 +26,7 @@ pub mod reasons;
 pub mod record;
 pub mod replay;
 pub mod report;
+pub mod sbom;
 pub mod score;
 pub mod seal;
 pub mod sequences;
@@ -44,11 +45,12 @@ use std::io::{IsTerminal as _, Write as _};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::{Result, ensure};
+use anyhow::{Result, bail, ensure};
 use clap::ValueEnum;
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use stairscan::config::{Config, EstimatorKind};
 
+use crate::convert::suffix;
 use crate::recording::{self, Recording};
 use crate::replay::{Options, SEED};
 use crate::setup;
@@ -126,8 +128,18 @@ fn timed(bar: ProgressBar, style: &str) -> ProgressBar {
 /// shell names it, skipped with a line on stderr. A single path is taken at its word.
 ///
 /// # Errors
-/// A directory that cannot be read or holds none, or paths none of which may be a recording.
+/// A directory that cannot be read or holds none, paths none of which may be a recording, or a single file of samples
+/// that `convert` reads.
 pub fn recordings(paths: &[PathBuf]) -> Result<Vec<PathBuf>> {
+    if let [path] = paths
+        && matches!(suffix(path), "npy" | "npz" | "bin")
+    {
+        let path = path.display();
+        bail!(
+            "{path}: samples without their keys, expected a recording: `cargo sim convert {path} … -o NAME` makes one \
+             (docs/formats.md)"
+        );
+    }
     let mut found: Vec<PathBuf> = Vec::new();
     for path in paths {
         if path.is_dir() {

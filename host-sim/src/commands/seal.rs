@@ -1,4 +1,4 @@
-//! `seal ELF`: makes an image that knows whether it is whole.
+//! `seal ELF`: makes an image that knows whether it is whole, or compares two.
 
 use std::path::PathBuf;
 use std::process::{Command, ExitCode};
@@ -6,13 +6,16 @@ use std::process::{Command, ExitCode};
 use anyhow::{Context, Result};
 
 use super::emit;
-use crate::emulate::seal::seal;
+use crate::emulate::seal::{same, seal};
 
 /// Arguments of `seal`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
     /// The image
     elf: PathBuf,
+    /// Change nothing: compare what both images bring into flash, byte for byte; exit status 1 where they differ
+    #[arg(long, value_name = "ELF", conflicts_with = "flash")]
+    compare: Option<PathBuf>,
     /// Then write it to the board and show its log, as `cargo flash` does
     #[arg(long)]
     flash: bool,
@@ -23,6 +26,11 @@ const PROBE: [&str; 4] = ["probe-rs", "run", "--chip", "STM32F405RGTx"];
 
 /// Seals the image, and flashes it if asked to.
 pub fn run(args: &Args) -> Result<ExitCode> {
+    if let Some(other) = &args.compare {
+        let bytes = same(&args.elf, other)?;
+        emit(&format!("the same {bytes} bytes of flash\n"));
+        return Ok(ExitCode::SUCCESS);
+    }
     let [.., crc] = seal(&args.elf)?;
     emit(&format!(
         "{}: sealed, CRC-32 {crc:08X}\n",

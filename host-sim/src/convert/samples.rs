@@ -104,7 +104,7 @@ pub fn decode(
             let (chirp, sample) = (k / samples_per_chirp.max(1), k % samples_per_chirp.max(1));
             bail!(
                 "chirp {chirp}, sample {sample}: {name} is {value}, expected a number within \
-                 ±{full_scale} (--full-scale says which value is full scale)"
+                 the full scale of ±{full_scale} (--full-scale VALUE, or that field of the page, sets another)"
             );
         };
         Ok(number)

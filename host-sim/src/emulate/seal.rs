@@ -72,6 +72,47 @@ fn loaded<'data>(file: &ElfFile32<'data, Endianness>) -> Result<Vec<(u32, &'data
     Ok(parts)
 }
 
+/// How many bytes two images bring into flash, if these are the same at the same addresses.
+///
+/// # Errors
+/// Names a file that is no image, or the first address at which they differ.
+pub fn same(one: &Path, other: &Path) -> Result<usize> {
+    let flash = |elf: &Path| -> Result<Vec<(u32, Vec<u8>)>> {
+        let name = || elf.display().to_string();
+        regular(elf)?;
+        let bytes = fs::read(elf).with_context(name)?;
+        let file = ElfFile32::<Endianness>::parse(&*bytes).with_context(name)?;
+        let parts = loaded(&file).with_context(name)?;
+        let mut parts: Vec<_> = parts.into_iter().map(|(at, b)| (at, b.to_vec())).collect();
+        parts.sort();
+        Ok(parts)
+    };
+    let (ours, theirs) = (flash(one)?, flash(other)?);
+    let name = |elf: &Path| elf.display().to_string();
+    for ((at, a), (there, b)) in ours.iter().zip(&theirs) {
+        let differs = a.iter().zip(b).position(|(a, b)| a != b);
+        let short = (a.len() != b.len()).then(|| a.len().min(b.len()));
+        let first = (at != there).then_some(0).or(differs).or(short);
+        if let Some(first) = first {
+            bail!(
+                "{} and {} differ in flash, first at 0x{:08x}",
+                name(one),
+                name(other),
+                *at as usize + first
+            );
+        }
+    }
+    let count = |parts: &[(u32, Vec<u8>)]| parts.iter().map(|(_, b)| b.len()).sum::<usize>();
+    let (ours, theirs) = (count(&ours), count(&theirs));
+    ensure!(
+        ours == theirs && ours > 0,
+        "{} brings {ours} bytes into flash, {} {theirs}",
+        name(one),
+        name(other)
+    );
+    Ok(ours)
+}
+
 /// The bytes from `from` on up to `to` or the last one, without a gap.
 fn joined(parts: &[(u32, &[u8])], from: u32, to: u32) -> Result<Vec<u8>> {
     let mut all = Vec::new();

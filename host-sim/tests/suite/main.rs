@@ -19,6 +19,7 @@ mod live;
 mod modules;
 mod motion;
 mod outputs;
+mod own_data;
 mod particles;
 mod planes;
 mod processor;

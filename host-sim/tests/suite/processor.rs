@@ -107,6 +107,11 @@ fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
             let at = bytes.len() - back;
             bytes[at] ^= 0x10;
         });
+        let differs = seal::same(elf, &damaged.0).unwrap_err().to_string();
+        assert!(
+            differs.contains("differ in flash, first at 0x08"),
+            "{differs}"
+        );
         let mut session = Session::boot(&damaged.0, &playback).unwrap();
         session.set("internal-clock", "on").unwrap();
         session.set("fault-hold", "100000").unwrap();
@@ -137,6 +142,7 @@ fn a_damaged_image_never_scans_and_an_unsealed_one_is_never_ok() {
     // The seal puts right what was blank, and nothing else.
     seal::seal(&blank.0).unwrap();
     assert!(fs::read(&blank.0).unwrap() == fs::read(elf).unwrap());
+    assert!(seal::same(elf, &blank.0).unwrap() > 100_000);
 }
 
 /// Without its crystal the scanner does not move before somebody says that the internal oscillator will do;

@@ -37,7 +37,7 @@ def read(path: str | os.PathLike[str]) -> Recording:
 
     Raises OSError where a file cannot be read, ValueError where its content is refused; both name file and key.
     """
-    raw = _stairscan.read(os.fspath(path))
+    raw = _stairscan.read(_recording(path))
     config = raw["config"]
     return Recording(
         name=raw["name"],
@@ -72,7 +72,7 @@ def replay(
     options = _options(estimator, seed, scans, backwards, single, motion)
     if not 0 <= scan < 2**32:
         raise ValueError(f"scan: found {scan}, expected the number of a scan, from 0")
-    return _result(_stairscan.replay(os.fspath(path), scan, options)[0])
+    return _result(_stairscan.replay(_recording(path), scan, options)[0])
 
 
 def replay_all(
@@ -87,7 +87,7 @@ def replay_all(
 ) -> list[Result]:
     """Scan a SigMF recording as :func:`replay` does, and return all its scans."""
     options = _options(estimator, seed, scans, backwards, single, motion)
-    return [_result(raw) for raw in _stairscan.replay(os.fspath(path), None, options)]
+    return [_result(raw) for raw in _stairscan.replay(_recording(path), None, options)]
 
 
 def scan(
@@ -115,6 +115,14 @@ def scan(
         raise ValueError(f"iq: found {chirps} chirps, expected at least {_FEWEST} for a scan")
     degrees = _angles(angles, chirps, config)
     return _result(_stairscan.scan(numbers, degrees.tolist(), asdict(config)))
+
+
+def _recording(path: str | os.PathLike[str]) -> str:
+    """The path of a recording; an array has another way in."""
+    name = os.fspath(path)
+    if name.endswith((".npy", ".npz")):
+        raise ValueError(f"{name}: an array, expected a SigMF recording: numpy.load it and call stairscan.scan")
+    return name
 
 
 def _options(

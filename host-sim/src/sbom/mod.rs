@@ -1,0 +1,17 @@
+//! The image's supply chain: which crates are linked into it, why, and how much of it each is.
+//!
+//! | module | from → to |
+//! |---|---|
+//! | `graph` | `cargo tree`, `cargo metadata`, `Cargo.lock` → the linked crates with their dependencies |
+//! | `cyclonedx` | the linked crates → a CycloneDX document |
+//! | `notes` | why each crate is there, and who maintains it |
+//! | `sources` | the source folder of a crate → lines, `unsafe`, build script, prebuilt files |
+//! | `code` | the image's line table → bytes of code by crate |
+//! | `tables` | all of these → the tables of docs/supply-chain.md |
+
+pub mod code;
+pub mod cyclonedx;
+pub mod graph;
+pub mod notes;
+pub mod sources;
+pub mod tables;

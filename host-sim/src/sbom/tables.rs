@@ -1,0 +1,108 @@
+//! The tables of docs/supply-chain.md.
+
+use std::fmt::Write as _;
+use std::path::Path;
+
+use anyhow::{Context, Result};
+
+use super::{code, graph, notes, sources};
+use crate::emulate::image::Image;
+
+/// Bytes of a kilobyte, as flash is counted.
+const KB: f64 = 1024.0;
+
+/// The crates of the image: why they are there, who maintains them, and what their sources hold.
+///
+/// # Errors
+/// Names a crate without an entry in [`notes::NOTES`], or what cannot be counted.
+pub fn crates(root: &Path) -> Result<String> {
+    let crates = graph::linked(root)?;
+    let mut out = String::from(
+        "| crate | licence | why | maintained by | lines | `unsafe` | build script |\n\
+         |---|---|---|---|--:|--:|---|\n",
+    );
+    for (id, of) in &crates {
+        let note = notes::of(id).with_context(|| {
+            format!(
+                "{} {}: not in host-sim/src/sbom/notes.rs: why is it in the image, and who maintains it?",
+                id.name, id.version
+            )
+        })?;
+        let by = match of.repository.is_empty() {
+            true => note.by.as_str().to_owned(),
+            false => format!("[{}]({})", note.by.as_str(), of.repository),
+        };
+        // This repository's own sources change with every commit.
+        let counted = match of.checksum.is_some() {
+            true => {
+                let counts = sources::counts(&of.folder)?;
+                format!("{} | {}", counts.lines, counts.unsafes)
+            }
+            false => "– | –".to_owned(),
+        };
+        let _ = writeln!(
+            out,
+            "| `{}` {} | {} | {} | {by} | {counted} | {} |",
+            id.name,
+            id.version,
+            of.licence,
+            note.why,
+            if of.build_script { "yes" } else { "" },
+        );
+    }
+    Ok(out)
+}
+
+/// The crates that run on the machine that builds the image.
+///
+/// # Errors
+/// Those of [`graph::built_with`].
+pub fn build_time(root: &Path) -> Result<String> {
+    let crates = graph::built_with(root, &graph::linked(root)?)?;
+    let mut out = String::from(
+        "| crate | licence | procedural macro | build script | needed by |\n|---|---|---|---|---|\n",
+    );
+    for (id, of) in &crates {
+        let used_by: Vec<String> = of.used_by.iter().map(|name| format!("`{name}`")).collect();
+        let yes = |holds: bool| if holds { "yes" } else { "" };
+        let _ = writeln!(
+            out,
+            "| `{}` {} | {} | {} | {} | {} |",
+            id.name,
+            id.version,
+            of.licence,
+            yes(of.proc_macro),
+            yes(of.build_script),
+            used_by.join(", "),
+        );
+    }
+    Ok(out)
+}
+
+/// Code and constants of the image, by crate, the largest first.
+///
+/// # Errors
+/// Names what makes the file no image with a line table.
+pub fn code(elf: &Path) -> Result<String> {
+    let sizes = code::by_crate(elf)?;
+    let image = Image::read(elf)?;
+    let mut rows: Vec<(String, u64)> = sizes.into_iter().collect();
+    let total: u64 = rows.iter().map(|(_, bytes)| bytes).sum();
+    rows.push((
+        "constants, vectors, code without lines".to_owned(),
+        image.flash.saturating_sub(total),
+    ));
+    rows.sort_by(|a, b| b.1.cmp(&a.1).then_with(|| a.0.cmp(&b.0)));
+    let mut out = String::from("| crate | bytes | share of flash |\n|---|--:|--:|\n");
+    for (name, bytes) in &rows {
+        let share = 100.0 * *bytes as f64 / image.flash as f64;
+        let _ = writeln!(out, "| {name} | {bytes} | {share:.1} % |");
+    }
+    let _ = writeln!(
+        out,
+        "| all | {} ({:.1} KB) | 100 % |",
+        image.flash,
+        image.flash as f64 / KB
+    );
+    Ok(out)
+}
