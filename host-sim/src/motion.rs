@@ -65,6 +65,17 @@ pub struct Feed {
     under_way: VecDeque<(u64, String)>,
 }
 
+/// Where a chair says that it is when a chirp is fired.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// Since the first chirp, seconds.
+    pub time_s: f64,
+    /// By the odometer, metres.
+    pub travel_m: f64,
+    /// By the inclinometer, degrees.
+    pub pitch_deg: f64,
+}
+
 /// What a sentence says.
 #[derive(Clone, Copy, Debug)]
 struct Said {
@@ -105,6 +116,16 @@ impl Feed {
             sent_us: None,
             under_way: VecDeque::new(),
         })
+    }
+
+    /// Adds the next chirp, of a chair whose drive is made while it is fed.
+    fn push(&mut self, row: &Place) {
+        let said = Said {
+            travel: row.travel_m * 1e4,
+            pitch: Some(row.pitch_deg * 1e3),
+        };
+        let time = LEAD_S + row.time_s;
+        self.rows.push(((time * 1e6).round() as u64, said));
     }
 
     /// When chirp `k` is fired, µs.
@@ -235,6 +256,14 @@ impl Timetable {
             fired: None,
             steps: 0,
             port: VecDeque::new(),
+        }
+    }
+
+    /// Adds the place of the next chirp, of a chair whose drive is made while the scanner looks.
+    pub fn push(&mut self, place: &Place) {
+        match &mut self.source {
+            Source::Timed(feed) => feed.push(place),
+            Source::ByTrigger(source) => source.push(place),
         }
     }
 

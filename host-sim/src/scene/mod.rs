@@ -43,6 +43,7 @@ pub mod tones;
 pub mod truth;
 mod turning;
 pub mod view;
+pub mod way;
 
 use std::fs;
 use std::path::Path;
@@ -298,6 +299,7 @@ impl Scene {
         Some(Tone {
             amplitude: echo.amplitude * gain * place.centre,
             place,
+            range: echo.range,
             out: echo.out,
             back: echo.back,
         })

@@ -5,6 +5,8 @@
 //! some thirty rows has neither steps nor a horizon, only the first hazard ([`hazards`]).
 
 #[cfg(feature = "program")]
+pub mod ground;
+#[cfg(feature = "program")]
 pub mod hazards;
 #[cfg(feature = "program")]
 pub mod scenes;

@@ -47,6 +47,11 @@ impl Word {
         }
     }
 
+    /// Whether the status is `ok`.
+    pub fn is_ok(&self) -> bool {
+        self.status == Status::Ok
+    }
+
     /// Whether a hazard is named by its kind, rise and obstacle being alike: which it is, is a matter of height.
     fn names(&self, hazard: Hazard) -> bool {
         let stands = |ending| matches!(ending, Ending::Rise | Ending::Obstacle);
