@@ -1,10 +1,12 @@
 //! `drives`: chairs that drive through random scenes by the guard's free distance.
 
+use std::fmt::Write as _;
 use std::process::ExitCode;
 use std::time::Instant;
 
 use anyhow::{Result, ensure};
 use serde_json::json;
+use stairscan::config::Config;
 
 use super::{Format, emit, harness};
 use crate::drives::controller::FRONT_M;
@@ -13,6 +15,8 @@ use crate::drives::log::DriveLog;
 use crate::drives::outcome::{NEAR_M, Outcome};
 use crate::drives::scanner::{self, Manner};
 use crate::drives::table::{self, Tally};
+use crate::emulate::session::Waits;
+use crate::emulate::{guarding, image};
 use crate::seeds::Draw;
 use crate::sweeps::scenes::Kind;
 
@@ -35,6 +39,10 @@ pub struct Args {
     /// to look at
     #[arg(long)]
     list: bool,
+    /// Instead, drive once through each of the first scenes, so many, and replay each drive through the image in the
+    /// emulator: its sentences must be the host's to the byte
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000))]
+    emulate: Option<u64>,
     /// How to print
     #[arg(long, value_enum, default_value_t)]
     format: Format,
@@ -79,6 +87,41 @@ fn through(kind: Kind, seed: u64, drives: u64) -> Result<Vec<DriveLog>> {
     let ways = course.ways();
     let drive = |number| scanner::drive(&course, &ways, number, Manner::default());
     (0..drives).map(|number| Ok(drive(number)?.log)).collect()
+}
+
+/// Drives once through each of the first scenes, in turn of each kind, and through the image.
+fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
+    let elf = image::build(&[])?;
+    let kinds = jobs.chunk_by(|a, b| a.0 == b.0).collect::<Vec<_>>();
+    let longest = kinds.iter().map(|kind| kind.len()).max().unwrap_or(0);
+    let in_turn = (0..longest).flat_map(|k| kinds.iter().filter_map(move |kind| kind.get(k)));
+    let mut differ = 0;
+    let mut out = String::from("| drive | sweeps | the image's sentences |\n|---|---|---|\n");
+    for (kind, seed) in in_turn.take(drives as usize) {
+        let course = Course::new(*kind, *seed)?;
+        let manner = Manner {
+            by_trigger: true,
+            is_kept: true,
+        };
+        let driven = scanner::drive(&course, &course.ways(), 0, manner)?;
+        let sweeps = driven.sentences.len();
+        let with = (Waits::default(), &[][..]);
+        let config = Config::default();
+        let found = guarding::sentences(&elf, &driven.recording, &config, sweeps, with)?;
+        let alike = found
+            .iter()
+            .zip(&driven.sentences)
+            .filter(|(a, b)| a == b)
+            .count();
+        differ += sweeps - alike;
+        let _ = writeln!(out, "| {} | {sweeps} | {alike} the same |", driven.log.name);
+    }
+    emit(&out);
+    ensure!(
+        differ == 0,
+        "{differ} sentences of the image differ from the host's"
+    );
+    Ok(ExitCode::SUCCESS)
 }
 
 /// The rows: each kind, then all.
@@ -129,6 +172,19 @@ fn line(log: &DriveLog) -> String {
     )
 }
 
+/// DEBUG
+fn debug(logs: &[DriveLog]) {
+    for log in logs {
+        eprintln!("{}", line(log));
+        for (k, s) in log.sweeps.iter().enumerate() {
+            eprintln!(
+                "  {k} v {:.2} hazard {:?} {:?} shows {:.2} {}",
+                s.speed_m_s, s.hazard_m, s.word, s.shows_m, s.reasons
+            );
+        }
+    }
+}
+
 /// The drives to look at.
 fn listed(logs: &[DriveLog]) -> Vec<String> {
     let flawed = logs.iter().filter(|log| match Outcome::of(log) {
@@ -148,6 +204,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         Draw::Tuning
     );
     let jobs = args.jobs();
+    if let Some(drives) = args.emulate {
+        return emulate(&jobs, drives);
+    }
     let begun = Instant::now();
     let logs = harness::each(&jobs, |(kind, seed)| through(*kind, *seed, args.drives))?;
     let rows = rows(&jobs, &logs);
@@ -157,6 +216,9 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         logs.len(),
         begun.elapsed().as_secs_f64()
     );
+    if std::env::var("DBG").is_ok() {
+        debug(&logs);
+    }
     let list = if args.list { listed(&logs) } else { Vec::new() };
     emit(&match args.format {
         Format::Text => {

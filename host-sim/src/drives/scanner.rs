@@ -199,3 +199,49 @@ fn guard(
     }
     Ok(sentences)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drives::controller::FRONT_M;
+    use crate::drives::log::End;
+    use crate::replay::{self, Options};
+    use crate::seeds::Draw;
+    use crate::sweeps::scenes::Kind;
+
+    fn course(kind: Kind) -> Course {
+        let seed = kind.seeds(Draw::Tuning).next().unwrap();
+        Course::new(kind, seed).unwrap()
+    }
+
+    #[test]
+    fn a_chair_stands_before_a_kerb_and_its_recording_replays_to_the_same_sentences() {
+        let course = course(Kind::Kerb);
+        let ways = course.ways();
+        for by_trigger in [false, true] {
+            let manner = Manner {
+                by_trigger,
+                is_kept: true,
+            };
+            let driven = drive(&course, &ways, 0, manner).unwrap();
+            assert_eq!(driven.log.end, End::Stood);
+            let at_m = driven.log.hazard.unwrap().at_m;
+            assert!(driven.log.travel_m > 0.5 && driven.log.travel_m < at_m - FRONT_M);
+            let options = Options {
+                by_trigger,
+                ..Options::default()
+            };
+            let words = replay::guarded(&driven.recording, &options).unwrap();
+            let replayed: Vec<String> = words.into_iter().map(|word| word.sentence).collect();
+            assert_eq!(replayed, driven.sentences);
+        }
+    }
+
+    #[test]
+    fn a_chair_comes_to_the_end_of_level_floor() {
+        let course = course(Kind::Level);
+        let driven = drive(&course, &course.ways(), 1, Manner::default()).unwrap();
+        assert_eq!(driven.log.end, End::Through);
+        assert!(driven.log.hazard.is_none());
+    }
+}

@@ -60,7 +60,8 @@ impl Bundles {
         bundles
     }
 
-    fn add(&mut self, tone: &Tone) {
+    /// Adds a tone: to the last bundle, if it is from there.
+    pub fn add(&mut self, tone: &Tone) {
         let end = self.values.len();
         let place = &tone.place;
         let start = match self.bundles.last() {

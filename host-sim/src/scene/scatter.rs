@@ -6,6 +6,7 @@
 //! assumptions. Inner corners come from the same facets, lit by the image of the antenna in another
 //! surface (geometric optics for the first bounce, physical optics for the second). Phases are e^{+jkr}.
 
+use core::cell::RefCell;
 use core::f64::consts::PI;
 
 use num_complex::Complex64;
@@ -13,7 +14,7 @@ use num_complex::Complex64;
 use super::edge;
 use super::facets::{Facet, Relief};
 use super::geometry::{Segment, Wedge};
-use super::lateral::{Across, BLOCK, Strip};
+use super::lateral::{Across, BLOCK, PATCH, Strip};
 use super::material::Material;
 use super::maths::{Random, Vec2, cis, power, sinc};
 use super::sight::{Shade, shade};
@@ -39,6 +40,40 @@ pub enum Diffuse<'a> {
     Fresh(&'a mut Random),
     /// The scatterers of this seed, whose sum changes as the chair moves.
     Steady(u64),
+    /// The same, kept once drawn.
+    Kept(&'a Scatterers),
+}
+
+/// The scatterers of a seed, facet by facet.
+pub struct Scatterers {
+    seed: u64,
+    facets: RefCell<Vec<Vec<Complex64>>>,
+}
+
+impl Scatterers {
+    /// Those of a seed: none drawn yet.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            seed,
+            facets: RefCell::default(),
+        }
+    }
+
+    /// Runs `look` with the first `count` scatterers or more of facet `k`.
+    fn with<T>(&self, k: usize, count: usize, look: impl FnOnce(&[Complex64]) -> T) -> T {
+        let mut facets = self.facets.borrow_mut();
+        if facets.len() <= k {
+            facets.resize(k + 1, Vec::new());
+        }
+        let facet = &mut facets[k];
+        if facet.len() < count {
+            // Drawn again from the first: a facet comes nearer, and seldom needs more.
+            let mut rng = Random::new(self.seed, SCATTERERS + k as u64);
+            facet.clear();
+            facet.extend((0..2 * count).map(|_| rng.complex(PATCH)));
+        }
+        look(facet)
+    }
 }
 
 /// Streams of random numbers of the facets' scatterers.
@@ -180,16 +215,25 @@ impl View<'_> {
             let coherent = strip.sum * material.reflection(leg.cos) * share;
             let spread = match diffuse {
                 Diffuse::Fresh(rng) => rng.complex(per_metre * strip.lit),
-                Diffuse::Steady(_) => Complex64::ZERO,
+                Diffuse::Steady(_) | Diffuse::Kept(_) => Complex64::ZERO,
             };
             echo(coherent + spread, strip.farther);
         }
-        if let Diffuse::Steady(seed) = diffuse {
-            let mut rng = Random::new(*seed, SCATTERERS + k as u64);
-            let lateral = &self.world.segments[facet.segment].lateral;
-            for strip in self.patches(lateral, (leg.r, -leg.towards.x), direct, &mut rng) {
-                echo(strip.sum * per_metre.sqrt(), strip.farther);
+        let lateral = &self.world.segments[facet.segment].lateral;
+        let sight = (leg.r, -leg.towards.x);
+        let strips = match diffuse {
+            Diffuse::Fresh(_) => Vec::new(),
+            Diffuse::Steady(seed) => {
+                let mut rng = Random::new(*seed, SCATTERERS + k as u64);
+                self.patches(lateral, sight, direct, || rng.complex(PATCH))
             }
+            Diffuse::Kept(scatterers) => scatterers.with(k, self.patch_count(leg.r), |drawn| {
+                let mut drawn = drawn.iter().copied();
+                self.patches(lateral, sight, direct, || drawn.next().unwrap_or_default())
+            }),
+        };
+        for strip in strips {
+            echo(strip.sum * per_metre.sqrt(), strip.farther);
         }
     }
 

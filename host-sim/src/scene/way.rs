@@ -1,9 +1,9 @@
 //! A stretch of way through a scene whose echoes several drives share.
 //!
 //! In: a scene, a seed of its surfaces and how far chairs go. Out: the chirp of a row from any place of the way. It
-//! differs from [`super::passing`], which serves one drive to the last bit: here the echoes of each centimetre are worked
+//! differs from [`super::passing`], which serves one drive to the last bit: here the echoes of each two centimetres are worked
 //! out once for all drives, and those of one direction (to a quarter of a degree) are summed into one bundle of beat
-//! tones. A row turns each bundle by the phase of the way from the centimetre's middle; its range is right to 1.3 mm, a
+//! tones. A row turns each bundle by the phase of the way from their middle; its range is right to 1.3 mm, a
 //! twelfth of a range bin. Echoes outside the sector that the beam sweeps come by side lobes alone and are
 //! worked out every ten centimetres.
 
@@ -11,33 +11,38 @@ use core::cell::{OnceCell, RefCell};
 use core::f64::consts::{PI, TAU};
 
 use anyhow::{Context, Result};
+use num_complex::Complex64;
 use stairscan::Iq;
 
-use super::bundles::{Bundles, Source};
+use super::bundles::{Bundles, Source, Tone};
 use super::facets::Relief;
 use super::maths::{LIGHT, Random, cis};
-use super::passing::{BESIDE, COARSE_M, GRAIN_M, ahead, stretch};
+use super::passing::{BESIDE, COARSE_M, ahead, stretch};
 use super::receiver::Receiver;
-use super::scatter::{Diffuse, EVERYWHERE, Echo};
+use super::scatter::{Diffuse, EVERYWHERE, Echo, Scatterers};
+use super::tones::Spread;
 use super::{CHIRPS, Scene};
 use crate::recording::Recording;
 use crate::setup;
 
 pub use super::passing::Shot;
 
-/// Ranges within a centimetre's stretch for which beat tones are summed.
-const RANGES: usize = 4;
+/// Echoes are worked out anew after so much travel, metres. First order in it, phases are right to 0.1 rad on the nearest
+/// ground.
+const GRAIN_M: f64 = 0.02;
+/// Ranges within a stretch of this length for which beat tones are summed.
+const RANGES: usize = 8;
 /// Metres from one to the next.
 const RANGE_STEP_M: f64 = GRAIN_M / RANGES as f64;
 /// Echoes whose directions fall into the same interval are one bundle, radians: the beam is 20 times as wide, and over
-/// half a centimetre their phases differ by 0.03 rad.
+/// a centimetre their phases differ by 0.05 rad.
 const DIRECTION: f64 = 0.25 * PI / 180.0;
 /// The sector of near echoes goes beyond the rows by two beam widths and by what a chair pitches, radians.
 const MARGIN: f64 = BESIDE + 0.03;
 /// Streams of random numbers of one drive's chirps.
 const DRIVE_STREAMS: u64 = 1 << 24;
 
-/// The scene from the middle of one centimetre of the way, and its echoes as beat tones at each of the ranges.
+/// The scene from the middle of one stretch of the way, and its echoes as beat tones at each of the ranges.
 struct Place {
     middle_m: f64,
     scene: RefCell<Scene>,
@@ -51,10 +56,12 @@ pub struct Way<'a> {
     end_m: f64,
     receiver: Receiver<'a>,
     relief: Relief,
+    scatterers: Scatterers,
+    spread: Spread,
     /// Mirror angles of near echoes, radians.
     sector: (f64, f64),
     places: Vec<OnceCell<Place>>,
-    /// For every ten centimetres: its middle, and the echoes outside the sector.
+    /// For every ten centimetres: their middle, and the echoes outside the sector.
     beside: Vec<OnceCell<(f64, Vec<Echo>)>>,
 }
 
@@ -75,9 +82,13 @@ impl<'a> Way<'a> {
             end_m,
             receiver: Receiver::new(&scene.spec.radar, &scene.spec.receiver),
             relief: scene.relief(seed, &eyes),
+            scatterers: Scatterers::new(seed),
+            spread: Spread::new(),
             sector,
             places: (0..grains).map(|_| OnceCell::new()).collect(),
-            beside: (0..=grains / 10).map(|_| OnceCell::new()).collect(),
+            beside: (0..=(end_m / COARSE_M) as usize)
+                .map(|_| OnceCell::new())
+                .collect(),
         }
     }
 
@@ -147,37 +158,55 @@ impl<'a> Way<'a> {
         let (scene, relief) = self.from(middle_m)?;
         let mut view = scene.view();
         view.between = self.sector;
-        let mut echoes = view.echoes(&relief, &mut Diffuse::Steady(self.seed));
+        let mut echoes = view.echoes(&relief, &mut Diffuse::Kept(&self.scatterers));
         let (from_m, beside) = self.beside(middle_m)?;
         let on = middle_m - from_m;
         echoes.extend(beside.iter().map(|echo| scene.nearer(echo, on, 0.0)));
-        let interval = |angle: f64| libm::floor(angle / DIRECTION);
-        for echo in &mut echoes {
-            echo.out = (interval(echo.out) + 0.5) * DIRECTION;
-            echo.back = (interval(echo.back) + 0.5) * DIRECTION;
-        }
-        let keys = |e: &Echo| [e.back, e.out, e.range];
-        echoes.sort_unstable_by(|a, b| {
-            let pairs = keys(a).into_iter().zip(keys(b));
-            pairs.fold(core::cmp::Ordering::Equal, |order, (a, b)| {
-                order.then(a.total_cmp(&b))
-            })
-        });
-        let gain = self.receiver.gain(scene.antenna_gain_dbi());
-        let plane = scene.spec.mount.plane;
-        let tones = core::array::from_fn(|k| {
-            let shift = range_shift(k);
-            Bundles::new(echoes.iter().filter_map(|echo| {
-                let forward = 0.5 * (ahead(plane, echo.out).0 + ahead(plane, echo.back).0);
-                let range = echo.range - shift * forward;
-                scene.tone(&self.receiver, gain, &Echo { range, ..*echo })
-            }))
-        });
+        let tones = self.bundled(&scene, &mut echoes);
         Ok(Place {
             middle_m,
             scene: RefCell::new(scene),
             tones,
         })
+    }
+
+    /// The beat tones of a place's echoes, direction by direction, at each of the ranges.
+    fn bundled(&self, scene: &Scene, echoes: &mut [Echo]) -> [Bundles; RANGES] {
+        let interval = |angle: f64| libm::floor(angle / DIRECTION) as i64;
+        let direction = |e: &Echo| (interval(e.back), interval(e.out));
+        let nearer = |a: &Echo, b: &Echo| a.range.total_cmp(&b.range);
+        echoes.sort_unstable_by(|a, b| direction(a).cmp(&direction(b)).then(nearer(a, b)));
+        let (plane, offset_m) = (scene.spec.mount.plane, scene.spec.mount.mirror_offset_m);
+        let gain = self.receiver.gain(scene.antenna_gain_dbi());
+        let middle = 0.5 * (self.receiver.samples() as f64 - 1.0);
+        let tones = &self.scene.beats().tones;
+        let mut bundles: [Bundles; RANGES] = Default::default();
+        for group in echoes.chunk_by(|a, b| direction(a) == direction(b)) {
+            let (back, out) = direction(&group[0]);
+            let [back, out] = [back, out].map(|k| (k as f64 + 0.5) * DIRECTION);
+            let forward = 0.5 * (ahead(plane, out).0 + ahead(plane, back).0);
+            let shifts: [(f64, Complex64); RANGES] = core::array::from_fn(|k| {
+                let beat = self.receiver.beat(range_shift(k) * forward);
+                (tones.at(beat) - tones.at(0.0), cis(-TAU * beat * middle))
+            });
+            for echo in group {
+                let beat = self.receiver.beat(echo.range + offset_m);
+                let (at, centre) = (tones.at(beat), cis(TAU * beat * middle));
+                let amplitude = echo.amplitude * gain * centre;
+                for (bundles, (shift, turn)) in bundles.iter_mut().zip(shifts) {
+                    let place = tones.place_by(&self.spread, at - shift, turn);
+                    let Some(place) = place else { continue };
+                    bundles.add(&Tone {
+                        amplitude: amplitude * turn,
+                        place,
+                        range: echo.range,
+                        out,
+                        back,
+                    });
+                }
+            }
+        }
+        bundles
     }
 
     /// The echoes outside the sector, from the middle of the ten centimetres that `travel_m` falls into.
@@ -192,14 +221,14 @@ impl<'a> Way<'a> {
         let (scene, relief) = self.from(middle_m)?;
         let mut view = scene.view();
         view.between = EVERYWHERE;
-        let mut echoes = view.echoes(&relief, &mut Diffuse::Steady(self.seed));
+        let mut echoes = view.echoes(&relief, &mut Diffuse::Kept(&self.scatterers));
         let (low, high) = self.sector;
         echoes.retain(|echo| echo.back < low || echo.back >= high);
         Ok(cell.get_or_init(|| (middle_m, echoes)))
     }
 }
 
-/// Middle of range `k` of a centimetre's stretch, metres from the stretch's middle.
+/// Middle of range `k` of a stretch, metres from the stretch's middle.
 fn range_shift(k: usize) -> f64 {
     (k as f64 + 0.5) * RANGE_STEP_M - 0.5 * GRAIN_M
 }
@@ -232,5 +261,53 @@ impl Scene {
     pub fn passable(&self, travel_m: f64) -> Result<()> {
         let from = self.from(travel_m, self.spec.mount.pitch_error_deg);
         from.map(|_| ()).with_context(|| "the way")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::passing::Passing;
+    use super::*;
+
+    const SCENE: &str = "[[stairs]]\ndistance_m = 1.4\ncount = 2\nrise_m = 0.17\ngoing_m = 0.29\n\
+                         material = \"concrete\"\n[[floor]]\nmaterial = \"concrete\"\n\
+                         [sweep]\nfirst_deg = 8.0\nlast_deg = 38.0\nstep_deg = 1.0\n[mirror]\njitter_deg = 0.0\n";
+
+    /// Power of a chirp's echoes, and of what a second one differs by.
+    fn powers(a: &[Complex64], b: &[Complex64]) -> (f64, f64) {
+        let sum = |of: &dyn Fn(usize) -> Complex64| (0..a.len()).map(|k| of(k).norm_sqr()).sum();
+        (sum(&|k| a[k]), sum(&|k| a[k] - b[k]))
+    }
+
+    #[test]
+    fn chirps_are_those_of_one_drive_alone() {
+        let scene = Scene::parse(SCENE).unwrap();
+        let way = Way::new(&scene, 5, 0.4);
+        let receiver = Receiver::new(&scene.spec.radar, &scene.spec.receiver);
+        let relief = scene.relief(5, &[0.0, 0.4]);
+        let mut passing = Passing::new(&scene, &receiver, (5, relief), (0.0, 0.4));
+        let (mut power, mut error) = (0.0, 0.0);
+        for (k, row) in [0, 5, 10, 15, 20, 25, 30, 12, 3, 28]
+            .into_iter()
+            .enumerate()
+        {
+            let shot = Shot {
+                travel_m: 0.2003 + 0.0043 * k as f64,
+                speed: 0.5,
+                pitch_deg: 0.1,
+                angle_deg: scene.angles[row],
+            };
+            let random = || Random::new(5, 7);
+            let place = way.place(shot.travel_m).unwrap();
+            let tones = way.tones(place, &shot);
+            let mut here = place.scene.borrow_mut();
+            here.spec.mount.pitch_deg = Some(shot.pitch_deg);
+            let (_, ours) = here.chirp(&receiver, &[&tones], row, &mut random());
+            let (there, tones) = passing.tones(&shot).unwrap();
+            let (_, theirs) = there.chirp(&receiver, &tones, row, &mut random());
+            let (p, e) = powers(&theirs, &ours);
+            (power, error) = (power + p, error + e);
+        }
+        assert!(error < 0.02 * power, "{error:e} of {power:e}");
     }
 }
