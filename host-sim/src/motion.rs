@@ -3,6 +3,7 @@
 
 pub mod by_trigger;
 pub mod inlet;
+pub mod place;
 
 use std::collections::VecDeque;
 
@@ -13,6 +14,7 @@ use stairscan::scanner::Micros;
 
 use crate::recording::Recording;
 use by_trigger::ByTrigger;
+use place::Place;
 
 /// Sentences are at least so far apart, µs: a hundred a second.
 const APART_US: u64 = 10_000;
@@ -63,17 +65,6 @@ pub struct Feed {
     sequence: u16,
     sent_us: Option<u64>,
     under_way: VecDeque<(u64, String)>,
-}
-
-/// Where a chair says that it is when a chirp is fired.
-#[derive(Clone, Copy, Debug)]
-pub struct Place {
-    /// Since the first chirp, seconds.
-    pub time_s: f64,
-    /// By the odometer, metres.
-    pub travel_m: f64,
-    /// By the inclinometer, degrees.
-    pub pitch_deg: f64,
 }
 
 /// What a sentence says.

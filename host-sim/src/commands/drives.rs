@@ -172,19 +172,6 @@ fn line(log: &DriveLog) -> String {
     )
 }
 
-/// DEBUG
-fn debug(logs: &[DriveLog]) {
-    for log in logs {
-        eprintln!("{}", line(log));
-        for (k, s) in log.sweeps.iter().enumerate() {
-            eprintln!(
-                "  {k} v {:.2} hazard {:?} {:?} shows {:.2} {}",
-                s.speed_m_s, s.hazard_m, s.word, s.shows_m, s.reasons
-            );
-        }
-    }
-}
-
 /// The drives to look at.
 fn listed(logs: &[DriveLog]) -> Vec<String> {
     let flawed = logs.iter().filter(|log| match Outcome::of(log) {
@@ -216,9 +203,6 @@ pub fn run(args: &Args) -> Result<ExitCode> {
         logs.len(),
         begun.elapsed().as_secs_f64()
     );
-    if std::env::var("DBG").is_ok() {
-        debug(&logs);
-    }
     let list = if args.list { listed(&logs) } else { Vec::new() };
     emit(&match args.format {
         Format::Text => {

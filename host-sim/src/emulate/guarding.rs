@@ -6,7 +6,7 @@ use anyhow::{Context, Result, ensure};
 use stairscan::config::Config;
 use stairscan::report::Sentence;
 
-use super::Fault;
+use super::module::Fault;
 use super::session::{Session, Waits};
 use crate::playback::Playback;
 use crate::recording::Recording;

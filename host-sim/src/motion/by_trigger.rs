@@ -8,7 +8,7 @@
 use stairscan::motion::Reading;
 use stairscan::report::motion;
 
-use super::Place;
+use super::place::Place;
 use crate::recording::Recording;
 
 /// From sentence to sentence the chair goes no farther, 0.1 mm: half of what is taken for a jump however

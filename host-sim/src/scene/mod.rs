@@ -32,6 +32,7 @@ mod receiver;
 #[cfg(test)]
 mod scan_tests;
 pub mod scatter;
+mod scatterers;
 pub mod sequence;
 mod shaft;
 pub mod shapes;

@@ -6,7 +6,6 @@
 //! assumptions. Inner corners come from the same facets, lit by the image of the antenna in another
 //! surface (geometric optics for the first bounce, physical optics for the second). Phases are e^{+jkr}.
 
-use core::cell::RefCell;
 use core::f64::consts::PI;
 
 use num_complex::Complex64;
@@ -17,6 +16,7 @@ use super::geometry::{Segment, Wedge};
 use super::lateral::{Across, BLOCK, PATCH, Strip};
 use super::material::Material;
 use super::maths::{Random, Vec2, cis, power, sinc};
+use super::scatterers::{SCATTERERS, Scatterers};
 use super::sight::{Shade, shade};
 use super::spec::{PlaneSpec, Polarisation};
 use super::view::View;
@@ -43,41 +43,6 @@ pub enum Diffuse<'a> {
     /// The same, kept once drawn.
     Kept(&'a Scatterers),
 }
-
-/// The scatterers of a seed, facet by facet.
-pub struct Scatterers {
-    seed: u64,
-    facets: RefCell<Vec<Vec<Complex64>>>,
-}
-
-impl Scatterers {
-    /// Those of a seed: none drawn yet.
-    pub fn new(seed: u64) -> Self {
-        Self {
-            seed,
-            facets: RefCell::default(),
-        }
-    }
-
-    /// Runs `look` with the first `count` scatterers or more of facet `k`.
-    fn with<T>(&self, k: usize, count: usize, look: impl FnOnce(&[Complex64]) -> T) -> T {
-        let mut facets = self.facets.borrow_mut();
-        if facets.len() <= k {
-            facets.resize(k + 1, Vec::new());
-        }
-        let facet = &mut facets[k];
-        if facet.len() < count {
-            // Drawn again from the first: a facet comes nearer, and seldom needs more.
-            let mut rng = Random::new(self.seed, SCATTERERS + k as u64);
-            facet.clear();
-            facet.extend((0..2 * count).map(|_| rng.complex(PATCH)));
-        }
-        look(facet)
-    }
-}
-
-/// Streams of random numbers of the facets' scatterers.
-const SCATTERERS: u64 = 0x4449_4646_0000_0000;
 
 /// Between these mirror angles lies whatever can be seen.
 pub const EVERYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
