@@ -76,7 +76,7 @@ impl RadarModule for Module<'_, '_> {
         self.triggered = true;
         let row = row_at(&self.config, shaft_angle).filter(|row| *row < ROWS);
         self.chirp = row.and_then(|row| {
-            let order = if self.sweep % 2 == 0 {
+            let order = if self.sweep.is_multiple_of(2) {
                 row
             } else {
                 ROWS - 1 - row

@@ -34,9 +34,8 @@ pub struct Spread {
     weights: [[f64; TAPS]; SPREADS],
 }
 
-impl Spread {
-    /// The table.
-    pub fn new() -> Self {
+impl Default for Spread {
+    fn default() -> Self {
         let weights = core::array::from_fn(|k| {
             let at = k as f64 / SPREADS as f64;
             let first = libm::ceil(at) - 0.5 * TAPS as f64;
@@ -185,7 +184,7 @@ impl Tones {
     pub fn place_by(&self, spread: &Spread, at: f64, centre: Complex64) -> Option<Place> {
         let fine = (at * SPREADS as f64 + 0.5) as usize;
         // Of the points that a kernel covers the first is the one after its lower end.
-        let first = (fine + SPREADS - 1) / SPREADS;
+        let first = fine.div_ceil(SPREADS);
         let first = first.checked_sub(TAPS / 2)?;
         if first > self.shares.len() - TAPS {
             return None;

@@ -84,7 +84,7 @@ impl<'a> Way<'a> {
             receiver: Receiver::new(&scene.spec.radar, &scene.spec.receiver),
             relief: scene.relief(seed, &eyes),
             scatterers: Scatterers::new(seed),
-            spread: Spread::new(),
+            spread: Spread::default(),
             sector,
             places: (0..grains).map(|_| OnceCell::new()).collect(),
             beside: (0..=(end_m / COARSE_M) as usize)
