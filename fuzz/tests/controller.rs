@@ -7,6 +7,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
+use host_sim::drives::limit::{Brakes, FreeAhead, max_speed};
 use stairscan_fuzz::controller::{directory, page, program, tables, vectors};
 
 const ANEW: &str = "write it anew: cargo run -p stairscan-fuzz --example controller -- --write";
@@ -173,6 +174,47 @@ fn the_speed_limit_holds() {
         content && said.starts_with("the speed limit holds"),
         "{said}"
     );
+}
+
+/// Drives on the host are limited as chairs are.
+#[test]
+fn the_host_s_speed_limit_is_that_of_c() {
+    let Some(limit) = compiled("test/limit.c") else {
+        return;
+    };
+    let mut drawn = 1_u32;
+    let mut number = || {
+        drawn = drawn.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        // Small and large ones alike.
+        drawn >> (drawn % 29)
+    };
+    let cases: Vec<[u32; 6]> = (0..20_000)
+        .map(|_| core::array::from_fn(|_| number()))
+        .collect();
+    let line = |case: &[u32; 6]| case.map(|n| n.to_string()).join(" ") + "\n";
+    let (said, content) = run(&limit, &[], &cases.iter().map(line).collect::<String>());
+    assert!(content && said.lines().count() == cases.len());
+    for (case, said) in cases.iter().zip(said.lines()) {
+        let [
+            free_mm,
+            age_ms,
+            fastest_mm_s,
+            latency_ms,
+            deceleration_mm_s2,
+            oldest_ms,
+        ] = *case;
+        let ground = FreeAhead {
+            free_mm,
+            age_ms,
+            fastest_mm_s,
+        };
+        let chair = Brakes {
+            latency_ms,
+            deceleration_mm_s2,
+            oldest_ms,
+        };
+        assert_eq!(max_speed(&ground, &chair).to_string(), said, "{case:?}");
+    }
 }
 
 #[test]

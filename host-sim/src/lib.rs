@@ -13,6 +13,8 @@ pub mod convert;
 #[cfg(feature = "program")]
 pub mod doctor;
 #[cfg(feature = "program")]
+pub mod drives;
+#[cfg(feature = "program")]
 pub mod emulate;
 #[cfg(feature = "program")]
 pub mod faults;

@@ -58,6 +58,8 @@ enum Command {
     Accuracy(commands::accuracy::Args),
     /// Measure the free distance on guard sweeps of random scenes
     Guard(commands::guard::Args),
+    /// Drive a simulated chair through random scenes by the free distance
+    Drives(commands::drives::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
     /// Show the strongest echo of a SiRad's captures, through the code that the chip runs
@@ -128,6 +130,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => commands::compare::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Guard(args) => commands::guard::run(&args),
+        Command::Drives(args) => commands::drives::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Faults(args) => commands::faults::run(&args),
         Command::Sirad(args) => commands::sirad::run(&args),

@@ -3,6 +3,7 @@
 
 pub mod by_trigger;
 pub mod inlet;
+pub mod place;
 
 use std::collections::VecDeque;
 
@@ -13,6 +14,7 @@ use stairscan::scanner::Micros;
 
 use crate::recording::Recording;
 use by_trigger::ByTrigger;
+use place::Place;
 
 /// Sentences are at least so far apart, µs: a hundred a second.
 const APART_US: u64 = 10_000;
@@ -105,6 +107,16 @@ impl Feed {
             sent_us: None,
             under_way: VecDeque::new(),
         })
+    }
+
+    /// Adds the next chirp, of a chair whose drive is made while it is fed.
+    fn push(&mut self, row: &Place) {
+        let said = Said {
+            travel: row.travel_m * 1e4,
+            pitch: Some(row.pitch_deg * 1e3),
+        };
+        let time = LEAD_S + row.time_s;
+        self.rows.push(((time * 1e6).round() as u64, said));
     }
 
     /// When chirp `k` is fired, µs.
@@ -235,6 +247,14 @@ impl Timetable {
             fired: None,
             steps: 0,
             port: VecDeque::new(),
+        }
+    }
+
+    /// Adds the place of the next chirp, of a chair whose drive is made while the scanner looks.
+    pub fn push(&mut self, place: &Place) {
+        match &mut self.source {
+            Source::Timed(feed) => feed.push(place),
+            Source::ByTrigger(source) => source.push(place),
         }
     }
 

@@ -312,10 +312,7 @@ fn run(
     let hardware = Hardware {
         mirror: SimShaft::default(),
         link: PlaybackLink::new(playback, timetable.clone()),
-        port: Console {
-            inlet: Inlet::new(timetable.clone()),
-            ..Console::default()
-        },
+        port: Console::new(Inlet::new(timetable.clone())),
         board: Volatile::SCANNING,
     };
     let mut now = Micros(0);
@@ -371,13 +368,13 @@ fn run(
 /// Time that passes from step to step: any mirror has come to rest.
 const STEP_US: u32 = 10_000;
 /// The shortest wait for the mirror that can be set.
-const SHORTEST_SETTLE_US: u32 = 100;
+pub(crate) const SHORTEST_SETTLE_US: u32 = 100;
 
 /// The report UART, read line by line.
 #[derive(Default)]
-struct Console {
+pub(crate) struct Console {
     /// Motion sentences and commands.
-    inlet: Inlet,
+    pub inlet: Inlet,
     line: Vec<u8>,
     /// Sentences of the scan that has begun, and how many more belong to it.
     scan: Vec<String>,
@@ -396,8 +393,16 @@ impl BytePort for Console {
 }
 
 impl Console {
+    /// The port with what is typed into it.
+    pub fn new(inlet: Inlet) -> Self {
+        Self {
+            inlet,
+            ..Self::default()
+        }
+    }
+
     /// The sentences of a scan once all of them have come.
-    fn take_scan(&mut self) -> Result<Option<Vec<String>>> {
+    pub fn take_scan(&mut self) -> Result<Option<Vec<String>>> {
         while let Some(end) = self.line.iter().position(|&b| b == b'\n') {
             let line: Vec<u8> = self.line.drain(..=end).collect();
             let line = String::from_utf8(line)?.trim_end().to_owned();

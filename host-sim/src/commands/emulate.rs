@@ -6,14 +6,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Instant;
 
 use anyhow::{Context, Result, anyhow, ensure};
-use stairscan::report::Sentence;
 
 use super::replay::{show, show_guarded};
 use super::{Format, Settings, live, progress};
 use crate::answer::Answer;
 use crate::emulate::module::Misdeed;
 use crate::emulate::session::Waits;
-use crate::emulate::{Fault, Session, image};
+use crate::emulate::{Fault, Session, guarding, image};
 use crate::guarded::Guarded;
 use crate::live::model::State;
 use crate::live::port::Source;
@@ -136,22 +135,9 @@ fn guarded(elf: &Path, recording: &Recording, args: &Args) -> Result<Vec<Guarded
         ..args.settings.options(args.settings.config()?)
     };
     let sweeps = options.scans_of(recording)?;
-    let playback = Playback::new(recording, &args.settings.config()?)?
-        .by_trigger()
-        .guarding();
-    let mut session = Session::boot(elf, &playback).with_context(|| name.clone())?;
-    session
-        .configure(&playback.settings(), waits(args))
-        .with_context(|| name.clone())?;
-    session.module.set_faults(&args.faults);
-    let done = session.command("guard on")?;
-    ensure!(
-        matches!(Sentence::parse(&done), Ok(Sentence::Done { .. })),
-        "{name}: guard on: the image answers {done}"
-    );
-    session.skip_lines();
-    session.connect()?;
-    let sentences = session.sweeps(sweeps).with_context(|| name.clone())?;
+    let config = args.settings.config()?;
+    let with = (waits(args), args.faults.as_slice());
+    let sentences = guarding::sentences(elf, recording, &config, sweeps, with)?;
     let words = Guarded::parse(0, sentences)?.into_iter();
     let named = |word| Guarded {
         recording: name.clone(),

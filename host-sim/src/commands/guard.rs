@@ -11,7 +11,7 @@ use crate::score::Share;
 use crate::seeds::Draw;
 use crate::sweeps::scenes::{self, Kind};
 use crate::sweeps::score::{self, Scored, Sums, Sweep, Word};
-use crate::sweeps::truth;
+use crate::sweeps::{ground, truth};
 
 /// Arguments of `guard`.
 #[derive(clap::Args, Debug)]
@@ -70,7 +70,8 @@ fn one(kind: Kind, seed: u64) -> Result<Scored> {
     let truth = truth::read(&recording)?.context("a simulated recording has its truth")?;
     let words = replay::guarded(&recording, &Options::default())?;
     let words: Vec<Word> = words.iter().map(Word::of).collect();
-    Ok(score::recording(&recording.name, &words, &truth))
+    let shows_m = ground::of(&recording)?;
+    Ok(score::recording(&recording.name, &words, &truth, &shows_m))
 }
 
 /// A kind's recordings, and a row of the table.
@@ -97,6 +98,7 @@ fn groups(jobs: &[(Kind, u64)], scored: &[Scored]) -> Vec<Group<'static>> {
     let free = Sums {
         // A recording is named or not, whatever its other sweeps show.
         named: Share::default(),
+        named_shown: Share::default(),
         ..Sums::of(scored.iter(), |sweep| sweep.hazard.is_none())
     };
     rows.push(("all, without a hazard", free));
@@ -111,7 +113,8 @@ fn text(args: &Args, rows: &[Group<'_>]) -> String {
          scenes; the chair drives at 0.1 to 0.6 m/s, stands in 15 %, and is pitched by up to 0.4° that the recording does \
          not tell. Counted are the sweeps from the third on. Wrong is a free distance that ends more than 5 cm beyond the \
          first hazard (from the second sweep on with a person who steps in); useful one that is `ok`, not wrong and at \
-         least the hazard's, or 1.2 m, less 25 cm. Things more than 8 cm beside the plane of the beam, or above the mirror, \
+         least the hazard's, or 1.2 m, less 25 cm. The ground shows where its echo, \
+         averaged over a beam's rows, 10 cm of it and three sweeps, stands 3 dB above the noise up to there. Things more than 8 cm beside the plane of the beam, or above the mirror, \
          are no hazards.\n\n",
         args.draw,
         args.command(),

@@ -33,6 +33,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
             "accuracy",
             "sequences",
             "guard",
+            "drives",
             "modes",
             "faults",
             "soak",
@@ -163,6 +164,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("accuracy", &["accuracy --draw tuning --list"]),
     ("sequences", &["sequences"]),
     ("guard", &["guard --list", "guard --draw reporting"]),
+    ("drives", &["drives --list", "drives --draw reporting"]),
     ("modes", &["modes", "modes --baud 3000000 --vibration 0.1"]),
     (
         "faults",

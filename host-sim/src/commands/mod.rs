@@ -9,6 +9,7 @@ pub mod compare;
 pub mod convergence;
 pub mod convert;
 pub mod doctor;
+pub mod drives;
 pub mod emulate;
 pub mod faults;
 pub mod fit;

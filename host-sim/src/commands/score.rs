@@ -15,7 +15,7 @@ use crate::replay;
 use crate::score::{self, SceneScore, SetScore};
 use crate::setup::{self, Kind};
 use crate::sweeps::score::{self as sweeps, Scored, Sums, Word};
-use crate::sweeps::truth;
+use crate::sweeps::{ground, truth};
 
 /// Arguments of `score`.
 #[derive(clap::Args, Debug)]
@@ -118,7 +118,13 @@ fn guard(paths: &[PathBuf], args: &Args, options: &replay::Options) -> Result<St
         };
         let words = replay::guarded(&recording, &options)?;
         let words: Vec<Word> = words.iter().map(Word::of).collect();
-        Ok(Some(sweeps::recording(&recording.name, &words, &truth)))
+        let shows_m = ground::of(&recording)?;
+        Ok(Some(sweeps::recording(
+            &recording.name,
+            &words,
+            &truth,
+            &shows_m,
+        )))
     };
     let scored: Vec<Option<Scored>> = paths.par_iter().map(one).collect::<Result<_>>()?;
     let sums = Sums::of(scored.iter().flatten(), |_| true);

@@ -8,12 +8,14 @@
 //! | [`module`] | the radar module, which plays a recording and can misbehave |
 //! | [`shaft`] | the motor: STEP and DIR from the log, home switch by injected edges |
 //! | [`session`] | boot, configure, scan |
+//! | [`guarding`] | guard sweeps of a recording |
 //! | `building` | Cargo at work, with the time that it takes |
 //! | [`image`] | building the image and reading its sizes and symbols |
 //! | [`seal`] | the checksum by which an image knows that it is whole |
 //! | [`tools`] | whether compiler and emulator are there, and how to get them |
 
 mod building;
+pub mod guarding;
 pub mod image;
 pub mod module;
 pub mod qemu;

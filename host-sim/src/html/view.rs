@@ -55,9 +55,10 @@ fn guard(recording: &Recording, options: &Options) -> Result<Entry> {
         });
     let status = worst.unwrap_or(Status::Fault);
     let told: Vec<Word> = words.iter().map(Word::of).collect();
+    let shows_m = sweeps::ground::of(recording).unwrap_or_default();
     let scored = truth
         .as_ref()
-        .map(|truth| sweeps::score::recording(&recording.name, &told, truth));
+        .map(|truth| sweeps::score::recording(&recording.name, &told, truth, &shows_m));
     let wrong = scored.map(|scored| scored.sweeps.iter().filter(|sweep| sweep.wrong()).count());
     let judged = wrong.map_or(String::new(), |n| {
         format!(", {n} ok and wrong from the third on")

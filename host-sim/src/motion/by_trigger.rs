@@ -8,6 +8,7 @@
 use stairscan::motion::Reading;
 use stairscan::report::motion;
 
+use super::place::Place;
 use crate::recording::Recording;
 
 /// From sentence to sentence the chair goes no farther, 0.1 mm: half of what is taken for a jump however
@@ -38,6 +39,13 @@ impl ByTrigger {
             places,
             sequence: 0,
         })
+    }
+
+    /// Adds the place of the next chirp.
+    pub fn push(&mut self, place: &Place) {
+        let travel = (place.travel_m * 1e4).round() as i32;
+        let pitch = (place.pitch_deg * 1e3).round() as i32;
+        self.places.push((travel, Some(pitch)));
     }
 
     fn line(&mut self, (travel, pitch): (i32, Option<i32>)) -> String {

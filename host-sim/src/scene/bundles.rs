@@ -14,12 +14,23 @@ use super::tones::Place;
 pub struct Tone {
     pub place: Place,
     pub amplitude: Complex64,
+    pub range: f64,
+    pub out: f64,
+    pub back: f64,
+}
+
+/// Where the tones of a bundle come from: directions as in [`super::scatter::Echo`], and range of the first one, metres.
+#[derive(Clone, Copy)]
+pub struct Source {
+    pub range: f64,
     pub out: f64,
     pub back: f64,
 }
 
 /// The tones of one pair of directions: consecutive points of the grid.
+#[derive(Clone)]
 struct Bundle {
+    range: f64,
     out: f64,
     back: f64,
     /// First point of the grid.
@@ -49,13 +60,15 @@ impl Bundles {
         bundles
     }
 
-    fn add(&mut self, tone: &Tone) {
+    /// Adds a tone: to the last bundle, if it is from there.
+    pub fn add(&mut self, tone: &Tone) {
         let end = self.values.len();
         let place = &tone.place;
         let start = match self.bundles.last() {
             Some(b) if b.takes(tone, end - b.start) => b.start + place.first - b.first,
             _ => {
                 self.bundles.push(Bundle {
+                    range: tone.range,
                     out: tone.out,
                     back: tone.back,
                     first: place.first,
@@ -69,6 +82,29 @@ impl Bundles {
         for (value, w) in self.values[start..].iter_mut().zip(place.weights) {
             *value += tone.amplitude * w;
         }
+    }
+
+    /// The same tones, each bundle with the phase and the two directions that `turn` gives of its source.
+    pub fn turned(&self, turn: impl Fn(&Source) -> (Complex64, [f64; 2])) -> Self {
+        let mut values = Vec::with_capacity(self.values.len());
+        let ends = self.bundles.iter().skip(1).map(|b| b.start);
+        let ends = ends.chain([self.values.len()]);
+        let turned = |(b, end): (&Bundle, usize)| {
+            let source = Source {
+                range: b.range,
+                out: b.out,
+                back: b.back,
+            };
+            let (phase, [out, back]) = turn(&source);
+            values.extend(self.values[b.start..end].iter().map(|v| v * phase));
+            Bundle {
+                out,
+                back,
+                ..b.clone()
+            }
+        };
+        let bundles = self.bundles.iter().zip(ends).map(turned).collect();
+        Self { bundles, values }
     }
 
     /// Number of pairs of directions.
@@ -127,6 +163,7 @@ mod tests {
                 Tone {
                     place,
                     amplitude,
+                    range: 1.0,
                     out,
                     back,
                 }

@@ -20,9 +20,10 @@ const DRIVES: u64 = 4;
 
 /// From the last row of a scan to the first of the next one, s: the report, the mirror turning round.
 const TURN_S: f64 = 0.1;
-/// A joystick held by hand: the speed swings by this share, this often (Hz).
-const SWING: f64 = 0.05;
-const SWING_HZ: f64 = 0.4;
+/// A joystick held by hand: the speed swings by this share, this often,
+pub const SWING: f64 = 0.05;
+/// Hz.
+pub const SWING_HZ: f64 = 0.4;
 /// A driven chair rocks on its castors and springs: degrees, and Hz.
 const ROCKING_DEG: f64 = 0.12;
 const ROCKING_HZ: [f64; 2] = [1.0, 2.5];
@@ -31,16 +32,62 @@ const TICK_M: f64 = 0.0005;
 const SLIP_M: f64 = 0.0015;
 const SLIP_WAY_M: f64 = 0.3;
 
+/// A chair's odometer, with its errors.
+#[derive(Clone, Copy, Debug)]
+pub struct Odometer {
+    scale: f64,
+    slip: f64,
+}
+
+impl Odometer {
+    /// Draws one.
+    pub fn draw(rng: &mut Random) -> Self {
+        Self {
+            scale: 1.0 + (SCALE_SD * rng.normal()).clamp(-SCALE_MOST, SCALE_MOST),
+            slip: rng.between(0.0, TAU),
+        }
+    }
+
+    /// What it says after `travel` metres.
+    pub fn said(&self, travel: f64) -> f64 {
+        let slip = |x: f64| SLIP_M * libm::sin(TAU * x / SLIP_WAY_M + self.slip);
+        let said = travel * self.scale + slip(travel) - slip(0.0);
+        libm::floor(said / TICK_M + 0.5) * TICK_M
+    }
+}
+
+/// How a driven chair rocks.
+#[derive(Clone, Copy, Debug)]
+pub struct Rocking {
+    hertz: f64,
+    start: f64,
+}
+
+impl Rocking {
+    /// Draws one.
+    pub fn draw(rng: &mut Random) -> Self {
+        Self {
+            hertz: rng.between(ROCKING_HZ[0], ROCKING_HZ[1]),
+            start: rng.between(0.0, TAU),
+        }
+    }
+
+    /// Pitch of a chair at `speed` m/s against that at rest, degrees.
+    pub fn deg(&self, speed: f64, time: f64) -> f64 {
+        let moving = (speed / 0.1).min(1.0);
+        moving * ROCKING_DEG * libm::sin(TAU * self.hertz * time + self.start)
+    }
+}
+
 /// How a chair drives during one recording.
 #[derive(Clone, Copy, Debug)]
 pub struct Drive {
     scans: usize,
     speed: f64,
     row_s: f64,
-    scale: f64,
-    slip: f64,
+    odometer: Odometer,
     swing: f64,
-    rocking: [f64; 2],
+    rocking: Rocking,
 }
 
 impl Drive {
@@ -51,13 +98,9 @@ impl Drive {
             scans,
             speed,
             row_s: ROW_S[rng.index(ROW_S.len())],
-            scale: 1.0 + (SCALE_SD * rng.normal()).clamp(-SCALE_MOST, SCALE_MOST),
-            slip: rng.between(0.0, TAU),
+            odometer: Odometer::draw(&mut rng),
             swing: rng.between(0.0, TAU),
-            rocking: [
-                rng.between(ROCKING_HZ[0], ROCKING_HZ[1]),
-                rng.between(0.0, TAU),
-            ],
+            rocking: Rocking::draw(&mut rng),
         }
     }
 
@@ -84,20 +127,6 @@ impl Drive {
     /// True speed.
     fn speed(&self, time: f64) -> f64 {
         self.speed * (1.0 + SWING * libm::sin(self.phase(time)))
-    }
-
-    /// What odometry says.
-    fn said(&self, travel: f64) -> f64 {
-        let slip = |x: f64| SLIP_M * libm::sin(TAU * x / SLIP_WAY_M + self.slip);
-        let said = travel * self.scale + slip(travel) - slip(0.0);
-        libm::floor(said / TICK_M + 0.5) * TICK_M
-    }
-
-    /// Pitch against that of the scene file, degrees.
-    fn rocking(&self, time: f64) -> f64 {
-        let [hertz, start] = self.rocking;
-        let moving = (self.speed / 0.1).min(1.0);
-        moving * ROCKING_DEG * libm::sin(TAU * hertz * time + start)
     }
 
     /// True travel at the last row of `rows` of the last scan.
@@ -136,7 +165,7 @@ impl Scene {
                 let row = if scan % 2 == 0 { k } else { rows - 1 - k };
                 let time = drive.time(scan, k, rows);
                 let travel = drive.travel(time);
-                let pitch = base.unwrap_or(0.0) + drive.rocking(time);
+                let pitch = base.unwrap_or(0.0) + drive.rocking.deg(drive.speed, time);
                 let shot = Shot {
                     travel_m: travel,
                     speed: drive.speed(time),
@@ -151,7 +180,9 @@ impl Scene {
                 whole.meta.angles_deg.push(self.angles[row]);
                 let reading = pitch + READING_SD * rng.normal();
                 motion.pitch_deg.push(digits(reading, 1e3));
-                motion.travel_m.push(digits(drive.said(travel), 1e4));
+                motion
+                    .travel_m
+                    .push(digits(drive.odometer.said(travel), 1e4));
                 motion.time_s.push(digits(time, 1e5));
             }
             let end = drive.travel(drive.time(scan, rows - 1, rows));

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use super::facets::Columns;
 use super::geometry::Lateral;
-use super::maths::{Random, cis, cis_all};
+use super::maths::{cis, cis_all};
 use super::sight::Shade;
 use super::view::View;
 
@@ -44,7 +44,7 @@ pub struct Across<'a> {
 
 /// Width across the plane of a patch of a facet that scatters as one, metres: narrow enough that the
 /// beam's wave front turns by half a wave at most over a patch at its edge.
-const PATCH: f64 = 8e-3;
+pub const PATCH: f64 = 8e-3;
 
 /// Some neighbouring columns.
 #[derive(Default)]
@@ -150,7 +150,12 @@ impl View<'_> {
         strips
     }
 
-    /// √σ of the scatterers of a facet, patch by patch from the middle outwards, so that a wider or
+    /// Number of patches of a facet that the beam lights at a distance of `r` metres.
+    pub fn patch_count(&self, r: f64) -> usize {
+        2 * (r * self.lateral_reach() / PATCH) as usize + 1
+    }
+
+    /// √σ of the scatterers of a facet, drawn patch by patch from the middle outwards, so that a wider or
     /// narrower view draws the same ones. The facet lies `r` metres away, in a direction with the forward
     /// part `forward`.
     pub fn patches(
@@ -158,14 +163,13 @@ impl View<'_> {
         lateral: &Lateral,
         (r, forward): (f64, f64),
         direct: &Shade,
-        rng: &mut Random,
+        mut draw: impl FnMut() -> Complex64,
     ) -> Vec<Strip> {
         let (sin, cos) = libm::sincos(self.world.yaw);
-        let reach = r * self.lateral_reach();
         let mut strips: Vec<Strip> = Vec::new();
-        for k in 0..2 * (reach / PATCH) as i64 + 1 {
+        for k in 0..self.patch_count(r) as i64 {
             let z = PATCH * ((k + 1) / 2) as f64 * if k % 2 == 0 { 1.0 } else { -1.0 };
-            let scatterer = rng.complex(PATCH);
+            let scatterer = draw();
             if direct.covers(z) || (z - lateral.centre).abs() > lateral.half {
                 continue;
             }

@@ -32,6 +32,7 @@ mod receiver;
 #[cfg(test)]
 mod scan_tests;
 pub mod scatter;
+mod scatterers;
 pub mod sequence;
 mod shaft;
 pub mod shapes;
@@ -43,6 +44,7 @@ pub mod tones;
 pub mod truth;
 mod turning;
 pub mod view;
+pub mod way;
 
 use std::fs;
 use std::path::Path;
@@ -298,6 +300,7 @@ impl Scene {
         Some(Tone {
             amplitude: echo.amplitude * gain * place.centre,
             place,
+            range: echo.range,
             out: echo.out,
             back: echo.back,
         })

@@ -21,16 +21,18 @@ use super::spec::PlaneSpec;
 /// into view or left it, and a beam at 30 cm has moved by a tenth of its width.
 pub const GRAIN_M: f64 = 0.01;
 /// All others after so much.
-const COARSE_M: f64 = 0.1;
+pub(super) const COARSE_M: f64 = 0.1;
 /// Echoes this far beside the beam, two of its widths, come by side lobes alone, radians.
-const BESIDE: f64 = 0.2;
+pub(super) const BESIDE: f64 = 0.2;
 /// The beam turns by so much before the echoes near it are worked out anew, radians.
 const TURN: f64 = 0.04;
 
 /// Where a row is fired from, and how.
 #[derive(Clone, Copy, Debug)]
 pub struct Shot {
+    /// Forward travel, metres.
     pub travel_m: f64,
+    /// Forward speed, m/s.
     pub speed: f64,
     /// Pitch of the chair, degrees.
     pub pitch_deg: f64,
@@ -78,7 +80,7 @@ pub struct Passing<'a> {
 
 /// How much of a direction (a mirror angle less the tilt) runs forward, and how fast the angle grows
 /// for each metre forward at a range of one.
-fn ahead(plane: PlaneSpec, angle: f64) -> (f64, f64) {
+pub(super) fn ahead(plane: PlaneSpec, angle: f64) -> (f64, f64) {
     let (sin, cos) = libm::sincos(angle);
     match plane {
         PlaneSpec::Depth => (cos, sin),
@@ -88,7 +90,7 @@ fn ahead(plane: PlaneSpec, angle: f64) -> (f64, f64) {
 
 impl Scene {
     /// An echo `on` metres farther forward, at `speed` metres a second.
-    fn nearer(&self, echo: &Echo, on: f64, speed: f64) -> Echo {
+    pub(super) fn nearer(&self, echo: &Echo, on: f64, speed: f64) -> Echo {
         let plane = self.spec.mount.plane;
         let radar = &self.spec.radar;
         let (out, back) = (ahead(plane, echo.out), ahead(plane, echo.back));
@@ -116,7 +118,7 @@ impl Scene {
 }
 
 /// Which stretch of `grain` metres `travel` falls into, and the middle of it.
-fn stretch(travel: f64, grain: f64) -> (usize, f64) {
+pub(super) fn stretch(travel: f64, grain: f64) -> (usize, f64) {
     let stretch = (travel / grain).max(0.0) as usize;
     (stretch, (stretch as f64 + 0.5) * grain)
 }

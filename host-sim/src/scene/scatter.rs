@@ -13,9 +13,10 @@ use num_complex::Complex64;
 use super::edge;
 use super::facets::{Facet, Relief};
 use super::geometry::{Segment, Wedge};
-use super::lateral::{Across, BLOCK, Strip};
+use super::lateral::{Across, BLOCK, PATCH, Strip};
 use super::material::Material;
 use super::maths::{Random, Vec2, cis, power, sinc};
+use super::scatterers::{SCATTERERS, Scatterers};
 use super::sight::{Shade, shade};
 use super::spec::{PlaneSpec, Polarisation};
 use super::view::View;
@@ -39,10 +40,9 @@ pub enum Diffuse<'a> {
     Fresh(&'a mut Random),
     /// The scatterers of this seed, whose sum changes as the chair moves.
     Steady(u64),
+    /// The same, kept once drawn.
+    Kept(&'a Scatterers),
 }
-
-/// Streams of random numbers of the facets' scatterers.
-const SCATTERERS: u64 = 0x4449_4646_0000_0000;
 
 /// Between these mirror angles lies whatever can be seen.
 pub const EVERYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -180,16 +180,25 @@ impl View<'_> {
             let coherent = strip.sum * material.reflection(leg.cos) * share;
             let spread = match diffuse {
                 Diffuse::Fresh(rng) => rng.complex(per_metre * strip.lit),
-                Diffuse::Steady(_) => Complex64::ZERO,
+                Diffuse::Steady(_) | Diffuse::Kept(_) => Complex64::ZERO,
             };
             echo(coherent + spread, strip.farther);
         }
-        if let Diffuse::Steady(seed) = diffuse {
-            let mut rng = Random::new(*seed, SCATTERERS + k as u64);
-            let lateral = &self.world.segments[facet.segment].lateral;
-            for strip in self.patches(lateral, (leg.r, -leg.towards.x), direct, &mut rng) {
-                echo(strip.sum * per_metre.sqrt(), strip.farther);
+        let lateral = &self.world.segments[facet.segment].lateral;
+        let sight = (leg.r, -leg.towards.x);
+        let strips = match diffuse {
+            Diffuse::Fresh(_) => Vec::new(),
+            Diffuse::Steady(seed) => {
+                let mut rng = Random::new(*seed, SCATTERERS + k as u64);
+                self.patches(lateral, sight, direct, || rng.complex(PATCH))
             }
+            Diffuse::Kept(scatterers) => scatterers.with(k, self.patch_count(leg.r), |drawn| {
+                let mut drawn = drawn.iter().copied();
+                self.patches(lateral, sight, direct, || drawn.next().unwrap_or_default())
+            }),
+        };
+        for strip in strips {
+            echo(strip.sum * per_metre.sqrt(), strip.farther);
         }
     }
 

@@ -26,6 +26,25 @@ const SPREAD: Kernel = Kernel {
     steps: 400,
 };
 
+/// Places between two points of the grid for which a table holds weights: 0.2 mm of range at the most usual bandwidth.
+const SPREADS: usize = 32;
+
+/// Weights of tones at places between two points of the grid.
+pub struct Spread {
+    weights: [[f64; TAPS]; SPREADS],
+}
+
+impl Default for Spread {
+    fn default() -> Self {
+        let weights = core::array::from_fn(|k| {
+            let at = k as f64 / SPREADS as f64;
+            let first = libm::ceil(at) - 0.5 * TAPS as f64;
+            core::array::from_fn(|tap| SPREAD.at((first + tap as f64 - at) / (0.5 * TAPS as f64)))
+        });
+        Self { weights }
+    }
+}
+
 /// Even times that a sample is interpolated from.
 const TIMES: usize = 14;
 
@@ -153,6 +172,27 @@ impl Tones {
             first: first as usize,
             weights,
             centre: cis(TAU * frequency * self.middle),
+        })
+    }
+
+    /// Where `frequency`, cycles per sample, lies on the grid, in points.
+    pub fn at(&self, frequency: f64) -> f64 {
+        frequency * self.density + TAPS as f64
+    }
+
+    /// Place of a tone on the grid, from a table of weights and with the phase `centre`; none beyond the grid.
+    pub fn place_by(&self, spread: &Spread, at: f64, centre: Complex64) -> Option<Place> {
+        let fine = (at * SPREADS as f64 + 0.5) as usize;
+        // Of the points that a kernel covers the first is the one after its lower end.
+        let first = fine.div_ceil(SPREADS);
+        let first = first.checked_sub(TAPS / 2)?;
+        if first > self.shares.len() - TAPS {
+            return None;
+        }
+        Some(Place {
+            first,
+            weights: spread.weights[fine % SPREADS],
+            centre,
         })
     }
 

@@ -22,6 +22,8 @@ const FLOOR_END_M: f64 = 4.0;
 /// A scene's geometry as the guard's beam meets it.
 struct Beam<'a> {
     spec: &'a SceneSpec,
+    /// Parts of a thing this near to the plane are in the beam, metres.
+    aside_m: f64,
     /// Lateral offset per metre of way, the sine of the yaw.
     aslant: f64,
 }
@@ -30,7 +32,7 @@ impl Beam<'_> {
     /// Whether a thing at `at_m` whose middle lies `lateral_m` aside is in the beam.
     fn meets(&self, at_m: f64, lateral_m: f64, width_m: Option<f64>) -> bool {
         let middle = lateral_m + self.aslant * at_m;
-        width_m.is_none_or(|width| middle.abs() - 0.5 * width <= ASIDE_M)
+        width_m.is_none_or(|width| middle.abs() - 0.5 * width <= self.aside_m)
     }
 
     /// Whether heights from `bottom_m` to `top_m` are in the way and below the mirror, above which no row looks.
@@ -86,8 +88,14 @@ impl Beam<'_> {
 
 /// Returns all hazards of a scene, in no order, from the mirror at the first row.
 pub fn of(spec: &SceneSpec) -> Vec<Hazard> {
+    within_m(spec, ASIDE_M)
+}
+
+/// Returns the hazards of which some part is at most `aside_m` metres beside the plane that the mirror sweeps.
+pub fn within_m(spec: &SceneSpec, aside_m: f64) -> Vec<Hazard> {
     let beam = Beam {
         spec,
+        aside_m,
         aslant: libm::sin(spec.mount.yaw_deg.to_radians()),
     };
     let obstacle = |at_m| Hazard {

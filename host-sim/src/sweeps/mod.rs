@@ -4,6 +4,7 @@
 //! It stands beside [`crate::scene`], which makes the chirps, and [`crate::score`], which judges full scans: a sweep of
 //! some thirty rows has neither steps nor a horizon, only the first hazard ([`hazards`]).
 
+pub mod ground;
 #[cfg(feature = "program")]
 pub mod hazards;
 #[cfg(feature = "program")]

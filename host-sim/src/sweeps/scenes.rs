@@ -23,9 +23,9 @@ pub const SWEEPS: usize = 14;
 /// Rows of a sweep, degrees below the horizontal: first, last and step of the recordings' profile, the guard's defaults.
 const ROWS_DEG: [f64; 3] = [8.0, 38.0, 1.0];
 /// From row to row, seconds: 31 rows of a module that takes 2.8 ms for chirp and transfer (3 Mbaud, `cargo sim timing`).
-const ROW_S: f64 = 0.0028;
+pub const ROW_S: f64 = 0.0028;
 /// From the first row of a sweep to that of the next one, seconds: ten a second.
-const SWEEP_S: f64 = 0.1;
+pub const SWEEP_S: f64 = 0.1;
 /// The same as the simulated drive has it, seconds: 30 rows, and 0.1 s of turning round between two scans. Speeds are
 /// scaled by the ratio, so that the way from sweep to sweep is that of ten a second.
 const DRIVEN_S: f64 = 30.0 * ROW_S + 0.1;
@@ -46,6 +46,8 @@ const GROUND_M: f64 = 3.5;
 const STEPS_IN: [usize; 2] = [3, 6];
 /// Random numbers of drives and places, apart from those of scenes and surfaces.
 const STREAM: u64 = 0x4755_4152_4400;
+/// The same of scenes for drives.
+const APPROACHES: u64 = 0x4755_4152_4500;
 
 /// Kind of scene that random sweeps look at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, ValueEnum)]
@@ -250,6 +252,35 @@ impl Drawn {
             joined,
         })
     }
+}
+
+/// A random scene ahead of a chair that drives as far as it can.
+#[derive(Clone, Debug)]
+pub struct Approach {
+    /// The scene.
+    pub spec: SceneSpec,
+    /// The same after a person has stepped in.
+    pub joined: Option<SceneSpec>,
+}
+
+/// Returns the scene of a kind and seed for drives: its first hazard, its ramp or its person as far beyond `way_m` as
+/// recordings have it beyond their last sweep.
+///
+/// # Errors
+/// Says what no scene can be built of, or where the mirror has come to lie inside or behind a surface.
+pub fn approach(kind: Kind, seed: u64, way_m: f64) -> Result<Approach> {
+    let rng = &mut Random::new(seed, APPROACHES + kind as u64);
+    let mut spec = random(kind.source().0, seed);
+    coarse(&mut spec);
+    tilt(&mut spec, rng);
+    let spec = placed(kind, spec, way_m, rng)?;
+    let joined = (kind == Kind::Person).then(|| {
+        let mut with = spec.clone();
+        let at_m = way_m + rng.between(NEAR_END_M[0], NEAR_END_M[1]);
+        person(&mut with, at_m, rng);
+        with
+    });
+    Ok(Approach { spec, joined })
 }
 
 /// Pitches the chair by what the recording does not tell.

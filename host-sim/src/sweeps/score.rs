@@ -7,6 +7,7 @@ use std::fmt::Write as _;
 use serde_json::{Value, json};
 use stairscan::verdict::{Ending, Status};
 
+use super::ground::reaches;
 use super::truth::{Hazard, Truth};
 use crate::answer::metres;
 use crate::guarded::Guarded;
@@ -47,6 +48,11 @@ impl Word {
         }
     }
 
+    /// Whether the status is `ok`.
+    pub fn is_ok(&self) -> bool {
+        self.status == Status::Ok
+    }
+
     /// Whether a hazard is named by its kind, rise and obstacle being alike: which it is, is a matter of height.
     fn names(&self, hazard: Hazard) -> bool {
         let stands = |ending| matches!(ending, Ending::Rise | Ending::Obstacle);
@@ -67,6 +73,8 @@ pub struct Sweep {
     pub word: Word,
     /// Whether the hazard was not there at the sweep before.
     pub stepped_in: bool,
+    /// How far the ground shows, metres ([`super::ground`]).
+    pub shows_m: f64,
 }
 
 impl Sweep {
@@ -84,6 +92,11 @@ impl Sweep {
     pub fn wrong(&self) -> bool {
         let beyond = |free_m| free_m > self.hazard_m() + BEYOND_M;
         self.ok() && !self.stepped_in && self.word.free_m.is_some_and(beyond)
+    }
+
+    /// Whether the ground shows up to the hazard, or as far as a chair needs.
+    pub fn shows(&self) -> bool {
+        reaches(self.shows_m, self.hazard_m().min(ENOUGH_M))
     }
 
     /// Whether it is `ok`, not wrong, and reaches the hazard, or as far as a chair needs, less a margin.
@@ -127,10 +140,12 @@ pub struct Scored {
     /// Whether its hazard was named within two sweeps of coming within 1.5 m; `None` of no such hazard,
     /// and where fewer sweeps follow.
     pub named: Option<bool>,
+    /// Whether the ground showed up to it then.
+    pub named_shows: bool,
 }
 
-/// Scores the words on a recording's sweeps, of both one a sweep.
-pub fn recording(name: &str, words: &[Word], truth: &Truth) -> Scored {
+/// Scores the words on a recording's sweeps: of words, hazards and how far the ground shows one a sweep.
+pub fn recording(name: &str, words: &[Word], truth: &Truth, shows_m: &[f64]) -> Scored {
     let stepped_in = |k: usize| {
         let before = k.checked_sub(1).and_then(|k| truth[k]);
         // The way between two sweeps is a few centimetres.
@@ -144,6 +159,7 @@ pub fn recording(name: &str, words: &[Word], truth: &Truth) -> Scored {
             hazard: *hazard,
             word: *word,
             stepped_in: stepped_in(k),
+            shows_m: shows_m.get(k).copied().unwrap_or(0.0),
         })
         .collect();
     let named = all.iter().position(Sweep::near).and_then(|first| {
@@ -151,8 +167,14 @@ pub fn recording(name: &str, words: &[Word], truth: &Truth) -> Scored {
         let named = |sweep: &Sweep| sweep.hazard.is_some_and(|h| sweep.word.names(h));
         Some(within.iter().any(named))
     });
+    let first_near = all.iter().find(|sweep| sweep.near());
+    let named_shows = first_near.is_some_and(|sweep| reaches(sweep.shows_m, sweep.hazard_m()));
     let sweeps = all.into_iter().skip(FIRST).collect();
-    Scored { sweeps, named }
+    Scored {
+        sweeps,
+        named,
+        named_shows,
+    }
 }
 
 /// The sums over the recordings of one kind.
@@ -168,8 +190,12 @@ pub struct Sums {
     pub wrong: Share,
     /// Useful, of all.
     pub useful: Share,
+    /// The same of the sweeps in which the ground shows up to there.
+    pub useful_shown: Share,
     /// Recordings whose hazard is named in time, of those in which one comes near.
     pub named: Share,
+    /// The same of those in which the ground shows up to it.
+    pub named_shown: Share,
     /// Sweeps that tell a rise or a drop, of those without a hazard.
     pub made_up: Share,
 }
@@ -193,7 +219,12 @@ impl Sums {
             ok: all(Sweep::ok),
             wrong: Share::count(ok, |sweep| sweep.wrong()),
             useful: all(Sweep::useful),
+            useful_shown: Share::count(sweeps.iter().filter(|s| s.shows()), |s| s.useful()),
             named: Share::count(scored.iter().filter_map(|one| one.named), |named| named),
+            named_shown: {
+                let shown = scored.iter().filter(|one| one.named_shows);
+                Share::count(shown.filter_map(|one| one.named), |named| named)
+            },
             made_up: Share::count(free, |sweep| sweep.made_up()),
         }
     }
@@ -214,7 +245,9 @@ impl Sums {
             "ok_and_wrong": self.wrong.json(),
             "ok_and_wrong_bound": self.bound(),
             "useful": self.useful.json(),
+            "useful_shown": self.useful_shown.json(),
             "named": self.named.json(),
+            "named_shown": self.named_shown.json(),
             "made_up": self.made_up.json(),
         })
     }
@@ -222,8 +255,9 @@ impl Sums {
 
 /// Heading of the table of [`row`]s.
 pub const HEADING: &str = "| sweeps of | recordings | sweeps | hazard within 1.5 m | `ok` | `ok` and wrong, of `ok` | upper 95 % \
-     bound (Clopper-Pearson) | useful | named within two sweeps | false rise or drop, without a hazard |\n\
-     |---|---|---|---|---|---|---|---|---|---|\n";
+     bound (Clopper-Pearson) | useful | the same where the ground shows | named within two sweeps | the same where the ground \
+     shows | false rise or drop, without a hazard |\n\
+     |---|---|---|---|---|---|---|---|---|---|---|---|\n";
 
 /// One line of the table.
 pub fn row(name: &str, sums: &Sums) -> String {
@@ -237,11 +271,14 @@ pub fn row(name: &str, sums: &Sums) -> String {
     };
     let _ = writeln!(
         out,
-        "| {} | {} | {bound} | {} | {} | {} |",
+        "| {} | {} | {bound} | {} | {} of {} | {} | {} | {} |",
         sums.ok.percent(),
         counted(sums.wrong),
         sums.useful.percent(),
+        sums.useful_shown.percent(),
+        sums.useful_shown.of,
         counted(sums.named),
+        counted(sums.named_shown),
         counted(sums.made_up)
     );
     out
@@ -273,7 +310,7 @@ mod tests {
     }
 
     fn scored(words: &[Word], truth: &[Option<Hazard>]) -> Scored {
-        recording("made", words, &truth.to_vec())
+        recording("made", words, &truth.to_vec(), &vec![1.7; truth.len()])
     }
 
     #[test]
@@ -343,7 +380,7 @@ mod tests {
         );
         assert!((all.bound() - 0.632).abs() < 1e-3, "{}", all.bound());
         let row = row("all", &all);
-        assert_eq!(row.matches('|').count(), 11);
+        assert_eq!(row.matches('|').count(), 13);
         assert!(row.contains("| 0/3 | 63.16 % |"), "{row}");
         assert_eq!(all.json("all")["near"], 2);
     }

@@ -10,7 +10,7 @@ use host_sim::budgets;
 use host_sim::commands::{budget, full_scans};
 use host_sim::emulate::session::Waits;
 use host_sim::emulate::tools::Tool;
-use host_sim::emulate::{Fault, Session, image};
+use host_sim::emulate::{Fault, Session, guarding, image};
 use host_sim::playback::Playback;
 use host_sim::recording::Recording;
 use host_sim::replay;
@@ -84,6 +84,22 @@ fn every_recording_gives_the_bytes_that_replay_gives() {
         let scanned = session.scan().unwrap();
         assert_eq!(scanned, replayed(&recording, 1)[0], "{}", recording.name);
     }
+}
+
+#[test]
+fn guard_sweeps_give_the_bytes_that_replay_gives() {
+    let Some(elf) = elf() else { return };
+    let recording = read("guard_kerb");
+    let options = replay::Options {
+        by_trigger: true,
+        ..replay::Options::default()
+    };
+    let words = replay::guarded(&recording, &options).unwrap();
+    let expected: Vec<String> = words.into_iter().map(|word| word.sentence).collect();
+    let with = (Waits::default(), &[][..]);
+    let sweeps = recording.scans();
+    let found = guarding::sentences(elf, &recording, &Config::default(), sweeps, with).unwrap();
+    assert_eq!(found, expected);
 }
 
 /// A recording of two scans, the chair leaning another way in each: the settings of the second come

@@ -17,7 +17,7 @@ use crate::seeds::Draw;
 use crate::setup::{self, Kind as Scans};
 use crate::sweeps::scenes::{self, Kind};
 use crate::sweeps::score::{self, Scored, Word};
-use crate::sweeps::truth;
+use crate::sweeps::{ground, truth};
 
 /// The recordings to spoil: simulated ones of each kind, or those of a directory that hold guard sweeps with truth.
 fn whole(on: Option<&Path>, (draw, scenes): (Draw, u64)) -> Result<Vec<Recording>> {
@@ -42,7 +42,8 @@ fn whole(on: Option<&Path>, (draw, scenes): (Draw, u64)) -> Result<Vec<Recording
 fn scored(recording: &Recording, words: &[Guarded]) -> Result<Scored> {
     let truth = truth::read(recording)?.unwrap_or_default();
     let words: Vec<Word> = words.iter().map(Word::of).collect();
-    Ok(score::recording(&recording.name, &words, &truth))
+    let shows_m = ground::of(recording)?;
+    Ok(score::recording(&recording.name, &words, &truth, &shows_m))
 }
 
 /// The recordings whose sweeps are `ok` at least once and never wrong.

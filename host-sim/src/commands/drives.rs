@@ -1,0 +1,233 @@
+//! `drives`: chairs that drive through random scenes by the guard's free distance.
+
+use std::fmt::Write as _;
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Result, ensure};
+use serde_json::json;
+use stairscan::config::Config;
+
+use super::{Format, emit, harness};
+use crate::drives::controller::FRONT_M;
+use crate::drives::course::Course;
+use crate::drives::log::DriveLog;
+use crate::drives::outcome::{NEAR_M, Outcome};
+use crate::drives::scanner::{self, Manner};
+use crate::drives::table::{self, Tally};
+use crate::emulate::session::Waits;
+use crate::emulate::{guarding, image};
+use crate::seeds::Draw;
+use crate::sweeps::scenes::Kind;
+
+/// Arguments of `drives`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Which scenes
+    #[arg(long, value_enum, default_value_t = Draw::Tuning)]
+    draw: Draw,
+    /// So many scenes of each kind, in place of the draw's own numbers
+    #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    scenes: Option<u64>,
+    /// So many drives through each scene
+    #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=1_000))]
+    drives: u64,
+    /// Only scenes of this kind; may be given several times
+    #[arg(long = "kind", value_name = "KIND")]
+    kinds: Vec<Kind>,
+    /// Also list the drives over a hazard, and those that stood where none was; not those for reporting, which nobody is
+    /// to look at
+    #[arg(long)]
+    list: bool,
+    /// Instead, drive once through each of the first scenes, so many, and replay each drive through the image in the
+    /// emulator: its sentences must be the host's to the byte
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000))]
+    emulate: Option<u64>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+}
+
+/// Scenes of a kind: of the reporting draw a thousand in all, of the others what two cores do in five minutes.
+const fn scenes(draw: Draw) -> u64 {
+    match draw {
+        Draw::Reporting => 100,
+        _ => 4,
+    }
+}
+
+impl Args {
+    /// The scenes by kind and seed, kind by kind.
+    fn jobs(&self) -> Vec<(Kind, u64)> {
+        let wanted = |kind: &Kind| self.kinds.is_empty() || self.kinds.contains(kind);
+        let count = self.scenes.unwrap_or(scenes(self.draw)) as usize;
+        let of = |kind: Kind| {
+            let seeds = kind.seeds(self.draw).take(count);
+            seeds.map(move |seed| (kind, seed)).collect::<Vec<_>>()
+        };
+        Kind::ALL.into_iter().filter(wanted).flat_map(of).collect()
+    }
+
+    /// How to do it again.
+    fn command(&self) -> String {
+        let scenes = self.scenes.map(|n| format!(" --scenes {n}"));
+        let drives = (self.drives != 10).then(|| format!(" --drives {}", self.drives));
+        let kinds = self
+            .kinds
+            .iter()
+            .map(|kind| format!(" --kind {}", kind.name()));
+        let all: String = scenes.into_iter().chain(drives).chain(kinds).collect();
+        format!("cargo sim drives --draw {}{all}", self.draw)
+    }
+}
+
+/// All drives through one scene.
+fn through(kind: Kind, seed: u64, drives: u64) -> Result<Vec<DriveLog>> {
+    let course = Course::new(kind, seed)?;
+    let ways = course.ways();
+    let drive = |number| scanner::drive(&course, &ways, number, Manner::default());
+    (0..drives).map(|number| Ok(drive(number)?.log)).collect()
+}
+
+/// Drives once through each of the first scenes, in turn of each kind, and through the image.
+fn emulate(jobs: &[(Kind, u64)], drives: u64) -> Result<ExitCode> {
+    let elf = image::build(&[])?;
+    let kinds = jobs.chunk_by(|a, b| a.0 == b.0).collect::<Vec<_>>();
+    let longest = kinds.iter().map(|kind| kind.len()).max().unwrap_or(0);
+    let in_turn = (0..longest).flat_map(|k| kinds.iter().filter_map(move |kind| kind.get(k)));
+    let mut differ = 0;
+    let mut out = String::from("| drive | sweeps | the image's sentences |\n|---|---|---|\n");
+    for (kind, seed) in in_turn.take(drives as usize) {
+        let course = Course::new(*kind, *seed)?;
+        let manner = Manner {
+            by_trigger: true,
+            is_kept: true,
+        };
+        let driven = scanner::drive(&course, &course.ways(), 0, manner)?;
+        let sweeps = driven.sentences.len();
+        let with = (Waits::default(), &[][..]);
+        let config = Config::default();
+        let found = guarding::sentences(&elf, &driven.recording, &config, sweeps, with)?;
+        let alike = found
+            .iter()
+            .zip(&driven.sentences)
+            .filter(|(a, b)| a == b)
+            .count();
+        differ += sweeps - alike;
+        let _ = writeln!(out, "| {} | {sweeps} | {alike} the same |", driven.log.name);
+    }
+    emit(&out);
+    ensure!(
+        differ == 0,
+        "{differ} sentences of the image differ from the host's"
+    );
+    Ok(ExitCode::SUCCESS)
+}
+
+/// The rows: each kind, then all.
+fn rows(jobs: &[(Kind, u64)], logs: &[Vec<DriveLog>]) -> Vec<(&'static str, Tally)> {
+    let of = |kind: Kind| {
+        let own = jobs.iter().zip(logs).filter(move |((k, _), _)| *k == kind);
+        own.flat_map(|(_, logs)| logs)
+    };
+    let kinds = Kind::ALL
+        .into_iter()
+        .filter(|kind| of(*kind).next().is_some());
+    let mut rows: Vec<_> = kinds
+        .map(|kind| (kind.name(), Tally::of(of(kind))))
+        .collect();
+    rows.push(("all", Tally::of(logs.iter().flatten())));
+    rows
+}
+
+/// Heading and tables.
+fn text(args: &Args, rows: &[(&str, Tally)], logs: &[DriveLog]) -> String {
+    let mut out = format!(
+        "# Drives, {} scenes\n\n\
+         Made by `{}`: chairs whose joystick asks for 0.2 to 0.8 m/s drive by the free distance of the newest guard sentence. The \
+         chair's foremost point lies {FRONT_M:.2} m before the mirror; gaps count from there. A chair has stood that does not \
+         move for 1.5 s with the joystick forward.\n\n",
+        args.draw,
+        args.command()
+    );
+    out += table::HEADING;
+    out.extend(rows.iter().map(|(name, tally)| table::row(name, tally)));
+    out + "\n" + &table::causes_text(logs) + "\n" + &table::halts_text(logs)
+}
+
+/// One drive in one line.
+fn line(log: &DriveLog) -> String {
+    let last = log.sweeps.last();
+    let cm = |m: Option<f64>| m.map_or("-".into(), |m| format!("{:.0}", 100.0 * m));
+    format!(
+        "{}: {:?}, hazard {} cm {}, travel {:.0} cm in {:.1} s, last free {} cm, ground shows to {} cm",
+        log.name,
+        Outcome::of(log),
+        cm(log.hazard.map(|hazard| hazard.at_m)),
+        log.hazard.map_or("none", |hazard| hazard.kind.as_str()),
+        100.0 * log.travel_m,
+        log.time_s,
+        cm(last.and_then(|sweep| sweep.word.free_m)),
+        cm(last.map(|sweep| sweep.shows_m)),
+    )
+}
+
+/// The drives to look at.
+fn listed(logs: &[DriveLog]) -> Vec<String> {
+    let flawed = logs.iter().filter(|log| match Outcome::of(log) {
+        Outcome::Over { .. } | Outcome::Halted => true,
+        Outcome::Early { gap_m, shows } => shows && gap_m > NEAR_M,
+        _ => false,
+    });
+    flawed.map(line).collect()
+}
+
+/// Prints the tables.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    ensure!(
+        !(args.list && args.draw == Draw::Reporting),
+        "--list: shows drives to look at, and those of the draw {} are to stay unseen; --draw {} holds others like them",
+        Draw::Reporting,
+        Draw::Tuning
+    );
+    let jobs = args.jobs();
+    if let Some(drives) = args.emulate {
+        return emulate(&jobs, drives);
+    }
+    let begun = Instant::now();
+    let logs = harness::each(&jobs, |(kind, seed)| through(*kind, *seed, args.drives))?;
+    let rows = rows(&jobs, &logs);
+    let logs = logs.concat();
+    eprintln!(
+        "{} drives in {:.0} s",
+        logs.len(),
+        begun.elapsed().as_secs_f64()
+    );
+    let list = if args.list { listed(&logs) } else { Vec::new() };
+    emit(&match args.format {
+        Format::Text => {
+            let lines = list.iter().map(|line| format!("- {line}\n"));
+            let head = if list.is_empty() {
+                ""
+            } else {
+                "\nTo look at:\n\n"
+            };
+            lines.fold(text(args, &rows, &logs) + head, |all, line| all + &line)
+        }
+        Format::Json => {
+            let kinds: Vec<_> = rows.iter().map(|(name, tally)| tally.json(name)).collect();
+            let causes = table::causes(&logs).into_iter();
+            let causes: Vec<_> = causes
+                .map(|((cause, shows), n)| json!({"cause": cause.as_str(), "shows": shows, "drives": n}))
+                .collect();
+            format!(
+                "{}\n",
+                json!({
+                    "draw": args.draw.as_str(), "rows": kinds, "causes": causes,
+                    "halts": table::halts(&logs), "list": list,
+                })
+            )
+        }
+    });
+    Ok(ExitCode::SUCCESS)
+}

@@ -1,0 +1,158 @@
+//! A chair's controller: joystick and guard sentences in, a command every cycle out.
+
+use std::collections::VecDeque;
+
+use stairscan::report::GuardLine;
+use stairscan::verdict::Status;
+
+use super::chair::CYCLE_S;
+use super::limit::{Brakes, FreeAhead, max_speed};
+
+/// The chair's foremost point, metres before the mirror. At 0.40 m over the ground the mirror sits below the seat's front
+/// edge, before which footplates and toes stand out by about as much. It is also as near as can be served: the
+/// sector's last row meets the ground 0.51 m before the mirror, so that an edge 10 cm before the footplates is still in
+/// the beam when the chair stands before it.
+pub const FRONT_M: f64 = 0.40;
+/// Properties that the controller counts on: those of the first column of docs/controller.md, and an age within
+/// which the sentences of two sweeps may be missed.
+const BRAKES: Brakes = Brakes {
+    latency_ms: 200,
+    deceleration_mm_s2: 1000,
+    oldest_ms: 400,
+};
+/// Age of the odometer's reading, ms: one cycle.
+const AGE_MS: u32 = 20;
+/// Limits below are 0, mm/s: a chair creeps no slower.
+const LEAST_MM_S: u32 = 100;
+
+/// A sentence as it counts for the controller.
+#[derive(Clone, Copy, Debug)]
+pub struct Word {
+    /// Free distance from the mirror at the sweep's last row, mm; 0 of a sweep that is not `ok`.
+    free_mm: i64,
+    /// The odometer at that row, metres.
+    said_m: f64,
+    /// Time of that row, seconds.
+    time_s: f64,
+}
+
+impl Word {
+    /// That of a sweep whose last row was fired at `time_s` with the odometer at `said_m`.
+    pub fn new(line: &GuardLine, time_s: f64, said_m: f64) -> Self {
+        let free = line.free.filter(|_| line.status == Status::Ok);
+        Self {
+            free_mm: free.map_or(0, |tenths| i64::from(tenths.0).div_euclid(10)),
+            said_m,
+            time_s,
+        }
+    }
+}
+
+/// The controller.
+#[derive(Clone, Debug, Default)]
+pub struct Controller {
+    /// The newest sentence.
+    pub word: Option<Word>,
+    /// Speeds of the last cycles, measured or commanded, mm/s.
+    speeds: VecDeque<u32>,
+}
+
+impl Controller {
+    /// Free ground before the chair's foremost point, mm.
+    fn free_mm(&self, now_s: f64, said_m: f64) -> u32 {
+        let young = |word: &&Word| (now_s - word.time_s) * 1e3 <= f64::from(BRAKES.oldest_ms);
+        let Some(word) = self.word.as_ref().filter(young) else {
+            return 0;
+        };
+        let driven = libm::ceil((said_m - word.said_m) * 1e3) as i64;
+        let free_mm = word.free_mm - driven - (FRONT_M * 1e3) as i64;
+        u32::try_from(free_mm).unwrap_or(0)
+    }
+
+    /// The limit, mm/s.
+    fn limit(&self, now_s: f64, said_m: f64) -> u32 {
+        let ground = FreeAhead {
+            free_mm: self.free_mm(now_s, said_m),
+            age_ms: AGE_MS,
+            fastest_mm_s: self.speeds.iter().copied().max().unwrap_or(0),
+        };
+        match max_speed(&ground, &BRAKES) {
+            limit if limit < LEAST_MM_S => 0,
+            limit => limit,
+        }
+    }
+
+    /// The command of the cycle at `now_s`, m/s, of a chair whose odometer says `said_m` and which goes at `speed_m_s`.
+    pub fn cycle(&mut self, now_s: f64, said_m: f64, speed_m_s: f64, joystick_m_s: f64) -> f64 {
+        self.note(libm::ceil(speed_m_s * 1e3) as u32);
+        let limit = f64::from(self.limit(now_s, said_m)) / 1e3;
+        let command = joystick_m_s.min(limit);
+        self.note(libm::ceil(command * 1e3) as u32);
+        command
+    }
+
+    /// Keeps a speed for as long as age and latency are together: two a cycle.
+    fn note(&mut self, speed_mm_s: u32) {
+        let cycles = f64::from(AGE_MS + BRAKES.latency_ms) / (1e3 * CYCLE_S);
+        self.speeds.push_back(speed_mm_s);
+        if self.speeds.len() > 2 * (cycles as usize + 1) {
+            self.speeds.pop_front();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drives::chair::Chair;
+    use crate::drives::plan::Plan;
+
+    /// Drives towards the end of ground that is `free_m` long, with a word a tenth of a second; the way, and whether the
+    /// chair was ever faster than the joystick.
+    fn driven(plan: &Plan, free_m: f64) -> (f64, bool) {
+        let (mut chair, mut controller) = (Chair::new(plan), Controller::default());
+        let mut fast = false;
+        for cycle in 0..1_000 {
+            let now_s = f64::from(cycle) * CYCLE_S;
+            let pose = chair.at(now_s);
+            if cycle % 5 == 0 {
+                controller.word = Some(Word {
+                    free_mm: libm::floor((free_m - pose.travel_m) * 1e3) as i64,
+                    said_m: plan.odometer.said(pose.travel_m),
+                    time_s: now_s,
+                });
+            }
+            let said_m = plan.odometer.said(pose.travel_m);
+            let joystick = plan.joystick(now_s);
+            let command = controller.cycle(now_s, said_m, pose.speed_m_s, joystick);
+            fast |= command > joystick;
+            chair.command(command);
+        }
+        (chair.at(999.0 * CYCLE_S).travel_m, fast)
+    }
+
+    #[test]
+    fn a_chair_stops_before_the_free_ground_ends_and_near_it() {
+        for number in 0..40 {
+            let plan = Plan::draw(7, number);
+            let (way, fast) = driven(&plan, 2.0);
+            assert!(!fast, "faster than the joystick");
+            let left = 2.0 - FRONT_M - way;
+            assert!((0.0..0.08).contains(&left), "{number}: {left} m left");
+        }
+    }
+
+    #[test]
+    fn without_a_word_or_with_an_old_one_a_chair_stands() {
+        let mut controller = Controller::default();
+        assert_eq!(controller.cycle(0.0, 0.0, 0.0, 0.5), 0.0);
+        controller.word = Some(Word {
+            free_mm: 1500,
+            said_m: 0.0,
+            time_s: 0.0,
+        });
+        assert_eq!(controller.cycle(0.4, 0.0, 0.0, 0.5), 0.5);
+        assert_eq!(controller.cycle(0.42, 0.0, 0.0, 0.5), 0.0);
+        assert_eq!(controller.cycle(0.4, 1.1, 0.0, 0.5), 0.0);
+    }
+}

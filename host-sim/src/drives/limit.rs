@@ -1,0 +1,81 @@
+//! The speed limit of a controller, as `controller/stairscan.h` has it: free ground in, speed out.
+//!
+//! The C function is what chairs use. This one is for drives on the host; a test of the C sources holds both against
+//! each other.
+
+/// Properties of a chair, as its controller knows them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Brakes {
+    /// Longest time from the call to the effect of the next cycle's command, ms.
+    pub latency_ms: u32,
+    /// Least deceleration, mm/s².
+    pub deceleration_mm_s2: u32,
+    /// Age above which a free distance counts no longer, ms.
+    pub oldest_ms: u32,
+}
+
+/// Free ground ahead of a chair.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FreeAhead {
+    /// Free distance, mm.
+    pub free_mm: u32,
+    /// Time since it was measured, ms.
+    pub age_ms: u32,
+    /// Largest forward speed over the last age and latency, mm/s.
+    pub fastest_mm_s: u32,
+}
+
+/// Returns the largest speed, mm/s, for which
+/// `fastest · age + max(fastest, v) · latency + v² / (2 · deceleration) ≤ free`; 0 where there is none, the age is above
+/// the oldest, or the deceleration is 0.
+pub fn max_speed(ground: &FreeAhead, chair: &Brakes) -> u32 {
+    let wide = u128::from;
+    // Micrometres, times the deceleration.
+    let stops = |speed: u32| {
+        let reaction = wide(ground.fastest_mm_s.max(speed)) * wide(chair.latency_ms);
+        let way = wide(ground.fastest_mm_s) * wide(ground.age_ms) + reaction;
+        let brake = wide(chair.deceleration_mm_s2);
+        way * brake + 500 * wide(speed) * wide(speed) <= 1000 * wide(ground.free_mm) * brake
+    };
+    if ground.age_ms > chair.oldest_ms || chair.deceleration_mm_s2 == 0 {
+        return 0;
+    }
+    let bits = (0..u32::BITS).rev().map(|bit| 1 << bit);
+    bits.fold(0, |limit, bit| match stops(limit | bit) {
+        true => limit | bit,
+        false => limit,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CHAIR: Brakes = Brakes {
+        latency_ms: 200,
+        deceleration_mm_s2: 1000,
+        oldest_ms: 100,
+    };
+
+    #[test]
+    fn the_limits_are_those_of_the_page() {
+        let limit = |free_mm, age_ms, fastest_mm_s| {
+            let ground = FreeAhead {
+                free_mm,
+                age_ms,
+                fastest_mm_s,
+            };
+            max_speed(&ground, &CHAIR)
+        };
+        // docs/controller.md, first and last column.
+        assert_eq!(
+            [50, 300, 1000].map(|free| limit(free, 0, 0)),
+            [174, 600, 1228]
+        );
+        assert_eq!(
+            [50, 300, 1000].map(|free| limit(free, 100, 500)),
+            [0, 534, 1192]
+        );
+        assert_eq!(limit(1000, 101, 0), 0);
+    }
+}

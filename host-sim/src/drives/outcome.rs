@@ -1,0 +1,219 @@
+//! The outcome of a drive, decided by rules from its record.
+
+use super::controller::FRONT_M;
+use super::log::{DriveLog, End, SweepLog};
+use crate::sweeps::ground;
+
+/// A chair that stands this near to the hazard has come near enough, metres from its foremost point.
+pub const NEAR_M: f64 = 0.30;
+/// Ground nearer than this is below the last row's beam, metres from the mirror: 0.4 m high, 38° and half a beam down.
+const IN_SECTOR_M: f64 = 0.47;
+
+/// Why a chair has driven over a hazard whose ground shows, or does not.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Cause {
+    /// Somebody stepped in nearer than the chair can stop.
+    SteppedInTooNear,
+    /// The ground before the hazard does not show.
+    GroundDark,
+    /// The hazard stands beside the beam's axis.
+    BesideTheBeam,
+    /// The hazard came nearer than the last row looks, and the free distance grew again.
+    LeftTheSector,
+    /// The free distance ended beyond the hazard.
+    FreeTooFar,
+    /// No free distance ended beyond it: brakes, odometer, latency.
+    Chair,
+}
+
+impl Cause {
+    /// All of them.
+    pub const ALL: [Self; 6] = [
+        Self::SteppedInTooNear,
+        Self::GroundDark,
+        Self::BesideTheBeam,
+        Self::LeftTheSector,
+        Self::FreeTooFar,
+        Self::Chair,
+    ];
+
+    /// In words.
+    pub const fn as_str(self) -> &'static str {
+        match self {
+            Self::SteppedInTooNear => "stepped in nearer than the chair can stop",
+            Self::GroundDark => "ground before it dark",
+            Self::BesideTheBeam => "beside the beam's axis",
+            Self::LeftTheSector => "left the sector below the last row",
+            Self::FreeTooFar => "`ok` with a free distance beyond it",
+            Self::Chair => "within the free distance: chair",
+        }
+    }
+}
+
+/// What became of a drive.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Outcome {
+    /// The foremost point passed the hazard.
+    Over {
+        /// Whether the ground showed up to it while the chair could still stop.
+        shows: bool,
+        /// By the rules.
+        cause: Cause,
+    },
+    /// It stood at most [`NEAR_M`] before the hazard.
+    Near {
+        /// From the foremost point to the hazard, metres.
+        gap_m: f64,
+    },
+    /// It stood farther before it.
+    Early {
+        /// From the foremost point to the hazard, metres.
+        gap_m: f64,
+        /// Whether the ground shows up to the hazard from there.
+        shows: bool,
+    },
+    /// It stood although no hazard was on its way.
+    Halted,
+    /// It came to the end of a way without a hazard.
+    Through,
+}
+
+impl Outcome {
+    /// That of a drive.
+    pub fn of(log: &DriveLog) -> Self {
+        let gap_m = log
+            .hazard
+            .map(|hazard| hazard.at_m - FRONT_M - log.travel_m);
+        match (log.end, gap_m) {
+            (End::Passed, Some(_)) => over(log),
+            (End::Stood, Some(gap_m)) if gap_m <= NEAR_M => Self::Near { gap_m },
+            (End::Stood, Some(gap_m)) => Self::Early {
+                gap_m,
+                shows: log.sweeps.last().is_some_and(shows),
+            },
+            (End::Stood, None) => Self::Halted,
+            (End::Through | End::Passed, _) => Self::Through,
+        }
+    }
+}
+
+/// Whether the ground shows up to the hazard of a sweep.
+fn shows(sweep: &SweepLog) -> bool {
+    let at_m = sweep.hazard_m.unwrap_or(f64::INFINITY);
+    ground::reaches(sweep.shows_m, at_m)
+}
+
+/// The outcome of a drive over a hazard. The sweep that decides is the first of the last unbroken run of sweeps whose free
+/// distance ends beyond the hazard: with the words before the chair would have stopped.
+fn over(log: &DriveLog) -> Outcome {
+    let run = log
+        .sweeps
+        .iter()
+        .rev()
+        .take_while(|sweep| sweep.is_beyond());
+    let run = run.count();
+    let decides = log.sweeps.get(log.sweeps.len() - run).filter(|_| run > 0);
+    let in_sector = |sweep: &&SweepLog| sweep.hazard_m.is_some_and(|m| m >= IN_SECTOR_M);
+    let seen = decides.filter(in_sector);
+    let last = log.sweeps.iter().rev().find(in_sector);
+    let shows = seen.or(last).is_some_and(shows);
+    let too_near = log.step_in.is_some_and(|step| step.gap_m < step.needed_m);
+    let cause = match decides {
+        _ if too_near => Cause::SteppedInTooNear,
+        None => Cause::Chair,
+        _ if log.beside => Cause::BesideTheBeam,
+        _ if seen.is_none() => Cause::LeftTheSector,
+        _ if !shows => Cause::GroundDark,
+        _ => Cause::FreeTooFar,
+    };
+    Outcome::Over { shows, cause }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drives::log::StepIn;
+    use crate::sweeps::score::Word;
+    use crate::sweeps::truth::Hazard;
+    use stairscan::verdict::{Ending, Reasons, Status};
+
+    /// A sweep with a hazard at this distance, `ok` and free up to another one, the ground showing up to a third.
+    fn sweep(at_m: f64, free_m: f64, shows_m: f64) -> SweepLog {
+        SweepLog {
+            hazard_m: Some(at_m),
+            word: Word {
+                status: Status::Ok,
+                free_m: Some(free_m),
+                ending: Ending::Rise,
+            },
+            reasons: Reasons::NONE,
+            shows_m,
+            speed_m_s: 0.4,
+        }
+    }
+
+    fn log(sweeps: &[SweepLog], end: End, travel_m: f64) -> DriveLog {
+        DriveLog {
+            name: "made".into(),
+            sweeps: sweeps.to_vec(),
+            hazard: Some(Hazard {
+                at_m: 2.0,
+                kind: Ending::Rise,
+            }),
+            beside: false,
+            step_in: None,
+            end,
+            travel_m,
+            time_s: 5.0,
+        }
+    }
+
+    fn cause(log: &DriveLog) -> (bool, Cause) {
+        match Outcome::of(log) {
+            Outcome::Over { shows, cause } => (shows, cause),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn a_chair_that_stands_is_near_or_early() {
+        let sweeps = [sweep(0.6, 0.5, 1.7)];
+        let of = |travel_m| Outcome::of(&log(&sweeps, End::Stood, travel_m));
+        assert!(matches!(of(1.4), Outcome::Near { gap_m } if (gap_m - 0.2).abs() < 1e-9));
+        assert!(matches!(of(1.2), Outcome::Early { shows: true, .. }));
+        let free = DriveLog {
+            hazard: None,
+            ..log(&sweeps, End::Stood, 1.2)
+        };
+        assert_eq!(Outcome::of(&free), Outcome::Halted);
+        let through = DriveLog {
+            end: End::Through,
+            ..free
+        };
+        assert_eq!(Outcome::of(&through), Outcome::Through);
+    }
+
+    #[test]
+    fn the_first_sweep_of_the_last_run_beyond_the_hazard_decides() {
+        let short = sweep(0.9, 0.8, 1.7);
+        let passed = |sweeps: &[SweepLog]| log(sweeps, End::Passed, 1.6);
+        let far = passed(&[short, sweep(0.8, 1.2, 1.7), sweep(0.4, 1.2, 1.7)]);
+        assert_eq!(cause(&far), (true, Cause::FreeTooFar));
+        let dark = passed(&[short, sweep(0.8, 1.2, 0.6), sweep(0.4, 1.2, 1.7)]);
+        assert_eq!(cause(&dark), (false, Cause::GroundDark));
+        let left = passed(&[sweep(0.8, 1.2, 1.7), short, sweep(0.45, 1.2, 1.7)]);
+        assert_eq!(cause(&left), (true, Cause::LeftTheSector));
+        assert_eq!(cause(&passed(&[short])), (true, Cause::Chair));
+        let beside = DriveLog {
+            beside: true,
+            ..far.clone()
+        };
+        assert_eq!(cause(&beside), (true, Cause::BesideTheBeam));
+        let step_in = Some(StepIn {
+            gap_m: 0.2,
+            needed_m: 0.3,
+        });
+        let stepped = DriveLog { step_in, ..far };
+        assert_eq!(cause(&stepped), (true, Cause::SteppedInTooNear));
+    }
+}

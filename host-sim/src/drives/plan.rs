@@ -1,0 +1,86 @@
+//! How one chair is driven, drawn at random: joystick, drive, sensors.
+
+use core::f64::consts::TAU;
+
+use crate::scene::driving::{Odometer, Rocking, SWING, SWING_HZ};
+use crate::scene::maths::Random;
+
+/// Random numbers of plans, apart from those of scenes, surfaces and chirps.
+const STREAM: u64 = 0x4452_4956_4500;
+
+/// Speeds by joystick, m/s.
+const CRUISE: [f64; 2] = [0.2, 0.8];
+/// Dead time of motor controller and bus, seconds. With the control cycle it is at most what the controller counts on.
+const LATENCY_S: [f64; 2] = [0.1, 0.18];
+/// Deceleration and acceleration, m/s².
+const DECELERATION: [f64; 2] = [1.0, 1.6];
+const ACCELERATION: [f64; 2] = [0.4, 0.9];
+/// Share of the drives in which the joystick is held back for a while, and of those in which it is released.
+const HELD_BACK: f64 = 0.3;
+const RELEASED: f64 = 0.3;
+/// When that begins, and how long it lasts, seconds.
+const BEGINS_S: [f64; 2] = [0.5, 4.0];
+const LASTS_S: [f64; 2] = [0.4, 1.5];
+/// Distance of who steps in, metres from the mirror.
+const STEPS_IN_M: [f64; 2] = [0.6, 1.6];
+
+/// One chair and its driver.
+#[derive(Clone, Copy, Debug)]
+pub struct Plan {
+    /// Speed by joystick, m/s.
+    cruise: f64,
+    /// Phase of the joystick's swing.
+    swing: f64,
+    /// From when to when the joystick is somewhere else, seconds, and its share of the cruise speed.
+    pauses: [(f64, f64, f64); 2],
+    /// From a command to its effect, seconds.
+    pub latency_s: f64,
+    /// m/s².
+    pub deceleration: f64,
+    /// m/s².
+    pub acceleration: f64,
+    /// The odometer.
+    pub odometer: Odometer,
+    /// How the chair rocks.
+    pub rocking: Rocking,
+    /// Distance from the mirror at which somebody steps in, metres.
+    pub steps_in_m: f64,
+}
+
+impl Plan {
+    /// Drive number `number` through the scene of `seed`.
+    pub fn draw(seed: u64, number: u64) -> Self {
+        let rng = &mut Random::new(seed, STREAM + number);
+        let between = |rng: &mut Random, [low, high]: [f64; 2]| rng.between(low, high);
+        let pause = |rng: &mut Random, chance: f64, share: f64| {
+            let from = between(rng, BEGINS_S);
+            let to = from + between(rng, LASTS_S);
+            match rng.chance(chance) {
+                true => (from, to, share),
+                false => (0.0, 0.0, 1.0),
+            }
+        };
+        let share = rng.between(0.3, 0.7);
+        Self {
+            cruise: between(rng, CRUISE),
+            swing: rng.between(0.0, TAU),
+            pauses: [pause(rng, HELD_BACK, share), pause(rng, RELEASED, 0.0)],
+            latency_s: between(rng, LATENCY_S),
+            deceleration: between(rng, DECELERATION),
+            acceleration: between(rng, ACCELERATION),
+            odometer: Odometer::draw(rng),
+            rocking: Rocking::draw(rng),
+            steps_in_m: between(rng, STEPS_IN_M),
+        }
+    }
+
+    /// Speed that the joystick asks for, m/s.
+    pub fn joystick(&self, time_s: f64) -> f64 {
+        let swung = 1.0 + SWING * libm::sin(TAU * SWING_HZ * time_s + self.swing);
+        let held = self
+            .pauses
+            .iter()
+            .filter(|(from, to, _)| (*from..*to).contains(&time_s));
+        held.fold(self.cruise * swung, |speed, (_, _, share)| speed * share)
+    }
+}

@@ -1,0 +1,247 @@
+//! The scanner of a drive: its own code, with the world as radar module and motion input.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+use std::task::Poll;
+
+use anyhow::{Context, Result, anyhow, bail};
+use stairscan::Iq;
+use stairscan::config::{Config, RadarConfig};
+use stairscan::motion::Odometry;
+use stairscan::pipeline::Pipeline;
+use stairscan::scanner::{Hardware, Micros, Reports, Scanner, Settings};
+use stairscan::signal::radar::module::Wish;
+use stairscan::signal::radar::{LinkError, RadarModule};
+
+use super::course::Course;
+use super::log::DriveLog;
+use super::world::{ROWS, World};
+use crate::guarded::Guarded;
+use crate::motion::by_trigger::ByTrigger;
+use crate::motion::inlet::Inlet;
+use crate::motion::{Feed, Timetable};
+use crate::playback::{Playback, SimShaft, row_at};
+use crate::recording::Recording;
+use crate::replay::{Console, SHORTEST_SETTLE_US};
+use crate::scene::way::Way;
+use crate::setup;
+use crate::sweeps::score;
+use crate::volatile::{Volatile, identity};
+
+/// Steps of a scanner from sweep to sweep at most: some five a row, and those that wait.
+const MOST_STEPS: usize = 10_000;
+
+/// How a drive is made.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Manner {
+    /// Motion sentences come with the triggers, as the emulator needs them, not at their times.
+    pub by_trigger: bool,
+    /// The samples are kept.
+    pub is_kept: bool,
+}
+
+/// A drive that has ended.
+pub struct Driven {
+    /// Its record.
+    pub log: DriveLog,
+    /// Its rows, without samples where they were not kept.
+    pub recording: Recording,
+    /// The sentences on its sweeps.
+    pub sentences: Vec<String>,
+}
+
+/// The radar module: chirps from where the chair is when they are asked for.
+struct Module<'w, 'a> {
+    world: &'w RefCell<World<'a>>,
+    timetable: Rc<RefCell<Timetable>>,
+    config: Config,
+    sweep: usize,
+    triggered: bool,
+    chirp: Option<Vec<Iq>>,
+}
+
+impl RadarModule for Module<'_, '_> {
+    fn program(&mut self, _: Micros, _: &Wish, _: u32) {
+        self.sweep += usize::from(std::mem::take(&mut self.triggered));
+    }
+
+    fn settings(&mut self, now: Micros) -> Poll<Result<RadarConfig, LinkError>> {
+        match self.timetable.borrow().early(now) {
+            true => Poll::Pending,
+            false => Poll::Ready(Ok(self.config.radar)),
+        }
+    }
+
+    fn trigger(&mut self, now: Micros, shaft_angle: i32, _: u32) {
+        self.triggered = true;
+        let row = row_at(&self.config, shaft_angle).filter(|row| *row < ROWS);
+        self.chirp = row.and_then(|row| {
+            let order = if self.sweep.is_multiple_of(2) {
+                row
+            } else {
+                ROWS - 1 - row
+            };
+            let number = self.sweep * ROWS + order;
+            let chirp = self.world.borrow_mut().fire(number, row);
+            self.timetable.borrow_mut().fired(number, now);
+            chirp
+        });
+    }
+
+    fn poll(&mut self, _: Micros, samples: &mut [Iq]) -> Poll<Result<(), LinkError>> {
+        Poll::Ready(match &self.chirp {
+            Some(chirp) if chirp.len() == samples.len() => {
+                samples.copy_from_slice(chirp);
+                Ok(())
+            }
+            Some(_) => Err(LinkError::Answer),
+            None => Err(LinkError::Timeout),
+        })
+    }
+}
+
+/// A scanner's settings, its configuration and the motion sentences of its first row.
+fn set_up(world: &World<'_>, manner: Manner) -> Result<(Settings, Config, Timetable)> {
+    let first = &world.recording;
+    let mut playback = Playback::new(first, &Config::default())?.guarding();
+    if manner.by_trigger {
+        playback = playback.by_trigger();
+    }
+    let mut settings = playback.settings();
+    settings.motion = setup::mode(first);
+    let timetable = if manner.by_trigger {
+        Timetable::by_trigger(ByTrigger::new(first).context("no motion")?)
+    } else {
+        // The timetable says when the mirror has come to rest.
+        settings.timing.settle = SHORTEST_SETTLE_US;
+        Timetable::new(Feed::new(first, None).context("no motion")?)
+    };
+    settings.validate().map_err(|e| anyhow!("{e}"))?;
+    Ok((settings, *playback.config(), timetable))
+}
+
+/// Makes drive number `number` along a course.
+///
+/// # Errors
+/// Says what the scanner refuses, or where the mirror has come to lie inside or behind a surface.
+pub fn drive<'a>(
+    course: &'a Course,
+    ways: &'a [Option<Way<'a>>; 2],
+    number: u64,
+    manner: Manner,
+) -> Result<Driven> {
+    let mut world = World::new(course, ways, number, manner.is_kept)?;
+    let (settings, config, timetable) = set_up(&world, manner)?;
+    let timetable = Rc::new(RefCell::new(timetable));
+    world.begin(Rc::clone(&timetable));
+    let world = RefCell::new(world);
+    let sentences = guard(&world, settings, config, &timetable)
+        .with_context(|| format!("{} drive {number}", course.name))?;
+    let (log, recording) = world.into_inner().finish();
+    Ok(Driven {
+        log,
+        recording,
+        sentences,
+    })
+}
+
+/// Guards until the drive has ended, and returns the sentences on its sweeps.
+fn guard(
+    world: &RefCell<World<'_>>,
+    settings: Settings,
+    config: Config,
+    timetable: &Rc<RefCell<Timetable>>,
+) -> Result<Vec<String>> {
+    let mut reports = Reports::new();
+    let mut odometry = Odometry::new();
+    let mut pipeline = Box::new(Pipeline::new());
+    let mut now = Micros(0);
+    let hardware = Hardware {
+        mirror: SimShaft::default(),
+        link: Module {
+            world,
+            timetable: Rc::clone(timetable),
+            config,
+            sweep: 0,
+            triggered: false,
+            chirp: None,
+        },
+        port: Console::new(Inlet::new(Some(Rc::clone(timetable)))),
+        board: Volatile::SCANNING,
+    };
+    let mut scanner = Scanner::new(
+        hardware,
+        &mut *pipeline,
+        (&mut reports, &mut odometry),
+        Some(settings),
+        identity("host"),
+        now,
+    );
+    scanner.port_mut().inlet.type_in(b"guard on\n");
+    let mut sentences = Vec::new();
+    let mut steps = 0;
+    while !world.borrow().has_ended() {
+        scanner.step(now);
+        world.borrow_mut().check()?;
+        now = timetable.borrow_mut().step(now);
+        steps += 1;
+        if let Some(told) = scanner.port_mut().take_scan()? {
+            for word in Guarded::parse(0, told)? {
+                let seen = score::Word::of(&word);
+                world.borrow_mut().told(&word.sentence, &word.line, seen);
+                sentences.push(word.sentence);
+            }
+            steps = 0;
+        }
+        if steps > MOST_STEPS {
+            bail!("the scanner gave no answer");
+        }
+    }
+    Ok(sentences)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drives::controller::FRONT_M;
+    use crate::drives::log::End;
+    use crate::replay::{self, Options};
+    use crate::seeds::Draw;
+    use crate::sweeps::scenes::Kind;
+
+    fn course(kind: Kind) -> Course {
+        let seed = kind.seeds(Draw::Tuning).next().unwrap();
+        Course::new(kind, seed).unwrap()
+    }
+
+    #[test]
+    fn a_chair_stands_before_a_kerb_and_its_recording_replays_to_the_same_sentences() {
+        let course = course(Kind::Kerb);
+        let ways = course.ways();
+        for by_trigger in [false, true] {
+            let manner = Manner {
+                by_trigger,
+                is_kept: true,
+            };
+            let driven = drive(&course, &ways, 0, manner).unwrap();
+            assert_eq!(driven.log.end, End::Stood);
+            let at_m = driven.log.hazard.unwrap().at_m;
+            assert!(driven.log.travel_m > 0.5 && driven.log.travel_m < at_m - FRONT_M);
+            let options = Options {
+                by_trigger,
+                ..Options::default()
+            };
+            let words = replay::guarded(&driven.recording, &options).unwrap();
+            let replayed: Vec<String> = words.into_iter().map(|word| word.sentence).collect();
+            assert_eq!(replayed, driven.sentences);
+        }
+    }
+
+    #[test]
+    fn a_chair_comes_to_the_end_of_level_floor() {
+        let course = course(Kind::Level);
+        let driven = drive(&course, &course.ways(), 1, Manner::default()).unwrap();
+        assert_eq!(driven.log.end, End::Through);
+        assert!(driven.log.hazard.is_none());
+    }
+}

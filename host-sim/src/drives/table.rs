@@ -1,0 +1,184 @@
+//! The tables of drives: outcomes in, counts by kind and by cause out.
+
+use std::collections::BTreeMap;
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use super::log::DriveLog;
+use super::outcome::{Cause, Outcome};
+use crate::score::{Share, upper_bound};
+
+/// Counts over the drives of one kind.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    /// Drives.
+    pub drives: usize,
+    /// Drives over a hazard whose ground shows, of those that met a hazard.
+    pub over_shown: Share,
+    /// Drives over a hazard whose ground does not show, of the same.
+    pub over_dark: Share,
+    /// Drives that came near the hazard and stood, of the same.
+    pub near: Share,
+    /// The same of drives that stood, those before a hazard up to which the ground did not show from there left out.
+    pub near_shown: Share,
+    /// Drives that stood farther before it, of the same as `near`.
+    pub early: Share,
+    /// Drives that came to the end of their way, of those without a hazard.
+    pub through: Share,
+    /// Distances from the foremost point to the hazard at the end of drives that stood, metres, sorted.
+    gaps_m: Vec<f64>,
+}
+
+impl Tally {
+    /// Over some drives.
+    pub fn of<'a>(logs: impl Iterator<Item = &'a DriveLog>) -> Self {
+        let all: Vec<Outcome> = logs.map(Outcome::of).collect();
+        let is_free = |o: &&Outcome| matches!(o, Outcome::Halted | Outcome::Through);
+        let met: Vec<&Outcome> = all.iter().filter(|o| !is_free(o)).collect();
+        let share = |so: fn(&Outcome) -> bool| Share::count(&met, |o| so(o));
+        let judged = met
+            .iter()
+            .filter(|o| !matches!(o, Outcome::Early { shows: false, .. }));
+        let stood = judged.filter(|o| !matches!(o, Outcome::Over { .. }));
+        let mut gaps_m: Vec<f64> = (met.iter())
+            .filter_map(|o| match o {
+                Outcome::Near { gap_m } | Outcome::Early { gap_m, .. } => Some(*gap_m),
+                _ => None,
+            })
+            .collect();
+        gaps_m.sort_by(f64::total_cmp);
+        Self {
+            drives: all.len(),
+            over_shown: share(|o| matches!(o, Outcome::Over { shows: true, .. })),
+            over_dark: share(|o| matches!(o, Outcome::Over { shows: false, .. })),
+            near: share(|o| matches!(o, Outcome::Near { .. })),
+            near_shown: Share::count(stood, |o| matches!(o, Outcome::Near { .. })),
+            early: share(|o| matches!(o, Outcome::Early { .. })),
+            through: Share::count(all.iter().filter(is_free), |o| *o == Outcome::Through),
+            gaps_m,
+        }
+    }
+
+    /// A quantile of the distances at which chairs stood, metres.
+    fn gap_m(&self, quantile: f64) -> Option<f64> {
+        let last = self.gaps_m.len().checked_sub(1)?;
+        self.gaps_m
+            .get((quantile * last as f64 + 0.5) as usize)
+            .copied()
+    }
+
+    /// The figures as JSON.
+    pub fn json(&self, name: &str) -> Value {
+        let gaps = [0.1, 0.5, 0.9].map(|quantile| self.gap_m(quantile));
+        json!({
+            "kind": name,
+            "drives": self.drives,
+            "over_shown": self.over_shown.json(),
+            "over_shown_bound": upper_bound(self.over_shown.hits, self.over_shown.of),
+            "over_dark": self.over_dark.json(),
+            "near": self.near.json(),
+            "near_shown": self.near_shown.json(),
+            "early": self.early.json(),
+            "through": self.through.json(),
+            "gap_m": gaps,
+        })
+    }
+}
+
+/// Heading of the table of [`row`]s.
+pub const HEADING: &str = "| drives in | drives | to a hazard | over it, ground shows | upper 95 % bound (Clopper-Pearson) \
+     | over it, ground dark | stood within 30 cm | the same where the ground shows | stood farther | gap, cm: 10 %, 50 %, 90 % | no \
+     hazard: to the end |\n|---|---|---|---|---|---|---|---|---|---|---|\n";
+
+/// One line of the table.
+pub fn row(name: &str, tally: &Tally) -> String {
+    let counted = |share: Share| match share.of {
+        0 => "–".into(),
+        of => format!("{}/{of}", share.hits),
+    };
+    let bound = match tally.over_shown.of {
+        0 => "–".into(),
+        of => format!("{:.2} %", 100.0 * upper_bound(tally.over_shown.hits, of)),
+    };
+    let gap = |q| {
+        tally
+            .gap_m(q)
+            .map_or("–".into(), |m| format!("{:.0}", 100.0 * m))
+    };
+    format!(
+        "| {name} | {} | {} | {} | {bound} | {} | {} | {} | {} | {}, {}, {} | {} |\n",
+        tally.drives,
+        tally.near.of,
+        tally.over_shown.hits,
+        tally.over_dark.hits,
+        counted(tally.near),
+        counted(tally.near_shown),
+        counted(tally.early),
+        gap(0.1),
+        gap(0.5),
+        gap(0.9),
+        counted(tally.through)
+    )
+}
+
+/// How often each cause let a chair drive over a hazard, by whether its ground shows.
+pub fn causes(logs: &[DriveLog]) -> BTreeMap<(Cause, bool), usize> {
+    let mut counts = BTreeMap::new();
+    for log in logs {
+        if let Outcome::Over { shows, cause } = Outcome::of(log) {
+            *counts.entry((cause, shows)).or_default() += 1;
+        }
+    }
+    counts
+}
+
+/// The table of causes.
+pub fn causes_text(logs: &[DriveLog]) -> String {
+    let counts = causes(logs);
+    let mut out = String::from("| over a hazard | ground shows | ground dark |\n|---|---|---|\n");
+    let count = |cause, shows| counts.get(&(cause, shows)).copied().unwrap_or(0);
+    for cause in Cause::ALL {
+        let (shown, dark) = (count(cause, true), count(cause, false));
+        let _ = writeln!(out, "| {} | {shown} | {dark} |", cause.as_str());
+    }
+    out
+}
+
+/// How often chairs stood farther than 30 cm before a hazard, or where none was, by the last word's status and ending and whether
+/// the ground showed up to the hazard.
+pub fn halts(logs: &[DriveLog]) -> BTreeMap<String, [usize; 3]> {
+    let mut counts: BTreeMap<String, [usize; 3]> = BTreeMap::new();
+    for log in logs {
+        let column = match Outcome::of(log) {
+            Outcome::Early { shows: true, .. } => 0,
+            Outcome::Early { shows: false, .. } => 1,
+            Outcome::Halted => 2,
+            _ => continue,
+        };
+        let Some(last) = log.sweeps.last() else {
+            continue;
+        };
+        let reasons = last.reasons.to_string();
+        let word = format!(
+            "{}, {}",
+            last.word.status.as_str(),
+            last.word.ending.as_str()
+        );
+        let name = [word, reasons].join(" ").trim_end().to_owned();
+        counts.entry(name).or_default()[column] += 1;
+    }
+    counts
+}
+
+/// The table of [`halts`].
+pub fn halts_text(logs: &[DriveLog]) -> String {
+    let mut out = String::from(
+        "| last word of a chair that stood farther | hazard, ground shows up to it | hazard, ground dark | no hazard |\n\
+         |---|---|---|---|\n",
+    );
+    for (word, [shown, dark, free]) in halts(logs) {
+        let _ = writeln!(out, "| {word} | {shown} | {dark} | {free} |");
+    }
+    out
+}

@@ -1,0 +1,306 @@
+//! The world of a drive: a trigger in, the chirp from where the chair is then out, and a sentence in after each sweep.
+//!
+//! All is timed by the rows: 31 of them, 2.8 ms apart, ten times a second. The chair's place at the next row is known when a row
+//! is fired, because commands act after the chair's latency only.
+
+use std::cell::RefCell;
+use std::rc::Rc;
+
+use anyhow::{Context, Error, Result};
+use stairscan::Iq;
+use stairscan::report::GuardLine;
+
+use super::chair::{CYCLE_S, Chair, Pose};
+use super::controller::{Controller, FRONT_M, Word};
+use super::course::Course;
+use super::log::{DriveLog, End, StepIn, SweepLog};
+use super::plan::Plan;
+use crate::motion::Timetable;
+use crate::motion::place::Place;
+use crate::recording::Recording;
+use crate::scene::maths::Random;
+use crate::scene::way::{Shot, Way};
+use crate::sweeps::ground::{self, Meter};
+use crate::sweeps::scenes::{ROW_S, SWEEP_S};
+use crate::sweeps::score;
+
+/// Rows of a sweep.
+pub const ROWS: usize = 31;
+/// From the last row to the sentence's first byte, seconds: 590,000 instructions, docs/guard.md.
+const WORD_S: f64 = 0.005;
+/// One byte of the report at 115,200 baud, seconds.
+const BYTE_S: f64 = 10.0 / 115_200.0;
+/// A chair has stopped that stands so long with the joystick forward, seconds.
+const STANDS_S: f64 = 1.5;
+/// Below this it stands, m/s.
+const STANDING_M_S: f64 = 0.005;
+/// No drive is longer, seconds.
+const LONGEST_S: f64 = 60.0;
+/// Random numbers of a drive's inclinometer.
+const STREAM: u64 = 0x4452_4956_5000;
+/// Noise of its readings, degrees.
+const READING_SD: f64 = 0.02;
+
+/// A drive under way.
+pub struct World<'a> {
+    course: &'a Course,
+    ways: &'a [Option<Way<'a>>; 2],
+    number: u64,
+    plan: Plan,
+    rng: Random,
+    chair: Chair,
+    controller: Controller,
+    /// A sentence on its way to the controller, and when it has come, seconds.
+    coming: Option<(f64, Word)>,
+    meter: Meter,
+    /// The rows of the last sweeps.
+    rows: Vec<ground::Row>,
+    /// Where the scanner's motion sentences come from.
+    timetable: Option<Rc<RefCell<Timetable>>>,
+    /// Everything that a recording holds; samples only where they are kept.
+    pub recording: Recording,
+    is_kept: bool,
+    is_joined: bool,
+    stood_s: f64,
+    end: Option<End>,
+    failed: Option<Error>,
+    log: DriveLog,
+}
+
+/// When row `number` of a drive is fired, seconds.
+fn time_s(number: usize) -> f64 {
+    (number / ROWS) as f64 * SWEEP_S + (number % ROWS) as f64 * ROW_S
+}
+
+/// `x` as a recording has it, with so many units in one.
+fn digits(x: f64, per: f64) -> f64 {
+    libm::floor(x * per + 0.5) / per
+}
+
+impl<'a> World<'a> {
+    /// Drive number `number` along a course, whose samples are kept or not.
+    ///
+    /// # Errors
+    /// Says what the scene's scanner lacks.
+    pub fn new(
+        course: &'a Course,
+        ways: &'a [Option<Way<'a>>; 2],
+        number: u64,
+        is_kept: bool,
+    ) -> Result<Self> {
+        let plan = Plan::draw(course.seed, number);
+        let recording = course.scene().no_sweeps(&course.name, ROWS);
+        let name = format!("{}-{number}", course.name);
+        let mut world = Self {
+            course,
+            ways,
+            number,
+            chair: Chair::new(&plan),
+            plan,
+            rng: Random::new(course.seed, STREAM + number),
+            controller: Controller::default(),
+            coming: None,
+            meter: Meter::new(&recording.meta)?,
+            rows: Vec::new(),
+            timetable: None,
+            recording,
+            is_kept,
+            is_joined: !course.is_joined(),
+            stood_s: 0.0,
+            end: None,
+            failed: None,
+            log: DriveLog {
+                name,
+                sweeps: Vec::new(),
+                hazard: None,
+                beside: course.beside,
+                step_in: None,
+                end: End::Stood,
+                travel_m: 0.0,
+                time_s: 0.0,
+            },
+        };
+        world.place(0);
+        Ok(world)
+    }
+
+    /// Sends motion sentences by `timetable`, which has the first row's; what a scanner was set up by is over.
+    pub fn begin(&mut self, timetable: Rc<RefCell<Timetable>>) {
+        self.timetable = Some(timetable);
+        self.recording.samples.clear();
+        self.recording.meta.angles_deg.clear();
+    }
+
+    /// The pitch of the chair at a time, degrees.
+    fn pitch_deg(&mut self, time_s: f64) -> f64 {
+        let speed = self.chair.at(time_s).speed_m_s;
+        self.course.scene().pitch_deg() + self.plan.rocking.deg(speed, time_s)
+    }
+
+    /// Notes what the sensors say at row `number`, and sends it.
+    fn place(&mut self, number: usize) {
+        let time = time_s(number);
+        let said_m = self.plan.odometer.said(self.chair.at(time).travel_m);
+        let reading = self.pitch_deg(time) + READING_SD * self.rng.normal();
+        let place = Place {
+            time_s: digits(time, 1e5),
+            travel_m: digits(said_m, 1e4),
+            pitch_deg: digits(reading, 1e3),
+        };
+        let motion = &mut self.recording.meta.motion;
+        motion.time_s.push(place.time_s);
+        motion.travel_m.push(place.travel_m);
+        motion.pitch_deg.push(place.pitch_deg);
+        if let Some(timetable) = &self.timetable {
+            timetable.borrow_mut().push(&place);
+        }
+    }
+
+    /// The chirp of row `number` of the drive, the mirror's row `row`; none where it cannot be made.
+    pub fn fire(&mut self, number: usize, row: usize) -> Option<Vec<Iq>> {
+        let chirp = self.chirp(number, row);
+        chirp.map_err(|error| self.failed = Some(error)).ok()
+    }
+
+    /// Fails where a chirp could not be made.
+    ///
+    /// # Errors
+    /// Says where the mirror has come to lie inside or behind a surface.
+    pub fn check(&mut self) -> Result<()> {
+        self.failed.take().map_or(Ok(()), Err)
+    }
+
+    /// That chirp, after all that has happened before it.
+    fn chirp(&mut self, number: usize, row: usize) -> Result<Vec<Iq>> {
+        let time = time_s(number);
+        self.control(time);
+        self.place(number + 1);
+        let pose = self.chair.at(time);
+        self.look_about(&pose, time);
+        let shot = Shot {
+            travel_m: pose.travel_m,
+            speed: pose.speed_m_s,
+            pitch_deg: self.pitch_deg(time),
+            angle_deg: self.course.scene().row_deg(row),
+        };
+        let [alone, joined] = self.ways;
+        let way = match self.is_joined {
+            true => joined.as_ref().or(alone.as_ref()),
+            false => alone.as_ref(),
+        };
+        let way = way.context("a course has a way")?;
+        let chirp = way.chirp(&shot, row, (self.number, number as u64))?;
+        self.keep(&chirp, number, shot.angle_deg);
+        Ok(chirp)
+    }
+
+    /// Keeps a chirp for the recording and for the ground's echo.
+    fn keep(&mut self, chirp: &[Iq], number: usize, angle_deg: f64) {
+        let motion = &self.recording.meta.motion;
+        let (pitch, travel) = (motion.pitch_deg[number], motion.travel_m[number]);
+        if self.rows.len() >= ground::SWEEPS * ROWS {
+            self.rows.drain(..ROWS);
+        }
+        self.rows
+            .push(self.meter.row(chirp, angle_deg, pitch, travel));
+        if self.is_kept {
+            self.recording.samples.extend(chirp);
+            self.recording.meta.angles_deg.push(angle_deg);
+        }
+    }
+
+    /// The control cycles up to `time`.
+    fn control(&mut self, time: f64) {
+        loop {
+            let now = self.chair.cycles() as f64 * CYCLE_S;
+            if now > time {
+                return;
+            }
+            if let Some((_, word)) = self.coming.take_if(|(at, _)| *at <= now) {
+                self.controller.word = Some(word);
+            }
+            let pose = self.chair.at(now);
+            let said_m = self.plan.odometer.said(pose.travel_m);
+            let joystick = self.plan.joystick(now);
+            let controller = &mut self.controller;
+            let command = controller.cycle(now, said_m, pose.speed_m_s, joystick);
+            self.chair.command(command);
+            let stands = pose.speed_m_s < STANDING_M_S && joystick > 0.0;
+            self.stood_s = if stands { self.stood_s + CYCLE_S } else { 0.0 };
+        }
+    }
+
+    /// Lets somebody step in where it is time, and ends the drive.
+    fn look_about(&mut self, pose: &Pose, time: f64) {
+        let hazard = self.course.hazard;
+        let ahead_m = hazard.map(|hazard| hazard.at_m - pose.travel_m);
+        if !self.is_joined && ahead_m.is_some_and(|ahead_m| ahead_m <= self.plan.steps_in_m) {
+            self.is_joined = true;
+            let plan = &self.plan;
+            let reacts_s = 2.0 * SWEEP_S + 2.0 * WORD_S + CYCLE_S + plan.latency_s;
+            let braking = 0.5 * pose.speed_m_s * pose.speed_m_s / plan.deceleration;
+            self.log.step_in = Some(StepIn {
+                gap_m: ahead_m.unwrap_or(0.0) - FRONT_M,
+                needed_m: pose.speed_m_s * reacts_s + braking,
+            });
+        }
+        let passed = self.is_joined && ahead_m.is_some_and(|ahead_m| ahead_m < FRONT_M);
+        let end = match self.stood_s {
+            _ if passed => Some(End::Passed),
+            _ if pose.travel_m >= self.course.end_m => Some(End::Through),
+            stood if stood >= STANDS_S || time > LONGEST_S => Some(End::Stood),
+            _ => None,
+        };
+        if self.end.is_none() && end.is_some() {
+            self.end = end;
+            (self.log.travel_m, self.log.time_s) = (pose.travel_m, time);
+        }
+    }
+
+    /// Takes the sentence on the sweep whose last row was fired last.
+    pub fn told(&mut self, sentence: &str, line: &GuardLine, guarded: score::Word) {
+        let rows = self.recording.meta.motion.travel_m.len() - 1;
+        let time = time_s(rows - 1);
+        let said_m = self.recording.meta.motion.travel_m[rows - 1];
+        let arrives = time + WORD_S + (sentence.len() + 2) as f64 * BYTE_S;
+        self.coming = Some((arrives, Word::new(line, time, said_m)));
+        let pose = self.chair.at(time);
+        let hazard = self.course.hazard.filter(|_| self.is_joined);
+        self.log.sweeps.push(SweepLog {
+            hazard_m: hazard.map(|hazard| hazard.at_m - pose.travel_m),
+            word: guarded,
+            reasons: line.reasons,
+            shows_m: self.meter.shows_m(&self.rows, said_m),
+            speed_m_s: pose.speed_m_s,
+        });
+    }
+
+    /// Whether the drive has ended.
+    pub fn has_ended(&self) -> bool {
+        self.end.is_some()
+    }
+
+    /// The record of the drive that has ended, and its recording.
+    pub fn finish(mut self) -> (DriveLog, Recording) {
+        self.log.end = self.end.unwrap_or(End::Stood);
+        self.log.hazard = self.course.hazard.filter(|_| self.is_joined);
+        let sweeps = self.log.sweeps.len();
+        let recording = &mut self.recording;
+        recording.name.clone_from(&self.log.name);
+        recording.meta.sequence.scans = sweeps;
+        let rows = sweeps * ROWS;
+        let motion = &mut recording.meta.motion;
+        for list in [
+            &mut motion.time_s,
+            &mut motion.travel_m,
+            &mut motion.pitch_deg,
+        ] {
+            list.truncate(rows);
+        }
+        recording.meta.angles_deg.truncate(rows);
+        recording
+            .samples
+            .truncate(rows * recording.meta.samples_per_chirp);
+        (self.log, self.recording)
+    }
+}

@@ -1,0 +1,43 @@
+//! The scatterers of a scene's facets, drawn once and kept: places along a way look at the same ones again and again.
+
+use core::cell::RefCell;
+
+use num_complex::Complex64;
+
+use super::lateral::PATCH;
+use super::maths::Random;
+
+/// Streams of random numbers of the facets' scatterers.
+pub const SCATTERERS: u64 = 0x4449_4646_0000_0000;
+
+/// The scatterers of a seed, facet by facet.
+pub struct Scatterers {
+    seed: u64,
+    facets: RefCell<Vec<Vec<Complex64>>>,
+}
+
+impl Scatterers {
+    /// Those of a seed: none drawn yet.
+    pub fn new(seed: u64) -> Self {
+        Self {
+            seed,
+            facets: RefCell::default(),
+        }
+    }
+
+    /// Runs `look` with the first `count` scatterers or more of facet `k`.
+    pub fn with<T>(&self, k: usize, count: usize, look: impl FnOnce(&[Complex64]) -> T) -> T {
+        let mut facets = self.facets.borrow_mut();
+        if facets.len() <= k {
+            facets.resize(k + 1, Vec::new());
+        }
+        let facet = &mut facets[k];
+        if facet.len() < count {
+            // Drawn again from the first: a facet comes nearer, and seldom needs more.
+            let mut rng = Random::new(self.seed, SCATTERERS + k as u64);
+            facet.clear();
+            facet.extend((0..2 * count).map(|_| rng.complex(PATCH)));
+        }
+        look(facet)
+    }
+}

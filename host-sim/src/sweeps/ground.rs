@@ -1,0 +1,204 @@
+//! How far the ground's echo shows: chirps of guard sweeps in, a distance out.
+//!
+//! It says what a sweep could know at best, without the scanner's code. The ground is cut into pieces of 10 cm. The echo of
+//! a piece is the mean power at the ranges of the ground, over the rows within the beam's width of it, weighted like the
+//! two-way beam, and over three sweeps. It shows where that is 3 dB above the noise.
+
+use core::f64::consts::{LN_2, PI, TAU};
+
+use anyhow::{Context, Result};
+use stairscan::Iq;
+
+use crate::recording::{Metadata, Recording};
+
+/// Sweeps that are averaged.
+pub const SWEEPS: usize = 3;
+/// Length of a piece of ground, metres.
+const PIECE_M: f64 = 0.1;
+/// Pieces begin here and end here, metres from the mirror: within the rows of a mirror at 0.4 m, and the guard's range.
+const FROM_M: f64 = 0.5;
+const TO_M: f64 = 1.7;
+/// From place to place within a piece, metres.
+const STEP_M: f64 = 0.02;
+/// Power of ground and noise over noise that shows: 3 dB.
+const SHOWS: f64 = 2.0;
+/// Rows this far off the ground's direction see noise, radians.
+const OFF_RAD: f64 = 7.0 * PI / 180.0;
+/// The quantile of such cells that is taken: things that stand on the ground fill the upper ones.
+const QUANTILE: f64 = 0.35;
+/// Speed of light, m/s.
+const LIGHT: f64 = 299_792_458.0;
+
+/// One row's powers.
+#[derive(Clone, Debug)]
+pub struct Row {
+    /// Power by range bin, from the first that the ground can have.
+    powers: Vec<f32>,
+    /// Direction below the horizontal, radians.
+    below: f64,
+    /// The odometer, metres.
+    travel_m: f64,
+}
+
+/// Transform of chirps to the powers of ground and noise.
+#[derive(Clone, Debug)]
+pub struct Meter {
+    height_m: f64,
+    offset_m: f64,
+    bin_m: f64,
+    width_rad: f64,
+    real: bool,
+    /// First range bin.
+    first: usize,
+    /// Windowed cosines and sines of each bin.
+    waves: Vec<Vec<[f32; 2]>>,
+}
+
+impl Meter {
+    /// The meter for chirps of a recording.
+    ///
+    /// # Errors
+    /// The recording does not say how the mirror is mounted.
+    pub fn new(meta: &Metadata) -> Result<Self> {
+        let mirror = meta.mirror.as_ref().context("no mirror")?;
+        let bin_m = LIGHT / (2.0 * meta.bandwidth_hz);
+        let values = meta.samples_per_chirp * if meta.real { 2 } else { 1 };
+        let bin = |range_m: f64| ((range_m + mirror.offset_m) / bin_m) as usize;
+        let (height_m, offset_m) = (mirror.mount_height_m, mirror.offset_m);
+        let (first, last) = (bin(height_m), bin(libm::hypot(TO_M, height_m)) + 2);
+        let wave = |k: usize| {
+            let turn = |n: usize| {
+                let window = 0.5 - 0.5 * libm::cos(TAU * (n as f64 + 0.5) / values as f64);
+                let (sin, cos) = libm::sincos(TAU * ((k * n) % values) as f64 / values as f64);
+                [(window * cos) as f32, (window * sin) as f32]
+            };
+            (0..values).map(turn).collect()
+        };
+        Ok(Self {
+            height_m,
+            offset_m,
+            bin_m,
+            width_rad: mirror.beamwidth_deg.to_radians(),
+            real: meta.real,
+            first,
+            waves: (first..=last).map(wave).collect(),
+        })
+    }
+
+    /// A chirp's powers; `angle_deg` below the chair's horizontal, the chair pitched nose up by `pitch_deg`.
+    pub fn row(&self, chirp: &[Iq], angle_deg: f64, pitch_deg: f64, travel_m: f64) -> Row {
+        let values: Vec<[f32; 2]> = match self.real {
+            true => (chirp.iter())
+                .flat_map(|iq| [[f32::from(iq.i), 0.0], [f32::from(iq.q), 0.0]])
+                .collect(),
+            false => (chirp.iter())
+                .map(|iq| [f32::from(iq.i), f32::from(iq.q)])
+                .collect(),
+        };
+        let count = values.len().max(1) as f32;
+        let sum = |part: usize| values.iter().map(|v| v[part]).sum::<f32>() / count;
+        let mean = [sum(0), sum(1)];
+        let power = |wave: &Vec<[f32; 2]>| {
+            let (mut re, mut im) = (0.0_f32, 0.0_f32);
+            for ([a, b], [cos, sin]) in values.iter().zip(wave) {
+                let (a, b) = (a - mean[0], b - mean[1]);
+                re += a * cos + b * sin;
+                im += b * cos - a * sin;
+            }
+            re * re + im * im
+        };
+        Row {
+            powers: self.waves.iter().map(power).collect(),
+            below: (angle_deg - pitch_deg).to_radians(),
+            travel_m,
+        }
+    }
+
+    /// Mean power of a row's noise, by the rows that look off the ground.
+    fn noise(&self, rows: &[Row]) -> f64 {
+        let mut cells = Vec::new();
+        for row in rows {
+            for (k, power) in row.powers.iter().enumerate() {
+                let range_m = (self.first + k) as f64 * self.bin_m - self.offset_m;
+                let ground = libm::asin((self.height_m / range_m).min(1.0));
+                if (row.below - ground).abs() >= OFF_RAD {
+                    cells.push(*power);
+                }
+            }
+        }
+        if cells.is_empty() {
+            return f64::INFINITY;
+        }
+        let at = (QUANTILE * cells.len() as f64) as usize;
+        let (_, quantile, _) = cells.select_nth_unstable_by(at, f32::total_cmp);
+        // Powers of noise are distributed exponentially.
+        f64::from(*quantile) / -libm::log(1.0 - QUANTILE)
+    }
+
+    /// Mean power of the ground from `from_m` on for the length of a piece; none where no row looks there.
+    fn piece(&self, rows: &[Row], from_m: f64, travel_m: f64) -> Option<f64> {
+        let (mut sum, mut weights) = (0.0, 0.0);
+        for row in rows {
+            for k in 0..(PIECE_M / STEP_M + 0.5) as usize {
+                let x_m = from_m + (k as f64 + 0.5) * STEP_M + travel_m - row.travel_m;
+                let off = 2.0 * (row.below - libm::atan2(self.height_m, x_m)) / self.width_rad;
+                if off.abs() > 1.0 {
+                    continue;
+                }
+                let range_m = libm::hypot(x_m, self.height_m) + self.offset_m;
+                let bin = (range_m / self.bin_m + 0.5) as usize;
+                let Some(power) = bin.checked_sub(self.first).and_then(|b| row.powers.get(b))
+                else {
+                    continue;
+                };
+                // Two ways, half the power each at the edge.
+                let weight = libm::exp(-2.0 * LN_2 * off * off);
+                sum += weight * f64::from(*power);
+                weights += weight;
+            }
+        }
+        (weights > 0.0).then(|| sum / weights)
+    }
+
+    /// How far the ground shows in the rows of the last sweeps, metres from the mirror at `travel_m` by the odometer.
+    pub fn shows_m(&self, rows: &[Row], travel_m: f64) -> f64 {
+        let noise = self.noise(rows);
+        let pieces = ((TO_M - FROM_M) / PIECE_M + 0.5) as usize;
+        let place = |k: usize| FROM_M + k as f64 * PIECE_M;
+        let dark = |k: &usize| {
+            let power = self.piece(rows, place(*k), travel_m);
+            power.is_none_or(|power| power < SHOWS * noise)
+        };
+        place((0..pieces).find(dark).unwrap_or(pieces))
+    }
+}
+
+/// Whether ground that shows up to `shows_m` shows up to a hazard at `at_m`: all of its whole pieces.
+pub fn reaches(shows_m: f64, at_m: f64) -> bool {
+    shows_m + PIECE_M > at_m
+}
+
+/// Returns how far the ground shows after each sweep of a recording, metres.
+///
+/// # Errors
+/// The recording does not say how the mirror is mounted.
+pub fn of(recording: &Recording) -> Result<Vec<f64>> {
+    let meter = Meter::new(&recording.meta).with_context(|| recording.name.clone())?;
+    let meta = &recording.meta;
+    let at = |list: &[f64], k: usize| list.get(k).copied().unwrap_or(0.0);
+    let row = |k: usize| {
+        let chirp = recording.chirp(k).unwrap_or_default();
+        let (travel, pitch) = (&meta.motion.travel_m, &meta.motion.pitch_deg);
+        meter.row(chirp, at(&meta.angles_deg, k), at(pitch, k), at(travel, k))
+    };
+    let rows: Vec<Row> = (0..recording.chirps()).map(row).collect();
+    let sweeps = 0..recording.scans();
+    Ok(sweeps
+        .map(|sweep| {
+            let chirps = recording.chirps_of(sweep);
+            let from = recording.chirps_of(sweep.saturating_sub(SWEEPS - 1)).start;
+            let travel_m = at(&meta.motion.travel_m, chirps.end - 1);
+            meter.shows_m(&rows[from..chirps.end], travel_m)
+        })
+        .collect())
+}
