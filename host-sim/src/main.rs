@@ -58,6 +58,8 @@ enum Command {
     Accuracy(commands::accuracy::Args),
     /// Measure the free distance on guard sweeps of random scenes
     Guard(commands::guard::Args),
+    /// Measure what is detected of each hazard, with bounds and response times: the data sheet docs/capability.md
+    Capability(commands::capability::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
     /// Show the strongest echo of a SiRad's captures, through the code that the chip runs
@@ -126,6 +128,7 @@ fn main() -> ExitCode {
         Command::Compare(args) => commands::compare::run(&args),
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Guard(args) => commands::guard::run(&args),
+        Command::Capability(args) => commands::capability::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Faults(args) => commands::faults::run(&args),
         Command::Sirad(args) => commands::sirad::run(&args),

@@ -33,6 +33,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
             "accuracy",
             "sequences",
             "guard",
+            "capability",
             "modes",
             "faults",
             "soak",
@@ -163,6 +164,13 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("accuracy", &["accuracy --draw tuning --list"]),
     ("sequences", &["sequences"]),
     ("guard", &["guard --list", "guard --draw reporting"]),
+    (
+        "capability",
+        &[
+            "capability --body post --scenes 10",
+            "capability --draw reporting -o capability.html",
+        ],
+    ),
     ("modes", &["modes", "modes --baud 3000000 --vibration 0.1"]),
     (
         "faults",
