@@ -72,12 +72,19 @@ pub fn page(title: &str, parts: &[Part]) -> String {
             Part::Heading(level, text) => writeln!(body, "<h{level}>{}</h{level}>", marked(text)),
             Part::Text(text) => writeln!(body, "<p>{}</p>", marked(text)),
             Part::List(items) => {
-                let items: String = items.iter().map(|i| format!("<li>{}</li>", marked(i))).collect();
+                let items: String = items
+                    .iter()
+                    .map(|i| format!("<li>{}</li>", marked(i)))
+                    .collect();
                 writeln!(body, "<ul>{items}</ul>")
             }
             Part::Table(table) => writeln!(body, "{}", cells_of(table)),
             Part::Figure { alt, svg, .. } => {
-                writeln!(body, "<figure>{svg}<figcaption>{}</figcaption></figure>", marked(alt))
+                writeln!(
+                    body,
+                    "<figure>{svg}<figcaption>{}</figcaption></figure>",
+                    marked(alt)
+                )
             }
         };
     }
@@ -86,11 +93,16 @@ pub fn page(title: &str, parts: &[Part]) -> String {
 
 fn cells_of(table: &Table) -> String {
     let row = |cells: &[String], tag: &str| {
-        let cells = cells.iter().map(|c| format!("<{tag}>{}</{tag}>", marked(c)));
+        let cells = cells
+            .iter()
+            .map(|c| format!("<{tag}>{}</{tag}>", marked(c)));
         format!("<tr>{}</tr>\n", cells.collect::<String>())
     };
     let rows: String = table.rows.iter().map(|r| row(r, "td")).collect();
-    format!("<div class=\"table\"><table>\n{}{rows}</table></div>", row(&table.head, "th"))
+    format!(
+        "<div class=\"table\"><table>\n{}{rows}</table></div>",
+        row(&table.head, "th")
+    )
 }
 
 /// Text with its `code` as HTML.

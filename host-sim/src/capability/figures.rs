@@ -104,8 +104,14 @@ fn draw(sheet: &mut Sheet, corner: Place, panel: &Panel) {
         let aside = ASIDE * (2.0 * channel as f64 - 1.0);
         let at = |k: usize, share: Share| share.value().map(|p| (middle(k) + aside, height(p)));
         let values = panel.values.iter().enumerate();
-        let line: Vec<Place> = values.clone().filter_map(|(k, (_, t))| at(k, counts(t).detected)).collect();
-        sheet.path(&line, &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\" opacity=\"0.5\""));
+        let line: Vec<Place> = values
+            .clone()
+            .filter_map(|(k, (_, t))| at(k, counts(t).detected))
+            .collect();
+        sheet.path(
+            &line,
+            &format!("fill=\"none\" stroke=\"{colour}\" stroke-width=\"1.5\" opacity=\"0.5\""),
+        );
         for (k, (_, tally)) in values {
             let (detected, beyond) = (counts(tally).detected, counts(tally).beyond);
             if let Some(place) = at(k, detected) {
@@ -179,7 +185,11 @@ mod tests {
             let panels = panels(&measured, body);
             let sized = matches!(body, Body::Rise(_) | Body::Drop(_));
             assert_eq!(panels.len(), 5 + usize::from(sized));
-            assert_eq!(sheet_of(&panels).overlaps(), Vec::<String>::new(), "{body:?}");
+            assert_eq!(
+                sheet_of(&panels).overlaps(),
+                Vec::<String>::new(),
+                "{body:?}"
+            );
         }
     }
 }

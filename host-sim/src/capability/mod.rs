@@ -2,7 +2,7 @@
 //! bounds.
 //!
 //! A plan of cells goes in ([`plan`]): a test body ([`body`]) under one condition ([`condition`]), seen by so many
-//! independent scenes. Each scene is scanned and swept by the scanner's own loop ([`measure`]), each answer is judged by a
+//! independent scenes. Each scene is scanned and swept by the scanner's own loop ([`measure`], [`standing`]), each answer is judged by a
 //! rule ([`outcome`]), and the counts of a cell get their bounds ([`tally`]). What is made of them is one document
 //! ([`sheet`], [`figures`]), written as Markdown or as a page ([`document`]).
 //!
@@ -17,4 +17,5 @@ pub mod measure;
 pub mod outcome;
 pub mod plan;
 pub mod sheet;
+pub mod standing;
 pub mod tally;

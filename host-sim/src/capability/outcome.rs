@@ -41,7 +41,10 @@ impl ScanOutcome {
         let answered = !answer.is_fault();
         let near = |m: f64| (m - at_m).abs() <= AT_PLACE_M;
         let step = answer.steps.iter().any(|step| near(metres(step.distance)));
-        let drop = answer.drop.as_ref().is_some_and(|d| near(metres(d.distance)));
+        let drop = answer
+            .drop
+            .as_ref()
+            .is_some_and(|d| near(metres(d.distance)));
         let falls = answer.scan.direction == Direction::Down;
         let named = match body.ending() {
             None => false,

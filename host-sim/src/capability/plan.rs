@@ -21,8 +21,8 @@ pub const RISES_CM: [u32; 9] = [2, 3, 4, 6, 8, 10, 15, 20, 25];
 pub const DROPS_CM: [u32; 8] = [4, 6, 8, 10, 15, 20, 30, 50];
 /// Distances beside the reference, metres.
 const DISTANCES_M: [f64; 6] = [0.4, 0.6, 0.8, 1.25, 1.5, 2.0];
-/// Yaws beside the reference, degrees.
-const YAWS_DEG: [f64; 4] = [5.0, 10.0, 15.0, 20.0];
+/// Yaws beside the reference, degrees. The simulator takes up to 15°, and each scene is up to 1° aslant.
+const YAWS_DEG: [f64; 3] = [5.0, 10.0, 14.0];
 /// Pitches beside the reference, degrees: up to a ramp of 1:14.
 const PITCHES_DEG: [f64; 4] = [-4.0, -2.0, 2.0, 4.0];
 /// Losses of the window beside the reference, dB.
@@ -149,7 +149,12 @@ pub fn cells(scenes: usize) -> Vec<Cell> {
         changed().for_each(|(series, c)| add(series, body, c, scenes));
     }
     for body in sizes() {
-        add(Series::Size, body, Condition::REFERENCE, SIZE_TIMES * scenes);
+        add(
+            Series::Size,
+            body,
+            Condition::REFERENCE,
+            SIZE_TIMES * scenes,
+        );
         windows().for_each(|c| add(Series::SizeAndWindow, body, c, scenes));
     }
     let level = LEVEL_TIMES * scenes;

@@ -61,7 +61,9 @@ impl Measured {
     /// Counts of a body under the reference condition: all dry grounds together.
     pub(super) fn reference(&self, body: Body) -> Option<Tally> {
         let grounds = self.series(Series::Ground, body);
-        let dry = grounds.iter().filter(|(cell, _)| cell.condition.ground != Some(WET));
+        let dry = grounds
+            .iter()
+            .filter(|(cell, _)| cell.condition.ground != Some(WET));
         let all: Vec<&Tally> = dry.map(|(_, tally)| tally).collect();
         (!all.is_empty()).then(|| Tally::sum(all))
     }
@@ -73,7 +75,9 @@ impl Measured {
             _ => Series::SizeAndWindow,
         };
         let cells = self.series(series, body);
-        let found = cells.iter().find(|(cell, _)| cell.condition.loss_db == loss_db);
+        let found = cells
+            .iter()
+            .find(|(cell, _)| cell.condition.loss_db == loss_db);
         found.map(|(_, tally)| tally)
     }
 
@@ -84,7 +88,8 @@ impl Measured {
             .iter()
             .map(|(cell, tally)| (place(cell), cell.value(), tally.clone()))
             .collect();
-        if series != Series::Ground && !line.is_empty()
+        if series != Series::Ground
+            && !line.is_empty()
             && let Some(tally) = self.reference(body)
         {
             let cell = Cell {
@@ -97,7 +102,9 @@ impl Measured {
             line.push((place(&cell), cell.value(), tally));
             line.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
-        line.into_iter().map(|(_, value, tally)| (value, tally)).collect()
+        line.into_iter()
+            .map(|(_, value, tally)| (value, tally))
+            .collect()
     }
 }
 
@@ -117,7 +124,12 @@ fn place(cell: &Cell) -> f64 {
 fn detected(share: Share) -> String {
     match share.of {
         0 => "–".into(),
-        _ => format!("{}/{}, ≥ {:.1} %", share.hits, share.of, 100.0 * lower(share)),
+        _ => format!(
+            "{}/{}, ≥ {:.1} %",
+            share.hits,
+            share.of,
+            100.0 * lower(share)
+        ),
     }
 }
 
@@ -125,7 +137,12 @@ fn detected(share: Share) -> String {
 fn wrong(share: Share) -> String {
     match share.of {
         0 => "–".into(),
-        _ => format!("{}/{}, ≤ {:.1} %", share.hits, share.of, 100.0 * upper(share)),
+        _ => format!(
+            "{}/{}, ≤ {:.1} %",
+            share.hits,
+            share.of,
+            100.0 * upper(share)
+        ),
     }
 }
 
@@ -160,7 +177,11 @@ fn columns(tally: &Tally, times: &Times) -> [String; 6] {
 }
 
 /// A table of lines with these columns.
-fn table<'a>(first: &[&str], lines: impl Iterator<Item = (Vec<String>, &'a Tally)>, times: &Times) -> Table {
+fn table<'a>(
+    first: &[&str],
+    lines: impl Iterator<Item = (Vec<String>, &'a Tally)>,
+    times: &Times,
+) -> Table {
     let mut table = Table::new(&[first, &COLUMNS].concat());
     table.rows = lines
         .map(|(names, tally)| [names, columns(tally, times).to_vec()].concat())
@@ -203,17 +224,33 @@ fn glance(measured: &Measured) -> Vec<Part> {
 
 /// The smallest rise and drop that are detected in a share of the scenes.
 fn smallest(measured: &Measured) -> Vec<Part> {
-    let mut table = Table::new(&["body at 1 m", "window", "scan, 99 %", "scan, 90 %", "guard, 99 %", "guard, 90 %"]);
+    let mut table = Table::new(&[
+        "body at 1 m",
+        "window",
+        "scan, 99 %",
+        "scan, 90 %",
+        "guard, 99 %",
+        "guard, 90 %",
+    ]);
     for kind in ["rise", "drop"] {
         for loss_db in [0.0].into_iter().chain(LOSSES_DB) {
             let of_kind = sizes().filter(|body| body.kind() == kind);
-            let all: Option<Vec<(Body, &Tally)>> =
-                of_kind.map(|body| Some((body, measured.size(body, loss_db)?))).collect();
+            let all: Option<Vec<(Body, &Tally)>> = of_kind
+                .map(|body| Some((body, measured.size(body, loss_db)?)))
+                .collect();
             let Some(all) = all else { continue };
             let cell = |share, scan: bool| {
                 // A clean bill of so few scenes shows no more than 90 %.
-                let enough = all.iter().all(|(_, t)| lower(Share::new(t.guard.detected.of, t.guard.detected.of)) >= share);
-                let of = |t: &Tally| if scan { t.scan.detected } else { t.guard.detected };
+                let enough = all.iter().all(|(_, t)| {
+                    lower(Share::new(t.guard.detected.of, t.guard.detected.of)) >= share
+                });
+                let of = |t: &Tally| {
+                    if scan {
+                        t.scan.detected
+                    } else {
+                        t.guard.detected
+                    }
+                };
                 match enough {
                     true => least(&all, share, of),
                     false => "–".into(),
@@ -242,7 +279,10 @@ fn smallest(measured: &Measured) -> Vec<Part> {
 
 /// The smallest of bodies in order that is, with all larger ones, detected in at least `share`, by its lower bound.
 fn least(all: &[(Body, &Tally)], share: f64, of: impl Fn(&Tally) -> Share) -> String {
-    let enough = all.iter().rev().take_while(|(_, tally)| lower(of(tally)) >= share);
+    let enough = all
+        .iter()
+        .rev()
+        .take_while(|(_, tally)| lower(of(tally)) >= share);
     let size = |body: Body| body.name().split(' ').skip(2).collect::<Vec<_>>().join(" ");
     match (enough.last(), all.last()) {
         (Some((body, _)), _) => size(*body),
@@ -265,7 +305,11 @@ fn every_size(measured: &Measured) -> Vec<Part> {
     if lines.is_empty() {
         return Vec::new();
     }
-    let table = table(&["body at 1 m", "window"], lines.into_iter(), &measured.head.times);
+    let table = table(
+        &["body at 1 m", "window"],
+        lines.into_iter(),
+        &measured.head.times,
+    );
     vec![
         Part::Heading(2, "Sizes, and what shrinks them".into()),
         Part::Text(words::SIZES.into()),
@@ -276,7 +320,13 @@ fn every_size(measured: &Measured) -> Vec<Part> {
 /// A section for each body: its drawing and its table.
 fn bodies(measured: &Measured) -> Vec<Part> {
     let of = |body: Body| -> Vec<Part> {
-        let series = [Series::Distance, Series::Yaw, Series::Pitch, Series::Window, Series::Ground];
+        let series = [
+            Series::Distance,
+            Series::Yaw,
+            Series::Pitch,
+            Series::Window,
+            Series::Ground,
+        ];
         let lines: Vec<(Vec<String>, Tally)> = series
             .into_iter()
             .flat_map(|series| {
@@ -292,7 +342,10 @@ fn bodies(measured: &Measured) -> Vec<Part> {
             Part::Heading(2, capital(&body.name())),
             Part::Figure {
                 file: format!("{}.svg", body.kind()),
-                alt: format!("{}: share detected, and `ok` with free ground beyond it, by scan and guard", body.name()),
+                alt: format!(
+                    "{}: share detected, and `ok` with free ground beyond it, by scan and guard",
+                    body.name()
+                ),
                 svg: figures::of(measured, body),
             },
             Part::Table(table(&["what changes", "to"], rows, &measured.head.times)),
@@ -310,7 +363,14 @@ fn capital(text: &str) -> String {
 
 /// Chairs that drive towards a body.
 fn driven(measured: &Measured) -> Vec<Part> {
-    let mut table = Table::new(&["body", "speed", "guard detects", "guard `ok` and free beyond", "named by, median", "named by, 95 %"]);
+    let mut table = Table::new(&[
+        "body",
+        "speed",
+        "guard detects",
+        "guard `ok` and free beyond",
+        "named by, median",
+        "named by, 95 %",
+    ]);
     let cm = |at: Option<u32>| at.map_or("later".into(), |cm| format!("{cm} cm"));
     for (cell, tally) in &measured.cells {
         if cell.series == Series::Speed {
@@ -342,14 +402,25 @@ fn level(measured: &Measured) -> Vec<Part> {
     }
     for series in [Series::Ground, Series::Window] {
         let cells = measured.series(series, Body::Level);
-        lines.extend(cells.iter().map(|(cell, tally)| (cell.value(), tally.clone())));
+        lines.extend(
+            cells
+                .iter()
+                .map(|(cell, tally)| (cell.value(), tally.clone())),
+        );
     }
     if lines.is_empty() {
         return Vec::new();
     }
     let mut table = Table::new(&[
-        "level ground", "scans with an alarm", "alarms an hour, scan", "seconds of sweeps with an alarm",
-        "alarms an hour, guard", "scans `ok`", "last sweeps `ok`", "scan free short of 1.05 m", "guard free short of 1.05 m",
+        "level ground",
+        "scans with an alarm",
+        "alarms an hour, scan",
+        "seconds of sweeps with an alarm",
+        "alarms an hour, guard",
+        "scans `ok`",
+        "last sweeps `ok`",
+        "scan free short of 1.05 m",
+        "guard free short of 1.05 m",
     ]);
     let times = &measured.head.times;
     let second_s = SWEEPS as f64 * times.sweep_s;
@@ -381,7 +452,11 @@ fn counted(share: Share) -> String {
 /// Alarms an hour of answers that take `seconds` each, with the upper bound.
 fn an_hour(share: Share, seconds: f64) -> String {
     let rate = |p: f64| 3600.0 * p / seconds;
-    format!("{:.0}, ≤ {:.0}", rate(share.value().unwrap_or(0.0)), rate(upper(share)))
+    format!(
+        "{:.0}, ≤ {:.0}",
+        rate(share.value().unwrap_or(0.0)),
+        rate(upper(share))
+    )
 }
 
 /// Bounds of the first draw on the second one.
@@ -396,7 +471,12 @@ fn second(measured: &Measured) -> Vec<Part> {
         };
         let (found, of) = tally.contradicted(again);
         bounds += of;
-        let name = format!("{}, {} {}", cell.body.name(), cell.series.name(), words::condition(cell));
+        let name = format!(
+            "{}, {} {}",
+            cell.body.name(),
+            cell.series.name(),
+            words::condition(cell)
+        );
         broken.extend(found.into_iter().map(|what| format!("{name}: {what}")));
     }
     let mut parts = vec![

@@ -176,7 +176,10 @@ impl Tally {
             }
             bounds += 2;
             let told = |what: &str, was: Share, is: Share| {
-                format!("{name}, {what}: {}/{}, then {}/{}", was.hits, was.of, is.hits, is.of)
+                format!(
+                    "{name}, {what}: {}/{}, then {}/{}",
+                    was.hits, was.of, is.hits, is.of
+                )
             };
             if !keeps_lower(lower(first.detected), second.detected) {
                 broken.push(told("detected", first.detected, second.detected));
@@ -214,7 +217,10 @@ mod tests {
         assert!(lower(Share::new(300, 300)) >= 0.99 && lower(Share::new(299, 300)) < 0.985);
         assert!((upper(Share::new(0, 299)) - 0.01).abs() < 3e-5);
         assert!((lower(Share::new(18, 20)) - 0.7174).abs() < 1e-3);
-        assert_eq!((lower(Share::new(0, 0)), upper(Share::new(0, 0))), (0.0, 1.0));
+        assert_eq!(
+            (lower(Share::new(0, 0)), upper(Share::new(0, 0))),
+            (0.0, 1.0)
+        );
     }
 
     #[test]
@@ -222,9 +228,15 @@ mod tests {
         let all = [Some(2), Some(3), Some(5), None].map(|named_at| seen(true, named_at));
         let tally = Tally::of(&all);
         assert_eq!((tally.sweeps(0.5), tally.sweeps(0.95)), (Some(3), None));
-        assert_eq!((tally.named_cm(0.5), tally.named_cm(0.95)), (Some(130), None));
+        assert_eq!(
+            (tally.named_cm(0.5), tally.named_cm(0.95)),
+            (Some(130), None)
+        );
         let twice = Tally::sum([&tally, &tally]);
-        assert_eq!((twice.scan.detected, twice.sweeps(0.5)), (Share::new(8, 8), Some(3)));
+        assert_eq!(
+            (twice.scan.detected, twice.sweeps(0.5)),
+            (Share::new(8, 8), Some(3))
+        );
     }
 
     #[test]

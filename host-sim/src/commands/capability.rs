@@ -135,10 +135,14 @@ fn times() -> Result<Times> {
 fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
     let of = |(k, cell): (usize, &Cell)| {
         let seeds = cell.seeds(draw).enumerate();
-        seeds.map(move |(turn, seed)| (k, turn, seed)).collect::<Vec<_>>()
+        seeds
+            .map(move |(turn, seed)| (k, turn, seed))
+            .collect::<Vec<_>>()
     };
     let jobs: Vec<(usize, usize, u64)> = cells.iter().enumerate().flat_map(of).collect();
-    let seen = harness::each(&jobs, |&(k, turn, seed)| measure::seen(&cells[k], turn, seed))?;
+    let seen = harness::each(&jobs, |&(k, turn, seed)| {
+        measure::seen(&cells[k], turn, seed)
+    })?;
     let mut rest = seen.as_slice();
     let tallies = cells.iter().map(|cell| {
         let (own, others) = rest.split_at_checked(cell.scenes)?;
@@ -152,7 +156,9 @@ fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
 /// Measures, prints the sheet and writes the page and the drawings.
 pub fn run(args: &Args) -> Result<ExitCode> {
     let outputs = args.overwrite.reading::<&str>([]);
-    args.output.iter().try_for_each(|path| outputs.check(path))?;
+    args.output
+        .iter()
+        .try_for_each(|path| outputs.check(path))?;
     let cells = args.cells(args.scenes);
     let tallies = measured(&cells, args.draw)?;
     let second = match args.second {

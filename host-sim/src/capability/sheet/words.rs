@@ -83,8 +83,9 @@ pub fn head(head: &Heading) -> Vec<Part> {
         Part::Heading(2, "Terms".into()),
         Part::List(bodies.to_vec()),
         Part::List(vec![
-            "Zone: 0.4 to 2.0 m ahead of the mirror, which turns 40 cm above the ground, in the plane of the beam. A beam of 5° \
-             lights 4 cm to either side at 1 m: nothing is said of what stands beside it."
+            "Zone: 0.4 to 2.0 m ahead of the mirror, which turns 40 cm above the ground, in the plane of the beam, at a yaw of up to \
+             15° (the simulator goes no farther). A beam of 5° lights 4 cm to either side at 1 m: nothing is said of what stands \
+             beside it."
                 .into(),
             "Draws: in every scene the body stands up to 2.5 cm nearer or farther and 1° aslant; mirror and tyres pitch the beam by \
              0.15° (standard deviation) that nobody tells; texture of the materials is drawn over 8 dB, roughness over a factor of \
@@ -92,7 +93,8 @@ pub fn head(head: &Heading) -> Vec<Part> {
                 .into(),
             "A scan detects a step when it tells a step within 10 cm of the body's place, a drop when it tells a drop or a step down \
              there. For posts and for rises and drops below 6 cm it is enough that the free distance of an `ok` answer ends at or \
-             before the body, 5 cm allowed. A fault detects nothing."
+             before the body, 5 cm allowed: little at 1 m, where the horizon of most `ok` answers ends with nothing there (last \
+             table). A fault detects nothing."
                 .into(),
             format!(
                 "The guard detects when one of {SWEEPS} sweeps from a standing chair ends its free distance at or before the body, 5 cm \
