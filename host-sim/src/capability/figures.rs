@@ -5,7 +5,7 @@ use crate::score::Share;
 
 use super::body::Body;
 use super::plan::{Series, sizes};
-use super::sheet::Measured;
+use super::results::Measured;
 use super::tally::{Counts, Tally, lower, upper};
 
 /// Size of a panel with its margins, and of the part that is drawn in, pixels.
@@ -119,7 +119,7 @@ fn draw(sheet: &mut Sheet, corner: Place, panel: &Panel) {
                 mark(sheet, channel, place, colour);
             }
             if let Some(place) = at(k, beyond) {
-                sheet.line((place.0, height(upper(beyond))), place, FAINT);
+                sheet.dashed((place.0, height(upper(beyond))), place, colour);
                 cross(sheet, place, colour);
             }
         }
@@ -146,21 +146,21 @@ fn cross(sheet: &mut Sheet, (x, y): Place, colour: &str) {
 fn legend(sheet: &mut Sheet) {
     let names = ["scan", "guard"];
     for (channel, (name, colour)) in names.into_iter().zip(COLOURS).enumerate() {
-        let x = MARGIN[0] + 440.0 * channel as f64;
+        let x = MARGIN[0] + 520.0 * channel as f64;
         mark(sheet, channel, (x, 16.0), colour);
         let words = format!("{name} detects, with lower bound");
         sheet.text((x + 10.0, 20.0), Anchor::Start, 12.0, INK, &words);
-        cross(sheet, (x + 215.0, 16.0), colour);
+        cross(sheet, (x + 240.0, 16.0), colour);
         let words = format!("{name} `ok` and free beyond").replace('`', "");
-        sheet.text((x + 225.0, 20.0), Anchor::Start, 12.0, INK, &words);
+        sheet.text((x + 250.0, 20.0), Anchor::Start, 12.0, INK, &words);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::capability::plan::{MOST_SCENES, cells};
-    use crate::capability::sheet::{Heading, Times};
+    use crate::capability::plan::cells;
+    use crate::capability::results::{Heading, Times};
     use crate::seeds::Draw;
 
     #[test]
@@ -175,7 +175,7 @@ mod tests {
                 draw: Draw::Tuning,
                 times,
             },
-            cells: cells(MOST_SCENES as usize)
+            cells: cells(4, 4)
                 .into_iter()
                 .map(|cell| (cell, Tally::default()))
                 .collect(),

@@ -4,7 +4,7 @@ use super::super::body::Body;
 use super::super::document::Part;
 use super::super::measure::SWEEPS;
 use super::super::plan::{Cell, ground_name};
-use super::{Heading, Times};
+use super::super::results::{Heading, Times};
 
 /// Above the table of bodies under the reference condition.
 pub const GLANCE: &str = "Reference condition: the body 1 m ahead, the chair standing, square to the edge and level, the \
@@ -12,11 +12,12 @@ pub const GLANCE: &str = "Reference condition: the body 1 m ahead, the chair sta
     bounds by Clopper and Pearson. A full scan answers after the scan time; the last two columns are the guard's response time.";
 
 /// Above the table of the smallest sizes.
-pub const SMALLEST: &str = "The smallest size that is, like every larger one measured, detected with 99 %, or 90 %, of \
-    probability at 95 % confidence. A dash: the cells hold too few scenes to show that share.";
+pub const SMALLEST: &str = "The smallest size that is, like every larger one measured, detected with a probability of 99 %, or 90 %, \
+    at 95 % confidence; and from which on answers that are `ok` with free ground beyond the body are at most 1 %. A dash: the \
+    cells hold too few scenes to show that share.";
 
 /// Above the table of sizes.
-pub const SIZES: &str = "The window's loss is taken from the level of all echoes alike, out and back together. Rain in the air \
+pub const SIZES: &str = "Rises and drops of up to 4 cm are none by the contract of the guard, and stand here for completeness. The window's loss is taken from the level of all echoes alike, out and back together. Rain in the air \
     costs less than 0.1 dB over 2 m and back (Rec. ITU-R P.838-3, 50 mm an hour at 94 GHz). Water on the window costs: a field \
     falls to 1/e in 0.26 mm of water at 20 °C (Liebe, Hufford, Manabe 1991), so that a closed film takes 67 dB a millimetre out and \
     back. 3 dB are a film of 0.05 mm or dust, 10 dB one of 0.15 mm or mud in part, 20 dB one of 0.3 mm, or a module with 20 \
