@@ -97,7 +97,7 @@ fn draw(sheet: &mut Sheet, corner: Place, panel: &Panel) {
     let middle = |k: usize| left + column * (k as f64 + 0.5);
     for (k, (value, _)) in panel.values.iter().enumerate() {
         let place = (middle(k), bottom + 18.0);
-        sheet.text(place, Anchor::Middle, 12.0, FAINT, value);
+        sheet.text(place, Anchor::Middle, 11.0, FAINT, value);
     }
     let counts: [fn(&Tally) -> &Counts; 2] = [|t| &t.scan, |t| &t.guard];
     for (channel, (counts, colour)) in counts.into_iter().zip(COLOURS).enumerate() {

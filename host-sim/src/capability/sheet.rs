@@ -25,6 +25,7 @@ pub fn parts(measured: &Measured) -> Vec<Part> {
         others::driven(measured),
         others::level(measured),
         others::second(measured),
+        words::limits(),
     ]
     .concat()
 }

@@ -94,15 +94,16 @@ impl Args {
     }
 }
 
-/// The head of the sheet of a draw, which a test holds the document against.
+/// The head of the sheet of a draw, with so many scenes of most cells and of each size, which a test holds the document
+/// against.
 ///
 /// # Errors
 /// Those of the timing model.
-pub fn heading(draw: Draw, scenes: u64, second: Option<u64>) -> Result<String> {
+pub fn heading(draw: Draw, [scenes, sizes]: [u64; 2], second: Option<u64>) -> Result<String> {
     let args = Args {
         draw,
         scenes,
-        sizes: OF_A_SIZE,
+        sizes,
         second,
         bodies: Vec::new(),
         format: Format::Text,

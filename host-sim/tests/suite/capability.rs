@@ -23,7 +23,9 @@ fn option(name: &str) -> Option<u64> {
 #[test]
 fn the_published_sheet_is_that_of_the_reporting_seeds() {
     let scenes = option("--scenes").unwrap_or(capability::SCENES);
-    let heading = capability::heading(Draw::Reporting, scenes, option("--second")).unwrap();
+    let sizes = option("--sizes").unwrap_or(capability::OF_A_SIZE);
+    let second = option("--second");
+    let heading = capability::heading(Draw::Reporting, [scenes, sizes], second).unwrap();
     assert!(
         PUBLISHED.starts_with(&heading),
         "docs/capability.md was not made by `sh docs/make capability`, whose output begins with:\n{heading}"
@@ -36,11 +38,15 @@ fn the_published_sheet_is_that_of_the_reporting_seeds() {
         "## Approach",
         "## False alarms on level ground",
         "## Second draw",
+        "## What limits it",
     ] {
         assert_eq!(section(title), 1, "{title}");
     }
     for body in Body::STANDARD {
-        assert!(PUBLISHED.contains(&format!("\n| {} |", body.name())), "{body:?}");
+        assert!(
+            PUBLISHED.contains(&format!("\n| {} |", body.name())),
+            "{body:?}"
+        );
         let drawing = format!("(capability/{}.svg)", body.kind());
         assert_eq!(PUBLISHED.matches(&drawing).count(), 1, "{body:?}");
     }
@@ -62,15 +68,30 @@ fn a_small_sheet_has_its_cells_bounds_and_drawing() {
     let (page, plots) = (dir.join("sheet.html"), dir.join("plots"));
     std::fs::create_dir_all(&dir).unwrap();
     let paths = [&page, &plots].map(|path| path.to_str().unwrap());
-    let args = ["capability", "--body", "post", "--scenes", "1", "--second", "1"];
-    let out = sim(&[&args[..], &["--format", "json", "-o", paths[0], "--plots", paths[1]]].concat());
+    let args = [
+        "capability",
+        "--body",
+        "post",
+        "--scenes",
+        "1",
+        "--second",
+        "1",
+    ];
+    let out = sim(&[
+        &args[..],
+        &["--format", "json", "-o", paths[0], "--plots", paths[1]],
+    ]
+    .concat());
     assert!(out.status.success(), "{out:?}");
     let sheet: Value = serde_json::from_slice(&out.stdout).unwrap();
     let cells = sheet["cells"].as_array().unwrap();
     assert!(cells.len() > 10 && sheet["second"].as_array().unwrap().len() == cells.len());
     for cell in cells {
         let counts = &cell["counts"];
-        assert_eq!((&cell["body"], &cell["scenes"]), (&"post".into(), &1.into()));
+        assert_eq!(
+            (&cell["body"], &cell["scenes"]),
+            (&"post".into(), &1.into())
+        );
         for answers in ["scan", "guard"] {
             assert_eq!(counts[answers]["of"], 1);
             assert!(counts[answers]["detected_lower_95"].as_f64().unwrap() < 0.06);
@@ -81,6 +102,10 @@ fn a_small_sheet_has_its_cells_bounds_and_drawing() {
     assert!(page.contains("<h1>Capability sheet</h1>") && page.contains(&drawing));
     assert!(page.contains("--draw tuning --scenes 1 --second 1 --body post"));
     let again = sim(&[&args[..], &["-o", paths[0]]].concat());
-    assert_eq!(again.status.code(), Some(1), "an existing page is not replaced");
+    assert_eq!(
+        again.status.code(),
+        Some(1),
+        "an existing page is not replaced"
+    );
     std::fs::remove_dir_all(dir).unwrap();
 }

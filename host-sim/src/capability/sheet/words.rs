@@ -69,6 +69,31 @@ pub fn second(bounds: usize, broken: usize) -> String {
     )
 }
 
+/// Returns what the figures are limited by.
+pub fn limits() -> Vec<Part> {
+    let causes = [
+        "A smooth upright post gives its echo back only to a level beam. The guard's rows look 8° and more below, and see where the \
+         post meets the ground; rough ground hides that. A scan has no sentence for a post: mostly it answers `degraded` with one in \
+         view, but some of the scans are `ok` beyond one that is nearer than 1 m.",
+        "A drop shows by ground that ends. The guard's free distance ends before a fall of 8 cm and more, mostly without the name, \
+         which takes a probability above one half at one place. Behind a fall of 6 cm and less it takes the lower floor, which the \
+         beam lights as well, for the ground.",
+        "A grating scatters from its bars alone, and a scan does not tell where it ends.",
+        "The guard's steepest row meets the ground 51 cm ahead, and it judges ground up to 1.7 m: nearer and farther bodies are \
+         hardly named.",
+        "A wet floor mirrors, and little of the ground comes back: most answers on it promise nothing, and some tell a false step or \
+         drop. Loss at the window has the same consequence.",
+        "Cells of few scenes have wide bounds; the bound is the figure to rely on. Bodies stand by themselves, before an instrument \
+         in order, on the simulator's surfaces.",
+    ];
+    let causes = causes.map(str::to_owned).to_vec();
+    vec![
+        Part::Heading(2, "What limits it".into()),
+        Part::Text("Probable causes, from geometry and from how the estimators work; none was measured by itself.".into()),
+        Part::List(causes),
+    ]
+}
+
 /// Returns title, origin and terms of a sheet.
 pub fn head(head: &Heading) -> Vec<Part> {
     let Times { scan_s, sweep_s } = head.times;
