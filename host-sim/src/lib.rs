@@ -6,6 +6,8 @@ pub mod budgets;
 #[cfg(feature = "program")]
 pub mod cache;
 #[cfg(feature = "program")]
+pub mod capability;
+#[cfg(feature = "program")]
 pub mod captures;
 #[cfg(feature = "program")]
 pub mod commands;

@@ -60,6 +60,8 @@ enum Command {
     Guard(commands::guard::Args),
     /// Drive a simulated chair through random scenes by the free distance
     Drives(commands::drives::Args),
+    /// Measure what is detected of each hazard, with bounds and response times: the data sheet docs/capability.md
+    Capability(commands::capability::Args),
     /// Measure the answers to all recordings of a directory against their truth
     Score(commands::score::Args),
     /// Show the strongest echo of a SiRad's captures, through the code that the chip runs
@@ -131,6 +133,7 @@ fn main() -> ExitCode {
         Command::Accuracy(args) => commands::accuracy::run(&args),
         Command::Guard(args) => commands::guard::run(&args),
         Command::Drives(args) => commands::drives::run(&args),
+        Command::Capability(args) => commands::capability::run(&args),
         Command::Calibrate(args) => commands::calibrate::run(&args),
         Command::Faults(args) => commands::faults::run(&args),
         Command::Sirad(args) => commands::sirad::run(&args),

@@ -34,6 +34,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
             "sequences",
             "guard",
             "drives",
+            "capability",
             "modes",
             "faults",
             "soak",
@@ -165,6 +166,13 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("sequences", &["sequences"]),
     ("guard", &["guard --list", "guard --draw reporting"]),
     ("drives", &["drives --list", "drives --draw reporting"]),
+    (
+        "capability",
+        &[
+            "capability --body post --scenes 10",
+            "capability --draw reporting -o capability.html",
+        ],
+    ),
     ("modes", &["modes", "modes --baud 3000000 --vibration 0.1"]),
     (
         "faults",

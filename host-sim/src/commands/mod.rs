@@ -5,6 +5,7 @@ pub mod accuracy;
 pub mod bench;
 pub mod budget;
 pub mod calibrate;
+pub mod capability;
 pub mod compare;
 pub mod convergence;
 pub mod convert;

@@ -1,6 +1,6 @@
 //! `timing`: what a scan takes, computed from the configuration.
 
-mod guard;
+pub mod guard;
 
 use std::process::ExitCode;
 

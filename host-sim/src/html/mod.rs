@@ -5,6 +5,7 @@
 //! | `page.html` | the page's skeleton |
 //! | `report.html`, `pane.html` | its body: index, slider, and one view of a scan |
 //! | `compare.html`, `compare.js` | the body with two views side by side, and what differs between them |
+//! | `article.html` | a page of text, tables and drawings, without a script |
 //! | `page.css` | its looks, on a screen of any width |
 //! | `draw.js`, `tell.js`, `page.js` | what draws a scan; what tells it in words and tables; what is chosen and pointed at |
 //! | `twin.rs` | the same page with the scanner in it, of `../../web/page/` |
@@ -28,6 +29,8 @@ pub use index::{Entry, Rank};
 pub use view::{answered, entry, failed};
 
 const PAGE: &str = include_str!("page.html");
+#[cfg(feature = "program")]
+const ARTICLE: &str = include_str!("article.html");
 const REPORT: &str = include_str!("report.html");
 const PANE: &str = include_str!("pane.html");
 const SLIDER: &str = include_str!("slider.html");
@@ -112,8 +115,17 @@ impl Parts<'_> {
     }
 }
 
+/// A page of text, tables and drawings, with the looks of a report and without a script; `body` are elements.
+#[cfg(feature = "program")]
+pub fn article(title: &str, body: &str) -> String {
+    ARTICLE
+        .replace("{{style}}", STYLE)
+        .replace("{{title}}", &escaped(title))
+        .replace("{{body}}", body)
+}
+
 /// Text as it may stand between tags.
-fn escaped(text: &str) -> String {
+pub(crate) fn escaped(text: &str) -> String {
     text.replace('&', "&amp;")
         .replace('<', "&lt;")
         .replace('>', "&gt;")

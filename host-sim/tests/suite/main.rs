@@ -6,6 +6,7 @@ mod bad_recordings;
 mod bad_scenes;
 mod bgt60;
 mod calibrate;
+mod capability;
 mod committed_recordings;
 mod common;
 mod convergence;

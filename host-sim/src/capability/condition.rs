@@ -1,0 +1,166 @@
+//! Conditions of a measurement, and the scene that a body makes under one of them.
+//!
+//! What the condition does not fix is drawn for each scene: workmanship of the mounting, side lobes, the piece of each
+//! material, and a few centimetres and degrees, so that no cell rests on one range bin or one angle.
+
+use crate::scene::material::{NAMES, builtin};
+use crate::scene::maths::Random;
+use crate::scene::spec::{MaterialSpec, SceneSpec};
+
+use super::body::Body;
+
+/// Dry grounds, by turns where a condition names none: the simulator's wood, glazed tiles, concrete, carpet and grating.
+pub const GROUNDS: [&str; 5] = [
+    "painted-wood",
+    "dark-ceramic",
+    "concrete",
+    "carpet",
+    "grating",
+];
+/// Ground under a film of water.
+pub const WET: &str = "wet";
+/// Distance of the reference condition, metres.
+pub const REFERENCE_M: f64 = 1.0;
+
+/// Loss of a clean instrument, dB: the simulator's default.
+const CLEAN_DB: f64 = 15.0;
+/// The body stands so far from the condition's distance, metres either way: more than two range bins.
+const PLACE_M: f64 = 0.025;
+/// The chair looks so far from the condition's yaw, degrees either way.
+const YAW_DEG: f64 = 1.0;
+/// Standard deviation and most of a pitch that nobody tells, degrees: homing of the mirror, tyres.
+const PITCH_DEG: [f64; 2] = [0.15, 0.4];
+/// The same of the mirror's height, metres.
+const HEIGHT_M: [f64; 2] = [0.002, 0.005];
+/// First side lobes of the beam, dB below its peak.
+const SIDE_LOBES_DB: [f64; 2] = [18.0, 24.0];
+/// Texture of a piece of a material, dB either way.
+const TEXTURE_DB: f64 = 4.0;
+/// Roughness of a piece of a material, a factor either way.
+const ROUGHNESS: f64 = 2.0;
+/// Largest roughness, metres: a relief of a wavelength is none of facets.
+const ROUGHEST_M: f64 = 1.2e-3;
+/// Random numbers of these draws, apart from those of surfaces and chirps.
+const STREAM: u64 = 0x4341_5041;
+
+/// What one cell fixes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Condition {
+    /// Distance of the body's front from the mirror, metres.
+    pub distance_m: f64,
+    /// Heading against the perpendicular of the body's edge, degrees.
+    pub yaw_deg: f64,
+    /// Pitch of the chair that its inclinometer tells, degrees, nose up positive.
+    pub pitch_deg: f64,
+    /// Loss out and back together beyond that of a clean window, dB.
+    pub loss_db: f64,
+    /// Material of ground and body; `None`: [`GROUNDS`] by turns.
+    pub ground: Option<&'static str>,
+    /// Speed towards the body, m/s; 0 of a chair that stands.
+    pub speed: f64,
+}
+
+impl Condition {
+    /// The reference condition: 1 m ahead, square, level, clean, dry, standing.
+    pub const REFERENCE: Self = Self {
+        distance_m: REFERENCE_M,
+        yaw_deg: 0.0,
+        pitch_deg: 0.0,
+        loss_db: 0.0,
+        ground: None,
+        speed: 0.0,
+    };
+}
+
+/// A scene, and where its body stands.
+#[derive(Clone, Debug)]
+pub struct Setup {
+    /// The scene.
+    pub spec: SceneSpec,
+    /// Distance of the body's front, metres.
+    pub at_m: f64,
+}
+
+/// Returns scene number `turn` of a cell, with its own seed.
+pub fn scene(body: Body, condition: &Condition, turn: usize, seed: u64) -> Setup {
+    let rng = &mut Random::new(seed, STREAM);
+    let mut spec = SceneSpec::default();
+    instrument(&mut spec, condition, rng);
+    let at_m = condition.distance_m + rng.between(-PLACE_M, PLACE_M);
+    let ground = condition.ground.unwrap_or(GROUNDS[turn % GROUNDS.len()]);
+    for name in [ground, "metal"] {
+        spec.materials.insert(name.into(), piece(name, rng));
+    }
+    body.place(&mut spec, at_m, ground);
+    Setup { spec, at_m }
+}
+
+/// A normal deviate of this standard deviation, cut off.
+fn clipped([deviation, most]: [f64; 2], rng: &mut Random) -> f64 {
+    (deviation * rng.normal()).clamp(-most, most)
+}
+
+/// The scanner and the chair that it is mounted on.
+fn instrument(spec: &mut SceneSpec, condition: &Condition, rng: &mut Random) {
+    spec.radar.system_loss_db = CLEAN_DB + condition.loss_db;
+    spec.mirror.sidelobe_db = rng.between(SIDE_LOBES_DB[0], SIDE_LOBES_DB[1]);
+    let mount = &mut spec.mount;
+    mount.yaw_deg = condition.yaw_deg + rng.between(-YAW_DEG, YAW_DEG);
+    mount.pitch_deg = Some(condition.pitch_deg);
+    mount.pitch_error_deg = clipped(PITCH_DEG, rng);
+    mount.height_error_m = clipped(HEIGHT_M, rng);
+}
+
+/// A piece of a built-in material.
+fn piece(name: &str, rng: &mut Random) -> MaterialSpec {
+    debug_assert!(NAMES.contains(&name));
+    let plain = builtin(name).unwrap_or_default();
+    let factor = libm::exp(libm::log(ROUGHNESS) * rng.between(-1.0, 1.0));
+    MaterialSpec {
+        diffuse_db: plain.diffuse_db + rng.between(-TEXTURE_DB, TEXTURE_DB),
+        roughness_m: (plain.roughness_m * factor).min(ROUGHEST_M),
+        ..plain
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Scene;
+
+    /// Every standard body can be built at the ends of every range.
+    #[test]
+    fn scenes_can_be_built() {
+        let ends = [(0.4, 0.0, -4.0), (2.0, 14.0, 4.0), (0.4, 14.0, 0.0)];
+        for (k, body) in Body::STANDARD.into_iter().enumerate() {
+            for (distance_m, yaw_deg, pitch_deg) in ends {
+                for ground in GROUNDS.into_iter().chain([WET]) {
+                    let condition = Condition {
+                        distance_m,
+                        yaw_deg,
+                        pitch_deg,
+                        ground: Some(ground),
+                        ..Condition::REFERENCE
+                    };
+                    let setup = scene(body, &condition, k, k as u64);
+                    assert!((setup.at_m - distance_m).abs() <= PLACE_M);
+                    Scene::new(setup.spec)
+                        .unwrap_or_else(|e| panic!("{body:?} {condition:?}: {e}"));
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn grounds_come_by_turns_and_loss_adds_up() {
+        let condition = Condition {
+            loss_db: 20.0,
+            ..Condition::REFERENCE
+        };
+        for (turn, ground) in GROUNDS.into_iter().enumerate() {
+            let spec = scene(Body::Level, &condition, turn + 5, 3).spec;
+            assert_eq!(spec.floor[0].material, ground);
+            assert_eq!(spec.radar.system_loss_db, 35.0);
+        }
+    }
+}

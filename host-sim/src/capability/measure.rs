@@ -1,0 +1,109 @@
+//! Scenes of a cell into outcomes: simulated, scanned and swept by the scanner's own loop.
+
+use anyhow::{Context, Result};
+
+use crate::recording::Recording;
+use crate::replay::{self, Options};
+use crate::scene::Scene;
+use crate::scene::sequence::pushed;
+use crate::sweeps::scenes::{self as guard, coarse, drive, sweeps_of};
+use crate::sweeps::score::Word;
+
+use super::condition::{Setup, scene};
+use super::outcome::{GuardOutcome, ScanOutcome};
+use super::plan::Cell;
+use super::standing;
+
+/// Guard sweeps of a chair that stands: a second.
+pub const SWEEPS: usize = 8;
+
+/// The outcomes of one scene.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Seen {
+    /// Of a full scan; `None` from a chair that drives.
+    pub scan: Option<ScanOutcome>,
+    /// Of guard sweeps.
+    pub guard: GuardOutcome,
+}
+
+/// Simulates and judges scene number `turn` of a cell.
+///
+/// # Errors
+/// Names a scene that cannot be built or scanned.
+pub fn seen(cell: &Cell, turn: usize, seed: u64) -> Result<Seen> {
+    let setup = scene(cell.body, &cell.condition, turn, seed);
+    let name = format!("{}_{seed}", cell.body.kind());
+    let outcomes = match cell.condition.speed {
+        0.0 => from_one_place(cell, setup, &name, seed),
+        speed => driving(cell, setup, &name, (seed, speed)),
+    };
+    outcomes.with_context(|| format!("{name}: {:?}", cell.condition))
+}
+
+/// One scan, and a second of guard sweeps.
+fn from_one_place(cell: &Cell, setup: Setup, name: &str, seed: u64) -> Result<Seen> {
+    let Setup { spec, at_m } = setup;
+    let recording = Scene::new(spec.clone())?.simulate(name, seed);
+    let answer = replay::answer(&recording, &Options::default())?;
+    let words = words(&standing::sweeps(spec, SWEEPS, name, seed)?)?;
+    Ok(Seen {
+        scan: Some(ScanOutcome::of(&answer, cell.body, at_m)),
+        guard: GuardOutcome::of(&words, cell.body, &[at_m; SWEEPS]),
+    })
+}
+
+/// Guard sweeps of a chair that comes to the body from farther away.
+fn driving(cell: &Cell, setup: Setup, name: &str, (seed, speed): (u64, f64)) -> Result<Seen> {
+    let drive = drive(seed, guard::SWEEPS, speed);
+    let rows = {
+        let mut spec = setup.spec.clone();
+        coarse(&mut spec);
+        Scene::new(spec)?.rows()
+    };
+    let way = drive.length_m(rows);
+    let recording = sweeps_of(pushed(setup.spec, way), name, seed, &drive)?;
+    let travel = &recording.meta.sequence.truth_travel_m;
+    let places: Vec<f64> = travel.iter().map(|t| setup.at_m + way - t).collect();
+    Ok(Seen {
+        scan: None,
+        guard: GuardOutcome::of(&words(&recording)?, cell.body, &places),
+    })
+}
+
+/// The words on the sweeps of a recording.
+fn words(recording: &Recording) -> Result<Vec<Word>> {
+    let words = replay::guarded(recording, &Options::default())?;
+    Ok(words.iter().map(Word::of).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capability::body::Body;
+    use crate::capability::condition::Condition;
+    use crate::capability::plan::Series;
+
+    fn cell(body: Body) -> Cell {
+        Cell {
+            number: 0,
+            series: Series::Distance,
+            body,
+            condition: Condition {
+                distance_m: 0.8,
+                ground: Some("concrete"),
+                ..Condition::REFERENCE
+            },
+            scenes: 1,
+        }
+    }
+
+    #[test]
+    fn plain_stairs_are_detected_by_scan_and_guard() {
+        let found = seen(&cell(Body::Closed), 0, 5).unwrap();
+        let scan = found.scan.unwrap();
+        assert!(scan.detected && scan.ok && !scan.beyond, "{scan:?}");
+        let guard = found.guard;
+        assert!(guard.named_at.is_some() && !guard.beyond, "{guard:?}");
+        assert_eq!(seen(&cell(Body::Closed), 0, 5).unwrap(), found);
+    }
+}

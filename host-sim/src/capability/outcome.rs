@@ -1,0 +1,209 @@
+//! What counts: the rules by which an answer has detected a body, or is free where it must not be.
+
+use stairscan::answer::Direction;
+use stairscan::verdict::Ending;
+
+use crate::answer::{Answer, metres};
+use crate::sweeps::score::Word;
+
+use super::body::Body;
+
+/// A step or a drop is told at the body's place within this, metres: the score's own distance.
+const AT_PLACE_M: f64 = 0.10;
+/// Free ground that ends so far beyond a body still ends at it, metres: the guard's contract.
+const BEYOND_M: f64 = 0.05;
+/// Sweeps of a recording before the guard is held to its free distance: as in `cargo sim guard`.
+const FIRST_SWEEPS: usize = 2;
+
+/// Free distance, metres, with whether it is `ok`.
+fn is_beyond(is_ok: bool, free_m: Option<f64>, at_m: f64) -> bool {
+    is_ok && free_m.is_some_and(|free_m| free_m > at_m + BEYOND_M)
+}
+
+/// The outcome of one full scan.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ScanOutcome {
+    /// The answer is `ok`.
+    pub ok: bool,
+    /// The body is detected.
+    pub detected: bool,
+    /// The answer is `ok`, and its free ground ends beyond the body.
+    pub beyond: bool,
+    /// A step or a drop is told somewhere.
+    pub alarm: bool,
+    /// Free distance, metres; `None` where none is promised.
+    pub free_m: Option<f64>,
+}
+
+impl ScanOutcome {
+    /// That of an answer to a scene with `body` at `at_m`.
+    pub fn of(answer: &Answer, body: Body, at_m: f64) -> Self {
+        let answered = !answer.is_fault();
+        let near = |m: f64| (m - at_m).abs() <= AT_PLACE_M;
+        let step = answer.steps.iter().any(|step| near(metres(step.distance)));
+        let drop = answer
+            .drop
+            .as_ref()
+            .is_some_and(|d| near(metres(d.distance)));
+        let falls = answer.scan.direction == Direction::Down;
+        let named = match body.ending() {
+            None => false,
+            Some(Ending::Drop) => drop || step && falls,
+            Some(_) => step && !falls,
+        };
+        let free_m = answer.free_m();
+        let ends = free_m.is_some_and(|free_m| free_m <= at_m + BEYOND_M);
+        let ok = answer.scan.status == stairscan::verdict::Status::Ok;
+        Self {
+            ok,
+            detected: answered && (named || !body.told_by_name() && ends),
+            beyond: is_beyond(ok, free_m, at_m),
+            alarm: answered && (!answer.steps.is_empty() || answer.drop.is_some()),
+            free_m,
+        }
+    }
+}
+
+/// The outcome of consecutive guard sweeps.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct GuardOutcome {
+    /// The last sweep is `ok`.
+    pub ok: bool,
+    /// The first sweep (from 1) that ends at or before the body and names it.
+    pub named_at: Option<usize>,
+    /// Distance of the body at that sweep, metres.
+    pub named_m: Option<f64>,
+    /// From the third sweep on one is `ok` with free ground beyond the body.
+    pub beyond: bool,
+    /// A sweep names a rise, a drop or an obstacle.
+    pub alarm: bool,
+    /// Free distance of the last sweep, metres.
+    pub free_m: Option<f64>,
+}
+
+impl GuardOutcome {
+    /// That of the words on sweeps, at each of which `body` stands at one of `at_m`.
+    pub fn of(words: &[Word], body: Body, at_m: &[f64]) -> Self {
+        let detects = |(word, at_m): (&Word, &f64)| {
+            let ends = word.free_m.is_some_and(|free_m| free_m <= at_m + BEYOND_M);
+            ends && body.ending().is_some_and(|e| alike(e, word.ending))
+        };
+        let mut sweeps = words.iter().zip(at_m);
+        let first = sweeps.clone().position(detects);
+        let last = words.last();
+        let beyond = |(word, at_m): (&Word, &f64)| is_beyond(is_ok(word), word.free_m, *at_m);
+        Self {
+            ok: last.is_some_and(is_ok),
+            named_at: first.map(|k| k + 1),
+            named_m: first.and_then(|k| at_m.get(k).copied()),
+            beyond: sweeps.by_ref().skip(FIRST_SWEEPS).any(beyond),
+            alarm: words.iter().any(|word| names(word.ending)),
+            free_m: last.and_then(|word| word.free_m),
+        }
+    }
+}
+
+fn is_ok(word: &Word) -> bool {
+    word.status == stairscan::verdict::Status::Ok
+}
+
+/// Whether it names a hazard.
+fn names(ending: Ending) -> bool {
+    matches!(ending, Ending::Rise | Ending::Drop | Ending::Obstacle)
+}
+
+/// Whether two endings name one hazard. Rise and obstacle are alike: which it is, is a matter of height.
+fn alike(a: Ending, b: Ending) -> bool {
+    let stands = |e| matches!(e, Ending::Rise | Ending::Obstacle);
+    a == b || stands(a) && stands(b)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use stairscan::report::Sentence;
+    use stairscan::report::sentence::crc32;
+    use stairscan::verdict::Status;
+
+    fn sentence(body: &str) -> String {
+        format!("${body}*{:08X}", crc32(body))
+    }
+
+    /// An answer of these sentences, without their checksums.
+    fn answer(bodies: &[&str]) -> Answer {
+        let lines = bodies.iter().map(|body| sentence(body)).collect();
+        Answer::parse("made", lines).unwrap()
+    }
+
+    fn scan(bodies: &[&str], body: Body) -> ScanOutcome {
+        ScanOutcome::of(&answer(bodies), body, 1.0)
+    }
+
+    const STEP_AT_95: [&str; 2] = [
+        "PSTR,SCAN,1,ok,up,1,0,,1200.0,99.3,0,412B378E,0",
+        "PSTR,STEP,1,1,1,950.0,100.0,,100.0,1.5,3.1,100",
+    ];
+
+    #[test]
+    fn sentences_here_are_whole() {
+        for line in STEP_AT_95 {
+            Sentence::parse(&sentence(line)).unwrap();
+        }
+    }
+
+    #[test]
+    fn a_step_at_the_place_detects_a_rise_and_no_drop() {
+        let found = scan(&STEP_AT_95, Body::Rise(10));
+        assert!(found.detected && found.ok && !found.beyond && found.alarm);
+        assert!(!scan(&STEP_AT_95, Body::Drop(10)).detected);
+        let far = ScanOutcome::of(&answer(&STEP_AT_95), Body::Rise(10), 1.06);
+        assert!(!far.detected && !far.beyond);
+        let near = ScanOutcome::of(&answer(&STEP_AT_95), Body::Rise(10), 0.88);
+        assert!(near.detected && near.beyond);
+    }
+
+    #[test]
+    fn free_ground_beyond_the_body_is_dangerous_and_before_it_detects_what_has_no_name() {
+        let free = |mm: &str, status: &str| {
+            let line = format!("PSTR,SCAN,1,{status},none,0,0,,{mm},99.3,0,412B378E,0");
+            [Body::Post, Body::Rise(4), Body::Rise(6)].map(|body| scan(&[&line], body))
+        };
+        let [post, low, rise] = free("1040.0", "ok");
+        assert!(post.detected && low.detected && !rise.detected && !rise.beyond);
+        let [post, low, rise] = free("1060.0", "ok");
+        assert!(!post.detected && !low.detected && post.beyond && low.beyond && rise.beyond);
+        let [post, _, rise] = free("1060.0", "degraded");
+        assert!(!post.detected && !post.beyond && !rise.beyond && !rise.ok);
+    }
+
+    fn word(status: Status, free_m: f64, ending: Ending) -> Word {
+        Word {
+            status,
+            free_m: Some(free_m),
+            ending,
+        }
+    }
+
+    #[test]
+    fn the_first_sweep_that_ends_and_names_counts() {
+        let words = [
+            word(Status::Degraded, 0.9, Ending::Unknown),
+            word(Status::Ok, 1.2, Ending::Rise),
+            word(Status::Ok, 1.04, Ending::Obstacle),
+        ];
+        let found = GuardOutcome::of(&words, Body::Rise(10), &[1.0; 3]);
+        assert_eq!((found.named_at, found.beyond), (Some(3), false));
+        assert_eq!(found.named_m, Some(1.0));
+        let drop = GuardOutcome::of(&words, Body::Drop(10), &[1.0; 3]);
+        assert_eq!((drop.named_at, drop.alarm), (None, true));
+    }
+
+    #[test]
+    fn sweeps_are_dangerous_from_the_third_on() {
+        let free = word(Status::Ok, 1.2, Ending::None);
+        let found = |n: usize| GuardOutcome::of(&vec![free; n], Body::Post, &vec![1.0; n]);
+        assert!(!found(2).beyond && found(3).beyond && !found(3).alarm);
+        let level = GuardOutcome::of(&[free; 3], Body::Level, &[f64::INFINITY; 3]);
+        assert!(level.ok && !level.beyond && !level.alarm);
+    }
+}

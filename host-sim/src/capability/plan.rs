@@ -1,0 +1,235 @@
+//! The plan of a measurement: which bodies under which conditions, by how many scenes each, with which seeds.
+
+use crate::seeds::Draw;
+
+use super::body::Body;
+use super::condition::{Condition, GROUNDS, REFERENCE_M, WET};
+
+/// Kinds of bodies, as [`Body::kind`] has them.
+pub const KINDS: [&str; 7] = [
+    "rise",
+    "drop",
+    "post",
+    "closed-stairs",
+    "open-stairs",
+    "stairs-down",
+    "level",
+];
+/// Rises, centimetres.
+pub const RISES_CM: [u32; 8] = [2, 4, 6, 8, 10, 15, 20, 25];
+/// Drops, centimetres.
+pub const DROPS_CM: [u32; 7] = [4, 6, 8, 10, 15, 30, 50];
+/// Distances beside the reference, metres.
+const DISTANCES_M: [f64; 6] = [0.4, 0.6, 0.8, 1.25, 1.5, 2.0];
+/// Yaws beside the reference, degrees. The simulator takes up to 15°, and each scene is up to 1° aslant.
+const YAWS_DEG: [f64; 3] = [5.0, 10.0, 14.0];
+/// Pitches beside the reference, degrees: up to a ramp of 1:14.
+const PITCHES_DEG: [f64; 4] = [-4.0, -2.0, 2.0, 4.0];
+/// Losses of the window beside the reference, dB.
+pub const LOSSES_DB: [f64; 3] = [3.0, 10.0, 20.0];
+/// Speeds, m/s.
+const SPEEDS: [f64; 2] = [0.3, 0.8];
+/// Bodies that a chair drives towards.
+const DRIVEN: [Body; 3] = [Body::Rise(10), Body::Drop(15), Body::Post];
+
+/// Scenes of level ground for one of another cell.
+const LEVEL_TIMES: usize = 4;
+/// Drives for one scene of another cell are one in so many: a drive takes as long as 40 scenes.
+const DRIVE_SHARE: usize = 4;
+/// Room for the seeds of one cell.
+const CELL_SEEDS: u64 = 1000;
+/// Most scenes of a cell.
+pub const MOST_SCENES: u64 = CELL_SEEDS / LEVEL_TIMES as u64;
+/// Most scenes of a size.
+pub const MOST_OF_A_SIZE: u64 = CELL_SEEDS;
+
+/// The quantity that changes within a group of cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Series {
+    /// Height of a rise or depth of a drop, at the reference condition.
+    Size,
+    /// The same behind a window that costs something.
+    SizeAndWindow,
+    /// Material of ground and body. The dry ones together are the reference condition.
+    Ground,
+    /// Distance.
+    Distance,
+    /// Yaw.
+    Yaw,
+    /// Pitch.
+    Pitch,
+    /// Loss of the window.
+    Window,
+    /// Speed of the chair.
+    Speed,
+}
+
+impl Series {
+    /// Its name, as JSON and tables have it.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Size => "size",
+            Self::SizeAndWindow => "size and window",
+            Self::Ground => "ground",
+            Self::Distance => "distance",
+            Self::Yaw => "yaw",
+            Self::Pitch => "pitch",
+            Self::Window => "window",
+            Self::Speed => "speed",
+        }
+    }
+}
+
+/// One cell: so many scenes of a body under a condition.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cell {
+    /// Its number in the whole plan, from which its seeds come.
+    pub number: u64,
+    /// What changes.
+    pub series: Series,
+    /// The body.
+    pub body: Body,
+    /// The condition.
+    pub condition: Condition,
+    /// Number of scenes.
+    pub scenes: usize,
+}
+
+impl Cell {
+    /// The value that changes, in words.
+    pub fn value(&self) -> String {
+        let c = &self.condition;
+        match self.series {
+            Series::Size | Series::SizeAndWindow => self.body.name(),
+            Series::Ground => ground_name(c.ground).into(),
+            Series::Distance => format!("{} m", c.distance_m),
+            Series::Yaw => format!("{}°", c.yaw_deg),
+            Series::Pitch if c.pitch_deg == 0.0 => "0°".into(),
+            Series::Pitch => format!("{:+}°", c.pitch_deg),
+            Series::Window => format!("{} dB", c.loss_db),
+            Series::Speed => format!("{} m/s", c.speed),
+        }
+    }
+
+    /// Seeds of its scenes.
+    pub fn seeds(&self, draw: Draw) -> impl Iterator<Item = u64> {
+        let first = draw.seeds().start + self.number * CELL_SEEDS;
+        (0..self.scenes as u64).map(move |k| first + k)
+    }
+}
+
+/// A ground's name for people; that of all dry ones where none is named.
+pub fn ground_name(ground: Option<&str>) -> &'static str {
+    match ground {
+        Some("painted-wood") => "wood",
+        Some("dark-ceramic") => "ceramic",
+        Some("concrete") => "concrete",
+        Some("carpet") => "carpet",
+        Some("grating") => "grating",
+        Some(_) => "wet",
+        None => "all dry",
+    }
+}
+
+/// Returns the plan with `scenes` scenes in most cells, and `of_a_size` for each size at the reference condition.
+pub fn cells(scenes: usize, of_a_size: usize) -> Vec<Cell> {
+    let mut all = Vec::new();
+    let mut add = |series, body, condition, scenes| {
+        let number = all.len() as u64;
+        all.push(Cell {
+            number,
+            series,
+            body,
+            condition,
+            scenes,
+        });
+    };
+    for body in Body::STANDARD {
+        grounds().for_each(|c| add(Series::Ground, body, c, scenes));
+        changed().for_each(|(series, c)| add(series, body, c, scenes));
+    }
+    for body in sizes() {
+        add(Series::Size, body, Condition::REFERENCE, of_a_size);
+        windows().for_each(|c| add(Series::SizeAndWindow, body, c, scenes));
+    }
+    let level = LEVEL_TIMES * scenes;
+    grounds().for_each(|c| add(Series::Ground, Body::Level, c, level));
+    windows().for_each(|c| add(Series::Window, Body::Level, c, level));
+    for body in DRIVEN {
+        for speed in SPEEDS {
+            let condition = Condition {
+                speed,
+                ..Condition::REFERENCE
+            };
+            add(Series::Speed, body, condition, scenes / DRIVE_SHARE);
+        }
+    }
+    all
+}
+
+/// Bodies of every size.
+pub fn sizes() -> impl Iterator<Item = Body> {
+    let drops = DROPS_CM.into_iter().map(Body::Drop);
+    RISES_CM.into_iter().map(Body::Rise).chain(drops)
+}
+
+fn grounds() -> impl Iterator<Item = Condition> {
+    GROUNDS.into_iter().chain([WET]).map(|ground| Condition {
+        ground: Some(ground),
+        ..Condition::REFERENCE
+    })
+}
+
+fn windows() -> impl Iterator<Item = Condition> {
+    LOSSES_DB.into_iter().map(|loss_db| Condition {
+        loss_db,
+        ..Condition::REFERENCE
+    })
+}
+
+/// One quantity changed from the reference condition.
+fn changed() -> impl Iterator<Item = (Series, Condition)> {
+    debug_assert!(!DISTANCES_M.contains(&REFERENCE_M));
+    let plain = Condition::REFERENCE;
+    let distances = DISTANCES_M.into_iter().map(move |distance_m| {
+        (
+            Series::Distance,
+            Condition {
+                distance_m,
+                ..plain
+            },
+        )
+    });
+    let yaws = YAWS_DEG
+        .into_iter()
+        .map(move |yaw_deg| (Series::Yaw, Condition { yaw_deg, ..plain }));
+    let pitches = PITCHES_DEG
+        .into_iter()
+        .map(move |pitch_deg| (Series::Pitch, Condition { pitch_deg, ..plain }));
+    let windows = windows().map(|condition| (Series::Window, condition));
+    distances.chain(yaws).chain(pitches).chain(windows)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_seed_serves_two_cells_and_none_leaves_its_draw() {
+        let all = cells(MOST_SCENES as usize, MOST_OF_A_SIZE as usize);
+        for draw in Draw::ALL {
+            let mut seen = std::collections::HashSet::new();
+            for seed in all.iter().flat_map(|cell| cell.seeds(draw)) {
+                assert!(draw.seeds().contains(&seed) && seen.insert(seed), "{draw}");
+            }
+        }
+    }
+
+    #[test]
+    fn kinds_are_those_of_the_bodies() {
+        let all = cells(4, 4);
+        let known = |kind: &&str| all.iter().any(|cell| cell.body.kind() == *kind);
+        assert!(KINDS.iter().all(known));
+        assert!(all.iter().all(|cell| KINDS.contains(&cell.body.kind())));
+    }
+}

@@ -1,0 +1,137 @@
+//! What was measured: cells with their counts, as the sheet and its drawings look them up, and as JSON.
+
+use serde_json::{Value, json};
+
+use crate::seeds::Draw;
+
+use super::body::Body;
+use super::condition::{Condition, WET};
+use super::plan::{Cell, Series, ground_name};
+use super::tally::Tally;
+
+/// Times of the timing model, seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Times {
+    /// From a full scan's first row to the end of its report.
+    pub scan_s: f64,
+    /// From one guard sweep to the next.
+    pub sweep_s: f64,
+}
+
+/// What the head of a sheet says.
+#[derive(Clone, Debug)]
+pub struct Heading {
+    /// The command that makes it.
+    pub command: String,
+    /// The draw.
+    pub draw: Draw,
+    /// Times of the scanner.
+    pub times: Times,
+}
+
+/// All that was measured.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Head of the sheet.
+    pub head: Heading,
+    /// Cells with their counts.
+    pub cells: Vec<(Cell, Tally)>,
+    /// The same of a second draw.
+    pub second: Option<Vec<(Cell, Tally)>>,
+}
+
+impl Measured {
+    /// Cells of a body within a series.
+    pub fn series(&self, series: Series, body: Body) -> Vec<&(Cell, Tally)> {
+        let own = |(cell, _): &&(Cell, Tally)| cell.series == series && cell.body == body;
+        self.cells.iter().filter(own).collect()
+    }
+
+    /// Counts of a body under the reference condition: all dry grounds together.
+    pub fn reference(&self, body: Body) -> Option<Tally> {
+        let grounds = self.series(Series::Ground, body);
+        let dry = grounds
+            .iter()
+            .filter(|(cell, _)| cell.condition.ground != Some(WET));
+        let all: Vec<&Tally> = dry.map(|(_, tally)| tally).collect();
+        (!all.is_empty()).then(|| Tally::sum(all))
+    }
+
+    /// Counts of a size behind a window.
+    pub fn size(&self, body: Body, loss_db: f64) -> Option<&Tally> {
+        let series = match loss_db {
+            0.0 => Series::Size,
+            _ => Series::SizeAndWindow,
+        };
+        let cells = self.series(series, body);
+        let found = cells
+            .iter()
+            .find(|(cell, _)| cell.condition.loss_db == loss_db);
+        found.map(|(_, tally)| tally)
+    }
+
+    /// Values of a series with their counts, the reference condition among them.
+    pub fn line(&self, series: Series, body: Body) -> Vec<(String, Tally)> {
+        let cells = self.series(series, body);
+        let mut line: Vec<(f64, String, Tally)> = cells
+            .iter()
+            .map(|(cell, tally)| (place(cell), cell.value(), tally.clone()))
+            .collect();
+        if series != Series::Ground
+            && !line.is_empty()
+            && let Some(tally) = self.reference(body)
+        {
+            let cell = Cell {
+                number: 0,
+                series,
+                body,
+                condition: Condition::REFERENCE,
+                scenes: 0,
+            };
+            line.push((place(&cell), cell.value(), tally));
+            line.sort_by(|a, b| a.0.total_cmp(&b.0));
+        }
+        line.into_iter()
+            .map(|(_, value, tally)| (value, tally))
+            .collect()
+    }
+}
+
+/// Where a cell stands in the order of its series.
+fn place(cell: &Cell) -> f64 {
+    let c = &cell.condition;
+    match cell.series {
+        Series::Distance => c.distance_m,
+        Series::Yaw => c.yaw_deg,
+        Series::Pitch => c.pitch_deg,
+        Series::Window => c.loss_db,
+        _ => 0.0,
+    }
+}
+
+/// Returns every cell as JSON.
+pub fn json(measured: &Measured) -> Value {
+    let cell = |(cell, tally): &(Cell, Tally)| {
+        let c = &cell.condition;
+        json!({
+            "body": cell.body.name(),
+            "series": cell.series.name(),
+            "distance_m": c.distance_m,
+            "yaw_deg": c.yaw_deg,
+            "pitch_deg": c.pitch_deg,
+            "loss_db": c.loss_db,
+            "ground": ground_name(c.ground),
+            "speed_m_s": c.speed,
+            "scenes": cell.scenes,
+            "counts": tally.json(),
+        })
+    };
+    let cells = |all: &Vec<(Cell, Tally)>| all.iter().map(cell).collect::<Vec<_>>();
+    json!({
+        "command": measured.head.command,
+        "scan_s": measured.head.times.scan_s,
+        "sweep_s": measured.head.times.sweep_s,
+        "cells": cells(&measured.cells),
+        "second": measured.second.as_ref().map(cells),
+    })
+}

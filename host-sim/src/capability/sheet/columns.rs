@@ -1,0 +1,111 @@
+//! Shares with their bounds, response times and rates, as cells of tables.
+
+use crate::score::Share;
+
+use super::super::document::Table;
+use super::super::measure::SWEEPS;
+use super::super::results::Times;
+use super::super::tally::{Tally, lower, upper};
+
+/// A share of bodies detected, with its lower bound.
+pub fn detected(share: Share) -> String {
+    match share.of {
+        0 => "–".into(),
+        _ => format!(
+            "{}/{}, ≥ {:.1} %",
+            share.hits,
+            share.of,
+            100.0 * lower(share)
+        ),
+    }
+}
+
+/// A share of answers that are wrong, with its upper bound.
+pub fn wrong(share: Share) -> String {
+    match share.of {
+        0 => "–".into(),
+        _ => format!(
+            "{}/{}, ≤ {:.1} %",
+            share.hits,
+            share.of,
+            100.0 * upper(share)
+        ),
+    }
+}
+
+/// A quantile of the guard's response.
+fn response(tally: &Tally, q: f64, times: &Times) -> String {
+    let seconds = |k: usize| k as f64 * times.sweep_s;
+    match tally.sweeps(q) {
+        Some(k) => format!("{:.2} s", seconds(k)),
+        None => format!("> {:.2} s", seconds(SWEEPS)),
+    }
+}
+
+/// The columns of shares of scan and guard.
+const COLUMNS: [&str; 6] = [
+    "scan detects",
+    "scan `ok` and free beyond",
+    "guard detects",
+    "guard `ok` and free beyond",
+    "guard, median",
+    "guard, 95 %",
+];
+
+/// Cells of [`COLUMNS`].
+fn columns(tally: &Tally, times: &Times) -> [String; 6] {
+    [
+        detected(tally.scan.detected),
+        wrong(tally.scan.beyond),
+        detected(tally.guard.detected),
+        wrong(tally.guard.beyond),
+        response(tally, 0.5, times),
+        response(tally, 0.95, times),
+    ]
+}
+
+/// A table of lines with these columns.
+pub fn table<'a>(
+    first: &[&str],
+    lines: impl Iterator<Item = (Vec<String>, &'a Tally)>,
+    times: &Times,
+) -> Table {
+    let mut table = Table::new(&[first, &COLUMNS].concat());
+    table.rows = lines
+        .map(|(names, tally)| [names, columns(tally, times).to_vec()].concat())
+        .collect();
+    table
+}
+
+/// `3/120`.
+pub fn counted(share: Share) -> String {
+    format!("{}/{}", share.hits, share.of)
+}
+
+/// Alarms an hour of answers that take `seconds` each, with the upper bound.
+pub fn an_hour(share: Share, seconds: f64) -> String {
+    let rate = |p: f64| 3600.0 * p / seconds;
+    format!(
+        "{:.0}, ≤ {:.0}",
+        rate(share.value().unwrap_or(0.0)),
+        rate(upper(share))
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn alarms_are_a_rate_with_a_bound() {
+        assert_eq!(an_hour(Share::new(0, 300), 1.0), "0, ≤ 36");
+        assert_eq!(an_hour(Share::new(3, 300), 1.0), "36, ≤ 92");
+    }
+
+    #[test]
+    fn shares_come_with_their_bounds() {
+        assert_eq!(detected(Share::new(30, 30)), "30/30, ≥ 90.5 %");
+        assert_eq!(wrong(Share::new(0, 30)), "0/30, ≤ 9.5 %");
+        assert_eq!(wrong(Share::default()), "–");
+    }
+}

@@ -1,0 +1,142 @@
+//! The smallest rise and drop, and every size behind every window.
+
+use crate::score::Share;
+
+use super::super::body::Body;
+use super::super::document::{Part, Table};
+use super::super::plan::{LOSSES_DB, sizes};
+use super::super::results::Measured;
+use super::super::tally::{Counts, Tally, lower};
+use super::columns::table;
+use super::words;
+
+/// Shares that a size must be detected in: what is asked for, and what the cells of dirty windows can show.
+const SHARES: [f64; 2] = [0.99, 0.90];
+
+/// The smallest rise and drop that are detected in a share of the scenes.
+pub fn smallest(measured: &Measured) -> Vec<Part> {
+    let mut table = Table::new(&[
+        "body at 1 m",
+        "window",
+        "scan, 99 %",
+        "scan, 90 %",
+        "guard, 99 %",
+        "guard, 90 %",
+        "scan not beyond, 99 %",
+        "guard not beyond, 99 %",
+    ]);
+    for kind in ["rise", "drop"] {
+        for loss_db in [0.0].into_iter().chain(LOSSES_DB) {
+            let of_kind = sizes().filter(|body| body.kind() == kind);
+            let all: Option<Vec<(Body, &Tally)>> = of_kind
+                .map(|body| Some((body, measured.size(body, loss_db)?)))
+                .collect();
+            let Some(all) = all else { continue };
+            let cell = |share: f64, of: fn(&Tally) -> Share| match shows(&all, share) {
+                true => least(&all, share, of),
+                false => "–".into(),
+            };
+            let [strict, loose] = SHARES;
+            table.rows.push(vec![
+                kind.into(),
+                format!("{loss_db} dB"),
+                cell(strict, |t| t.scan.detected),
+                cell(loose, |t| t.scan.detected),
+                cell(strict, |t| t.guard.detected),
+                cell(loose, |t| t.guard.detected),
+                cell(strict, |t| not_beyond(&t.scan)),
+                cell(strict, |t| not_beyond(&t.guard)),
+            ]);
+        }
+    }
+    if table.rows.is_empty() {
+        return Vec::new();
+    }
+    vec![
+        Part::Heading(2, "Smallest rise and drop".into()),
+        Part::Text(words::SMALLEST.into()),
+        Part::Table(table),
+    ]
+}
+
+/// Answers that are not `ok` with free ground beyond the body.
+fn not_beyond(counts: &Counts) -> Share {
+    Share::new(counts.beyond.of - counts.beyond.hits, counts.beyond.of)
+}
+
+/// Whether so many scenes without a miss show a share, at 95 % confidence.
+fn shows(all: &[(Body, &Tally)], share: f64) -> bool {
+    let full = |tally: &Tally| Share::new(tally.guard.detected.of, tally.guard.detected.of);
+    all.iter().all(|(_, tally)| lower(full(tally)) >= share)
+}
+
+/// The smallest of bodies in order that is, with all larger ones, detected in at least `share`, by its lower bound.
+fn least(all: &[(Body, &Tally)], share: f64, of: impl Fn(&Tally) -> Share) -> String {
+    let enough = all
+        .iter()
+        .rev()
+        .take_while(|(_, tally)| lower(of(tally)) >= share);
+    let size = |body: Body| body.name().split(' ').skip(2).collect::<Vec<_>>().join(" ");
+    match (enough.last(), all.last()) {
+        (Some((body, _)), _) => size(*body),
+        (None, Some((largest, _))) => format!("none up to {}", size(*largest)),
+        (None, None) => "–".into(),
+    }
+}
+
+/// Every size behind every window.
+pub fn every_size(measured: &Measured) -> Vec<Part> {
+    let lines: Vec<(Vec<String>, &Tally)> = [0.0]
+        .into_iter()
+        .chain(LOSSES_DB)
+        .flat_map(|loss_db| sizes().map(move |body| (body, loss_db)))
+        .filter_map(|(body, loss_db)| {
+            let names = vec![body.name(), format!("{loss_db} dB")];
+            Some((names, measured.size(body, loss_db)?))
+        })
+        .collect();
+    if lines.is_empty() {
+        return Vec::new();
+    }
+    let table = table(
+        &["body at 1 m", "window"],
+        lines.into_iter(),
+        &measured.head.times,
+    );
+    vec![
+        Part::Heading(2, "Sizes, and what shrinks them".into()),
+        Part::Text(words::SIZES.into()),
+        Part::Table(table),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::capability::measure::Seen;
+    use crate::capability::outcome::{GuardOutcome, ScanOutcome};
+
+    fn tally(hits: usize, of: usize) -> Tally {
+        let seen = |k: usize| Seen {
+            scan: Some(ScanOutcome {
+                detected: k < hits,
+                ..ScanOutcome::default()
+            }),
+            guard: GuardOutcome::default(),
+        };
+        Tally::of(&(0..of).map(seen).collect::<Vec<_>>())
+    }
+
+    #[test]
+    fn the_smallest_size_has_all_larger_ones_with_it() {
+        let [full, less] = [tally(300, 300), tally(298, 300)];
+        let bodies = [Body::Rise(4), Body::Rise(6), Body::Rise(8)];
+        let of = |tallies: [&Tally; 3]| {
+            let all: Vec<_> = bodies.into_iter().zip(tallies).collect();
+            least(&all, 0.99, |tally| tally.scan.detected)
+        };
+        assert_eq!(of([&full, &full, &full]), "4 cm");
+        assert_eq!(of([&full, &less, &full]), "8 cm");
+        assert_eq!(of([&full, &full, &less]), "none up to 8 cm");
+    }
+}

@@ -1,0 +1,207 @@
+//! `capability`: the data sheet of what is detected, with which probability and how fast.
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use anyhow::{Context, Result, anyhow};
+use stairscan::scanner::Settings;
+use stairscan::signal::radar::wire::Wire;
+
+use super::{Format, emit, harness, timing};
+use crate::budgets::POST;
+use crate::capability::document::{self, Part};
+use crate::capability::measure;
+use crate::capability::plan::{self, Cell};
+use crate::capability::results::{Heading, Measured, Times, json};
+use crate::capability::sheet;
+use crate::capability::tally::Tally;
+use crate::output::Overwrite;
+use crate::seeds::Draw;
+
+/// Scenes of most cells where none are asked for.
+pub const SCENES: u64 = 30;
+/// Scenes of each size: 99 % at 95 % confidence takes 299 without a miss.
+pub const OF_A_SIZE: u64 = 300;
+/// Scenes of a size in a second draw, for one of another cell.
+const SECOND_TIMES: u64 = 10;
+/// The draw that the bounds are held against.
+const SECOND: Draw = Draw::Validation;
+/// Rate of the link, baud.
+const BAUD: u32 = 3_000_000;
+/// Acceleration of the mirror with which the guard reaches its eight sweeps a second, microsteps a second squared.
+const ACCELERATION: u32 = 4_000_000;
+/// Clocks of the core in a second.
+const CORE_HZ: f64 = 168e6;
+/// Where the document's drawings lie.
+const DRAWINGS: &str = "capability";
+
+/// Arguments of `capability`.
+#[derive(clap::Args, Debug)]
+pub struct Args {
+    /// Which scenes
+    #[arg(long, value_enum, default_value_t = Draw::Tuning)]
+    draw: Draw,
+    /// Scenes of most cells; level ground takes four times as many, drives a fourth
+    #[arg(long, default_value_t = SCENES, value_parser = clap::value_parser!(u64).range(1..=plan::MOST_SCENES))]
+    scenes: u64,
+    /// Scenes of each size of a rise or drop at 1 m behind a clean window
+    #[arg(long, value_name = "SCENES", default_value_t = OF_A_SIZE, value_parser = clap::value_parser!(u64).range(1..=plan::MOST_OF_A_SIZE))]
+    sizes: u64,
+    /// Hold the bounds against a second draw: validation seeds, so many scenes of most cells, ten times as many of each size
+    #[arg(long, value_name = "SCENES", value_parser = clap::value_parser!(u64).range(1..=plan::MOST_SCENES))]
+    second: Option<u64>,
+    /// Only this test body (rise, drop, post, closed-stairs, open-stairs, stairs-down, level); may be given several times
+    #[arg(long = "body", value_name = "BODY", value_parser = plan::KINDS)]
+    bodies: Vec<String>,
+    /// How to print
+    #[arg(long, value_enum, default_value_t)]
+    format: Format,
+    /// Also write the sheet as a page for any browser
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
+    /// Also write the drawings of the sheet, as SVG, into this directory
+    #[arg(long, value_name = "DIR")]
+    plots: Option<PathBuf>,
+    #[command(flatten)]
+    overwrite: Overwrite,
+}
+
+impl Args {
+    /// The cells that are asked for, with `scenes` scenes in most, and `of_a_size` of each size.
+    fn cells(&self, scenes: u64, of_a_size: u64) -> Vec<Cell> {
+        let wanted = |cell: &Cell| {
+            let kind = cell.body.kind();
+            cell.scenes > 0 && (self.bodies.is_empty() || self.bodies.iter().any(|b| b == kind))
+        };
+        let all = plan::cells(scenes as usize, of_a_size as usize);
+        all.into_iter().filter(wanted).collect()
+    }
+
+    /// How to do it again.
+    fn command(&self) -> String {
+        let mut words = format!("cargo sim capability --draw {}", self.draw);
+        if self.scenes != SCENES {
+            words += &format!(" --scenes {}", self.scenes);
+        }
+        if self.sizes != OF_A_SIZE {
+            words += &format!(" --sizes {}", self.sizes);
+        }
+        if let Some(second) = self.second {
+            words += &format!(" --second {second}");
+        }
+        let bodies = self.bodies.iter().map(|body| format!(" --body {body}"));
+        words + &bodies.collect::<String>()
+    }
+}
+
+/// The head of the sheet of a draw, with so many scenes of most cells and of each size, which a test holds the document
+/// against.
+///
+/// # Errors
+/// Those of the timing model.
+pub fn heading(draw: Draw, [scenes, sizes]: [u64; 2], second: Option<u64>) -> Result<String> {
+    let args = Args {
+        draw,
+        scenes,
+        sizes,
+        second,
+        bodies: Vec::new(),
+        format: Format::Text,
+        output: None,
+        plots: None,
+        overwrite: Overwrite::default(),
+    };
+    let parts = sheet::head(&head(&args)?);
+    Ok(document::markdown(&parts, DRAWINGS))
+}
+
+fn head(args: &Args) -> Result<Heading> {
+    Ok(Heading {
+        command: args.command(),
+        draw: args.draw,
+        times: times()?,
+    })
+}
+
+/// The time of a scan and of a guard sweep, as `cargo sim timing` has it.
+fn times() -> Result<Times> {
+    let wire = Wire {
+        baud: BAUD,
+        ahead: true,
+        pin: false,
+    };
+    let settings = Settings::default();
+    let modes = timing::modes(&settings, &[wire])?;
+    let scan = modes.iter().find(|time| time.mode == "continuous");
+    let mut fast = settings;
+    fast.motor.acceleration = ACCELERATION;
+    let sweeps = timing::guard::sweeps(&fast, &[wire])?;
+    let sweep = sweeps.iter().find(|time| time.module == "pstr");
+    let (scan, sweep) = scan.zip(sweep).context("no time of a turning mirror")?;
+    Ok(Times {
+        scan_s: 1e-6 * scan.total() as f64 + POST as f64 / CORE_HZ,
+        sweep_s: 1e-6 * sweep.total() as f64,
+    })
+}
+
+/// The tallies of cells on a draw, in their order.
+fn measured(cells: &[Cell], draw: Draw) -> Result<Vec<Tally>> {
+    let of = |(k, cell): (usize, &Cell)| {
+        let seeds = cell.seeds(draw).enumerate();
+        seeds
+            .map(move |(turn, seed)| (k, turn, seed))
+            .collect::<Vec<_>>()
+    };
+    let jobs: Vec<(usize, usize, u64)> = cells.iter().enumerate().flat_map(of).collect();
+    let seen = harness::each(&jobs, |&(k, turn, seed)| {
+        measure::seen(&cells[k], turn, seed)
+    })?;
+    let mut rest = seen.as_slice();
+    let tallies = cells.iter().map(|cell| {
+        let (own, others) = rest.split_at_checked(cell.scenes)?;
+        rest = others;
+        Some(Tally::of(own))
+    });
+    let tallies: Option<Vec<Tally>> = tallies.collect();
+    tallies.ok_or_else(|| anyhow!("fewer outcomes than scenes"))
+}
+
+/// Measures, prints the sheet and writes the page and the drawings.
+pub fn run(args: &Args) -> Result<ExitCode> {
+    let outputs = args.overwrite.reading::<&str>([]);
+    args.output
+        .iter()
+        .try_for_each(|path| outputs.check(path))?;
+    let cells = args.cells(args.scenes, args.sizes);
+    let tallies = measured(&cells, args.draw)?;
+    let second = match args.second {
+        None => None,
+        Some(scenes) => {
+            let cells = args.cells(scenes, (SECOND_TIMES * scenes).min(args.sizes));
+            let tallies = measured(&cells, SECOND)?;
+            Some(cells.into_iter().zip(tallies).collect())
+        }
+    };
+    let measured = Measured {
+        head: head(args)?,
+        cells: cells.into_iter().zip(tallies).collect(),
+        second,
+    };
+    let parts = sheet::parts(&measured);
+    if let Some(path) = &args.output {
+        let page = document::page("Capability of stairscan", &parts);
+        outputs.write(path, page.as_bytes())?;
+    }
+    if let Some(directory) = &args.plots {
+        for part in &parts {
+            if let Part::Figure { file, svg, .. } = part {
+                outputs.write_picture(&directory.join(file), svg.as_bytes())?;
+            }
+        }
+    }
+    emit(&match args.format {
+        Format::Text => document::markdown(&parts, DRAWINGS),
+        Format::Json => format!("{}\n", json(&measured)),
+    });
+    Ok(ExitCode::SUCCESS)
+}
