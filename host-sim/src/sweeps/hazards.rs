@@ -24,15 +24,12 @@ struct Beam<'a> {
     spec: &'a SceneSpec,
     /// Parts of a thing this near to the plane are in the beam, metres.
     aside_m: f64,
-    /// Lateral offset per metre of way, the sine of the yaw.
-    aslant: f64,
 }
 
 impl Beam<'_> {
-    /// Whether a thing at `at_m` whose middle lies `lateral_m` aside is in the beam.
-    fn meets(&self, at_m: f64, lateral_m: f64, width_m: Option<f64>) -> bool {
-        let middle = lateral_m + self.aslant * at_m;
-        width_m.is_none_or(|width| middle.abs() - 0.5 * width <= self.aside_m)
+    /// Whether a thing whose middle lies `lateral_m` beside the plane that the mirror sweeps, at any yaw, is in the beam.
+    fn meets(&self, lateral_m: f64, width_m: Option<f64>) -> bool {
+        width_m.is_none_or(|width| lateral_m.abs() - 0.5 * width <= self.aside_m)
     }
 
     /// Whether heights from `bottom_m` to `top_m` are in the way and below the mirror, above which no row looks.
@@ -41,8 +38,7 @@ impl Beam<'_> {
     }
 
     fn solid(&self, b: &BoxSpec) -> Option<Hazard> {
-        let there =
-            self.meets(b.from_m, b.lateral_m, b.width_m) && self.reaches(b.bottom_m, b.top_m);
+        let there = self.meets(b.lateral_m, b.width_m) && self.reaches(b.bottom_m, b.top_m);
         let stands = b.bottom_m < LEAST_M && b.top_m <= MOST_RISE_M;
         there.then_some(Hazard {
             at_m: b.from_m,
@@ -57,7 +53,7 @@ impl Beam<'_> {
     /// The jambs and the threshold of a door.
     fn door(&self, d: &DoorSpec) -> Option<Hazard> {
         let aside = 0.5 * (d.width_m + d.frame_m);
-        let jamb = |side: f64| self.meets(d.at_m, d.lateral_m + side, Some(d.frame_m));
+        let jamb = |side: f64| self.meets(d.lateral_m + side, Some(d.frame_m));
         let kind = match jamb(aside) || jamb(-aside) {
             true => Ending::Obstacle,
             false => Ending::Rise,
@@ -80,7 +76,7 @@ impl Beam<'_> {
         let down = nearest(f64::NEG_INFINITY, -LEAST_M).map(|at_m| (at_m, Ending::Drop));
         let found = up.into_iter().chain(down);
         found
-            .filter(|(at_m, _)| self.meets(*at_m, p.lateral_m, p.width_m))
+            .filter(|_| self.meets(p.lateral_m, p.width_m))
             .map(|(at_m, kind)| Hazard { at_m, kind })
             .collect()
     }
@@ -93,11 +89,7 @@ pub fn of(spec: &SceneSpec) -> Vec<Hazard> {
 
 /// Returns the hazards of which some part is at most `aside_m` metres beside the plane that the mirror sweeps.
 pub fn within_m(spec: &SceneSpec, aside_m: f64) -> Vec<Hazard> {
-    let beam = Beam {
-        spec,
-        aside_m,
-        aslant: libm::sin(spec.mount.yaw_deg.to_radians()),
-    };
+    let beam = Beam { spec, aside_m };
     let obstacle = |at_m| Hazard {
         at_m,
         kind: Ending::Obstacle,
@@ -109,7 +101,7 @@ pub fn within_m(spec: &SceneSpec, aside_m: f64) -> Vec<Hazard> {
         .filter(|w| beam.reaches(w.bottom_m, w.top_m));
     found.extend(walls.map(|w| obstacle(w.at_m)));
     let posts = spec.post.iter().filter(|p| {
-        beam.meets(p.at_m, p.lateral_m, Some(p.diameter_m)) && beam.reaches(p.bottom_m, p.top_m)
+        beam.meets(p.lateral_m, Some(p.diameter_m)) && beam.reaches(p.bottom_m, p.top_m)
     });
     found.extend(posts.map(|p| obstacle(p.at_m - 0.5 * p.diameter_m)));
     found.extend(spec.boxes.iter().filter_map(|b| beam.solid(b)));
@@ -220,7 +212,8 @@ mod tests {
         assert_eq!(first(&thing(0.0, 0.45, 0.6)), END);
         assert_eq!(first(&thing(0.0, 0.0, 0.03)), END);
         let yaw = format!("{}\n[mount]\nyaw_deg = 3.0\n", thing(0.17, 0.0, 0.5));
-        assert_eq!(first(&yaw), END);
+        // Sideways is counted from the plane that the mirror sweeps, wherever that looks.
+        assert_eq!(first(&yaw), (0.8, Ending::Obstacle));
     }
 
     #[test]
