@@ -21,7 +21,8 @@ use crate::math;
 use crate::model::{RIGHT_M, Surfaces};
 use crate::params::Params;
 use crate::params::counted;
-use crate::params::hazard::{FEATURES, Features, Weights, log_survival, probability};
+use crate::params::fitted_for;
+use crate::params::hazard::{FEATURES, Features, log_survival, probability};
 use crate::signal::grid::Geometry;
 use crate::verdict::{LEAST_HORIZON_M, Validity};
 
@@ -424,7 +425,7 @@ pub fn validity(
     mut outlook: Option<&mut Outlook>,
     each: &mut dyn FnMut(&Cell),
 ) -> Validity {
-    let weights = Weights::of(ground.geometry.plane);
+    let weights = fitted_for(ground.geometry.plane);
     let mut log_right = 0.0;
     let mut valid_to = Validity::NONE;
     let mut reach = Reach::new(ground.steps, ground.drop);

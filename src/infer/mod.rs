@@ -59,8 +59,8 @@ use crate::motion::{Drive, Retention, Ride, Sweeps};
 use crate::mount::{Calibration, Floor, online};
 use crate::observer::{Event, Observer};
 pub use crate::params::Params;
+use crate::params::fitted_for;
 use crate::params::generative::Generative;
-use crate::params::hazard::Weights;
 use crate::params::measured;
 use crate::signal::echoes::{Collector, Echo, Echoes, Lobes};
 use crate::signal::grid::{Geometry, PolarMap};
@@ -579,7 +579,7 @@ impl Ended<'_> {
             }
         });
         answer.maybes.clone_from(&self.belief.maybes);
-        let map = Weights::of(self.geometry.plane).maybe;
+        let map = fitted_for(self.geometry.plane).maybe;
         for maybe in &mut answer.maybes {
             if observer.listens() {
                 observer.event(Event::Maybe(maybe));

@@ -1,7 +1,5 @@
 //! Shape of the verdict's fitted numbers.
 
-use super::fitted;
-use crate::config::Plane;
 use crate::math;
 
 /// Number of features of a cell; `src/infer/horizon.rs` says what each is.
@@ -52,14 +50,6 @@ pub struct Weights {
 }
 
 impl Weights {
-    /// The numbers counted for scans of a plane.
-    pub const fn of(plane: Plane) -> &'static Self {
-        match plane {
-            Plane::Depth => &fitted::UP,
-            Plane::Height => &fitted::DOWN,
-        }
-    }
-
     /// Logarithm of the probability that nothing goes wrong in a cell: -ln(1 + e^x) of the weighted
     /// features.
     pub fn log_survival(&self, features: &Features) -> f32 {

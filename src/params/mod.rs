@@ -22,6 +22,17 @@ pub use rules::{DOUBTS, Rule, rules};
 pub use switches::Rules;
 pub use table::Params;
 
+use crate::config::Plane;
+use hazard::Weights;
+
+/// The verdict's numbers that were counted for scans of a plane.
+pub const fn fitted_for(plane: Plane) -> &'static Weights {
+    match plane {
+        Plane::Depth => &fitted::UP,
+        Plane::Height => &fitted::DOWN,
+    }
+}
+
 /// The numbers that everything is worked off with.
 #[cfg(not(feature = "ablation"))]
 pub const fn current() -> &'static Params {

@@ -48,7 +48,7 @@ pub const GROUPS: &[(&str, &[&str])] = &[
     ),
     (
         "The image",
-        &["budget", "timing", "bench", "snr", "twins", "seal"],
+        &["budget", "timing", "bench", "snr", "twins", "seal", "sbom"],
     ),
     (
         "This program",
@@ -166,6 +166,7 @@ pub const EXAMPLES: &[(&str, &[&str])] = &[
     ("sequences", &["sequences"]),
     ("guard", &["guard --list", "guard --draw reporting"]),
     ("drives", &["drives --list", "drives --draw reporting"]),
+    ("sbom", &["sbom", "sbom crates"]),
     (
         "capability",
         &[

@@ -35,8 +35,8 @@ impl<'a> Keys<'a> {
     pub(super) fn check_spelling(&self, known: &[&str]) -> Result<()> {
         let unknown = |key: &&String| !known.contains(&key.as_str());
         for key in self.object.keys().filter(unknown) {
-            let near = |known: &&&str| edits(key, known) <= MISSPELT;
-            if let Some(meant) = known.iter().find(near) {
+            let nearest = known.iter().min_by_key(|known| edits(key, known));
+            if let Some(meant) = nearest.filter(|known| edits(key, known) <= MISSPELT) {
                 return Err(anyhow!(
                     "{} {key}: no such key, expected {meant}",
                     self.place

@@ -308,11 +308,11 @@ fn a_misspelt_key_is_told() {
         refused(&recording, &[key, "no such key", meant]);
     }
     let recording = scratch.recording(|m| {
-        let capture = m["captures"][7].as_object_mut().unwrap();
+        let capture = m["captures"][3].as_object_mut().unwrap();
         let angle = capture.remove("stairscan:mirror_angle_deg").unwrap();
         capture.insert("stairscan:mirror_angel_deg".into(), angle);
     });
-    let told = ["captures[7] stairscan:mirror_angel_deg", "no such key"];
+    let told = ["captures[3] stairscan:mirror_angel_deg", "no such key"];
     refused(&recording, &told);
     // Keys that somebody else may have are none of ours.
     let recording = scratch.recording(|m| m["global"]["stairscan:operator"] = json!("me"));
