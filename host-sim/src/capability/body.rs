@@ -99,7 +99,7 @@ impl Body {
         }
     }
 
-    /// What a guard sweep is to name; `None` of level ground.
+    /// Hazard that a guard sweep should name; `None` of level ground.
     pub const fn ending(self) -> Option<Ending> {
         match self {
             Self::Rise(_) | Self::Closed | Self::Open => Some(Ending::Rise),

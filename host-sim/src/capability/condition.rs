@@ -1,6 +1,6 @@
 //! Conditions of a measurement, and the scene that a body makes under one of them.
 //!
-//! What the condition does not fix is drawn for each scene: workmanship of the mounting, side lobes, the piece of each
+//! Everything that the condition does not fix is drawn for each scene: workmanship of the mounting, side lobes, the piece of each
 //! material, and a few centimetres and degrees, so that no cell rests on one range bin or one angle.
 
 use crate::scene::material::{NAMES, builtin};
@@ -43,7 +43,7 @@ const ROUGHEST_M: f64 = 1.2e-3;
 /// Random numbers of these draws, apart from those of surfaces and chirps.
 const STREAM: u64 = 0x4341_5041;
 
-/// What one cell fixes.
+/// Condition of one cell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Condition {
     /// Distance of the body's front from the mirror, metres.

@@ -1,4 +1,4 @@
-//! What counts: the rules by which an answer has detected a body, or is free where it must not be.
+//! Rules of counting: when an answer has detected a body, or is free where it must not be.
 
 use stairscan::answer::Direction;
 use stairscan::verdict::Ending;

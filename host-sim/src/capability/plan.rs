@@ -85,7 +85,7 @@ impl Series {
 pub struct Cell {
     /// Its number in the whole plan, from which its seeds come.
     pub number: u64,
-    /// What changes.
+    /// Parameter that changes.
     pub series: Series,
     /// The body.
     pub body: Body,

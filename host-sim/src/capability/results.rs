@@ -1,4 +1,4 @@
-//! What was measured: cells with their counts, as the sheet and its drawings look them up, and as JSON.
+//! Results: cells with their counts, as the sheet and its drawings look them up, and as JSON.
 
 use serde_json::{Value, json};
 
@@ -18,7 +18,7 @@ pub struct Times {
     pub sweep_s: f64,
 }
 
-/// What the head of a sheet says.
+/// Head of a sheet.
 #[derive(Clone, Debug)]
 pub struct Heading {
     /// The command that makes it.

@@ -26,10 +26,10 @@ pub struct Args {
     /// Which scenes
     #[arg(long, value_enum, default_value_t = Draw::Tuning)]
     draw: Draw,
-    /// So many scenes of each kind, in place of the draw's own numbers
+    /// Number of scenes of each kind, in place of the draw's own numbers
     #[arg(long, value_parser = clap::value_parser!(u64).range(1..=10_000))]
     scenes: Option<u64>,
-    /// So many drives through each scene
+    /// Number of drives through each scene
     #[arg(long, default_value_t = 10, value_parser = clap::value_parser!(u64).range(1..=1_000))]
     drives: u64,
     /// Only scenes of this kind; may be given several times

@@ -13,7 +13,7 @@ use crate::sbom::{cyclonedx, graph, tables};
 /// Arguments of `sbom`.
 #[derive(clap::Args, Debug)]
 pub struct Args {
-    /// What to print
+    /// Part to print
     #[arg(value_enum, default_value_t)]
     what: What,
     /// The image whose code is counted; without it the workspace's is built
@@ -21,7 +21,7 @@ pub struct Args {
     elf: Option<PathBuf>,
 }
 
-/// What of the supply chain is printed.
+/// Part of the supply chain to print.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 enum What {
     /// The linked crates as a CycloneDX 1.6 document, kept in docs/image.cdx.json

@@ -26,7 +26,7 @@ const ALONG_M: f64 = 0.02;
 pub struct Course {
     /// Kind and seed, as recordings are named.
     pub name: String,
-    /// What draws all that is random in it.
+    /// Seed of everything that is random in it.
     pub seed: u64,
     scene: Scene,
     /// After somebody has stepped in.

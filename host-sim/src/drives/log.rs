@@ -1,4 +1,4 @@
-//! What happened on a drive: the record that [`super::outcome`] decides by.
+//! Record of a drive: the facts that [`super::outcome`] decides by.
 
 use stairscan::verdict::Reasons;
 
@@ -33,7 +33,7 @@ impl SweepLog {
 pub struct StepIn {
     /// From the chair's foremost point, metres.
     pub gap_m: f64,
-    /// What the chair needed to stop, metres: the rest of the sweep under way, a whole one, the word, a cycle, its own
+    /// Stopping distance of the chair, metres: the rest of the sweep under way, a whole one, the word, a cycle, its own
     /// latency and its brakes.
     pub needed_m: f64,
 }

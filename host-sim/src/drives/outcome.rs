@@ -50,7 +50,7 @@ impl Cause {
     }
 }
 
-/// What became of a drive.
+/// Outcome of a drive.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Outcome {
     /// The foremost point passed the hazard.

@@ -15,7 +15,7 @@ use crate::recording::regular;
 
 /// Where the chip's flash begins. Functions that the linker dropped stand at addresses below.
 const FLASH: u64 = 0x0800_0000;
-/// What parts the folders of a path in the line table.
+/// Separator of folders of a path in the line table.
 const PARTED: char = '/';
 
 type Slice<'data> = EndianSlice<'data, LittleEndian>;

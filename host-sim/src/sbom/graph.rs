@@ -16,7 +16,7 @@ use crate::emulate::tools::TARGET;
 pub const ROOT: &str = "stairscan";
 /// Fields of a line of `cargo tree`, parted by [`PARTED`].
 const FIELDS: &str = "{p}|{l}|{r}";
-/// What parts them; no name, licence or address holds it.
+/// Separator of these; no name, licence or address holds it.
 const PARTED: char = '|';
 
 /// Name and version of a crate.

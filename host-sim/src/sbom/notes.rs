@@ -32,12 +32,12 @@ impl By {
     }
 }
 
-/// What is known of a crate.
+/// Note on a crate.
 #[derive(Clone, Copy, Debug)]
 pub struct Note {
     /// Name, and the beginning of its version.
     pub of: (&'static str, &'static str),
-    /// What it does in the image.
+    /// Purpose in the image.
     pub why: &'static str,
     /// Who maintains it.
     pub by: By,

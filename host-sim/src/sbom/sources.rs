@@ -1,4 +1,4 @@
-//! What the sources of a crate hold: counted in the folder that Cargo compiles it from.
+//! Contents of a crate's sources, counted in the folder that Cargo compiles it from.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -8,7 +8,7 @@ use anyhow::{Context, Result};
 /// Suffixes of files that hold compiled code.
 const PREBUILT: [&str; 6] = ["a", "o", "so", "lib", "dll", "dylib"];
 
-/// What was counted.
+/// Counts.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
     /// Lines of Rust in `src/` that are neither empty nor comments.
