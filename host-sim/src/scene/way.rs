@@ -1,7 +1,7 @@
 //! A stretch of way through a scene whose echoes several drives share.
 //!
 //! In: a scene, a seed of its surfaces and how far chairs go. Out: the chirp of a row from any place of the way. It
-//! differs from [`super::passing`], which serves one drive to the last bit: here the echoes of each two centimetres are worked
+//! differs from `passing.rs`, which serves one drive to the last bit: here the echoes of each two centimetres are worked
 //! out once for all drives, and those of one direction (to a quarter of a degree) are summed into one bundle of beat
 //! tones. A row turns each bundle by the phase of the way from their middle; its range is right to 1.3 mm, a
 //! twelfth of a range bin. Echoes outside the sector that the beam sweeps come by side lobes alone and are
