@@ -30,7 +30,7 @@ pub enum Event<'a> {
     Candidate(&'a Candidate<'a>),
     /// `likelihood`: a cell of the way ahead and what the verdict knows of it, the nearest first.
     Cell(&'a Cell),
-    /// What may stand there besides the answer, with the particles' share of it before [`Weights::maybe`] maps that.
+    /// A possible step or drop besides the answer, with its share of the particles before [`Weights::maybe`] maps that.
     ///
     /// [`Weights::maybe`]: crate::params::hazard::Weights::maybe
     Maybe(&'a Maybe),

@@ -38,7 +38,7 @@ pub enum Part {
     Figure {
         /// Name of its file.
         file: String,
-        /// What it shows.
+        /// Description for those who do not see it.
         alt: String,
         /// SVG.
         svg: String,

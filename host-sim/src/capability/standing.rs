@@ -120,7 +120,7 @@ mod tests {
         [mean, of(&|i| (i - mean) * (i - mean)).sqrt()]
     }
 
-    /// What is added is the simulator's own noise: a scene without transmitter shows nothing else.
+    /// The added noise is the simulator's own: a scene without transmitter shows nothing else.
     #[test]
     fn the_noise_is_that_of_the_simulator() {
         let mut silent = spec();

@@ -19,6 +19,7 @@ use crate::motion::Timetable;
 use crate::motion::place::Place;
 use crate::recording::Recording;
 use crate::scene::maths::Random;
+use crate::scene::sequence::{READING_SD, digits};
 use crate::scene::way::{Shot, Way};
 use crate::sweeps::ground::{self, Meter};
 use crate::sweeps::scenes::{ROW_S, SWEEP_S};
@@ -38,8 +39,6 @@ const STANDING_M_S: f64 = 0.005;
 const LONGEST_S: f64 = 60.0;
 /// Random numbers of a drive's inclinometer.
 const STREAM: u64 = 0x4452_4956_5000;
-/// Noise of its readings, degrees.
-const READING_SD: f64 = 0.02;
 
 /// A drive under way.
 pub struct World<'a> {
@@ -70,11 +69,6 @@ pub struct World<'a> {
 /// When row `number` of a drive is fired, seconds.
 fn time_s(number: usize) -> f64 {
     (number / ROWS) as f64 * SWEEP_S + (number % ROWS) as f64 * ROW_S
-}
-
-/// `x` as a recording has it, with so many units in one.
-fn digits(x: f64, per: f64) -> f64 {
-    libm::floor(x * per + 0.5) / per
 }
 
 impl<'a> World<'a> {

@@ -48,7 +48,7 @@ impl Odometer {
         }
     }
 
-    /// What it says after `travel` metres.
+    /// Reading after `travel` metres.
     pub fn said(&self, travel: f64) -> f64 {
         let slip = |x: f64| SLIP_M * libm::sin(TAU * x / SLIP_WAY_M + self.slip);
         let said = travel * self.scale + slip(travel) - slip(0.0);

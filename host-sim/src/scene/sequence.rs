@@ -28,7 +28,7 @@ const WANDER_SD: f64 = 0.0015;
 /// Floors, castors and drivers pitch a standing chair by tenths of a degree from stop to stop.
 const ROCKING_SD: f64 = 0.15;
 /// Noise of an inclinometer's single readings, degrees.
-pub(super) const READING_SD: f64 = 0.02;
+pub const READING_SD: f64 = 0.02;
 
 /// Times of a row: 281 rows in 1.3 or 5.7 s, s.
 pub(super) const ROW_S: [f64; 2] = [4.63e-3, 20.3e-3];
@@ -206,7 +206,7 @@ impl Scene {
 }
 
 /// Rounded to `1 / per`, and never -0.
-pub(super) fn digits(x: f64, per: f64) -> f64 {
+pub fn digits(x: f64, per: f64) -> f64 {
     libm::floor(x * per + 0.5) / per + 0.0
 }
 

@@ -28,7 +28,7 @@ fn array(scratch: &Scratch) -> String {
     array
 }
 
-/// What `convert` prints of the array with a table of these angles.
+/// Output of `convert` on the array with a table of these angles.
 fn converted(scratch: &Scratch, array: &str, name: &str, angle: impl Fn(usize) -> f64) -> String {
     let path = |suffix: &str| scratch.path().join(format!("{name}{suffix}"));
     let table: String = (0..CHIRPS).map(|k| format!("{:.3}\n", angle(k))).collect();
