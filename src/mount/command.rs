@@ -32,7 +32,7 @@ pub const WALL_M: core::ops::RangeInclusive<f32> = 0.6..=2.5;
 
 /// Maximum angle offset of a mounting, radians: more is a wrong bracket or a misplaced switch.
 const MOST_OFFSET_RAD: f32 = 6.0 * RAD_PER_DEG;
-/// Maximum error of the range scale: five times the drift of a sweep.
+/// Maximum error of the range scale: five times the drift of a chirp's slope.
 const MOST_SCALE: f32 = 0.05;
 /// Maximum error of the mounting height, metres.
 const MOST_HEIGHT_M: f32 = 0.15;
@@ -56,12 +56,14 @@ const APART_M: f32 = 0.1;
 const LEAST_FLOOR: u8 = 5;
 /// Distance from the fitted ground, in standard deviations, beyond which a ground echo is an outlier.
 const ASTRAY_SIGMAS: f32 = 4.0;
+/// Maximum share of outliers among the ground echoes.
 const ASTRAY_SHARE: f32 = 0.34;
 /// Maximum distance of the corner from its place after the fit, metres: the shape of the main lobe, and the
-/// wall's skirting.
+/// wall's base.
 const CORNER_OFF_M: f32 = 0.01;
+/// Maximum angle of the corner from its place after the fit, radians.
 const CORNER_OFF_RAD: f32 = 0.5 * RAD_PER_DEG;
-/// Standard deviation of a flash's or a corner's range beyond its noise, metres: the slope of the chirp.
+/// Standard deviation of a flash's or a corner's range beyond its noise, metres: the chirp's slope.
 const RANGE_MODEL_M: f32 = 0.0005;
 /// Standard deviation of the wall's distance, metres: a steel tape from the mirror to the wall.
 const TAPE_M: f32 = 0.001;
