@@ -275,7 +275,7 @@ impl Health {
         median.unwrap_or(0) as u8
     }
 
-    /// Returns whether any detection of `map` exceeds the noise by [`HEARD_ABOVE_NOISE`].
+    /// Returns whether any detection of `map` exceeds the noise by `HEARD_ABOVE_NOISE`.
     pub fn heard(&self, map: &PolarMap) -> bool {
         let least = self.noise().saturating_add(HEARD_ABOVE_NOISE);
         (0..map.rows()).any(|k| map.hits(k).any(|(_, cell)| cell >= least))
