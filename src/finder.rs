@@ -71,7 +71,7 @@ impl Scratch {
     }
 }
 
-/// Finds stairs: rows in, outcome out.
+/// Stair finder: rows of a scan in, answer out.
 ///
 /// A scan is [`StairFinder::begin`], then for each row from either end of the scan [`StairFinder::fill`] or, if
 /// it is lost, [`StairFinder::complete`], then [`StairFinder::finish`]. The configuration selects the

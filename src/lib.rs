@@ -1,20 +1,20 @@
 //! A radar stair scanner for powered wheelchairs: recorded or live FMCW chirps in, steps out.
 //!
-//! The library is the whole scanner less the chip: it has no allocator, no global state, no clock
-//! and no randomness of its own. Time, seed and hardware come in as arguments, so the same call
-//! gives the same bits on the host, in the emulator and on the Cortex-M4F.
+//! The library is the whole scanner without the chip-specific code: it has no allocator, no global state, no
+//! clock and no source of random numbers. Time, seed and hardware are arguments, so the same call gives the same
+//! bits on the host, in the emulator and on the Cortex-M4F.
 //!
 //! The stages in the order of the data:
 //!
 //! | module | from → to |
 //! |---|---|
 //! | [`setting`] | one setting: limits, default, text, and the macro that declares them |
-//! | [`config`] | what a recording, a command or the radar module may set, checked once |
+//! | [`config`] | settings of a scan, by recording, command or radar module, and their limits |
 //! | [`schedule`], [`time`], [`port`] | microstep of each row; microseconds that wrap; a serial port |
 //! | [`scanner`] | mirror motor, settings, commands, the scanner's loop |
 //! | [`drive`], [`track`] | motion of the chair during a scan; time and position of each row |
 //! | [`motion`] | motion sentences of the chair's controller → [`drive`] and [`track`], and whether two sweeps agree |
-//! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, placed below the cell size |
+//! | [`signal`] | radar module → chirps → rows of the polar map → echoes: point scatterers, with positions finer than a cell |
 //! | [`mount`] | echoes of the ground → mounting of the scanner: calibration of each scan, and by command |
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
 //! | [`model`] | scene types, and the likelihood of the echoes given each |

@@ -1,7 +1,7 @@
 //! The few f32 functions that `core` lacks, with error bounds that the tests assert.
 //!
-//! Everything here is plain IEEE single precision without fused operations, so that host, emulator
-//! and chip agree to the last bit.
+//! All functions use plain IEEE single precision without fused operations, so that host, emulator and chip give
+//! identical bits.
 
 /// One degree in radians.
 pub const RAD_PER_DEG: f32 = core::f32::consts::PI / 180.0;
@@ -84,7 +84,7 @@ pub fn hypot(x: f32, y: f32) -> f32 {
 ///
 /// Reduced to ±π/4 by the nearest quarter turn, then Taylor polynomials to the 9th and 8th order.
 pub const fn sin_cos(angle: f32) -> (f32, f32) {
-    // π/2 in two parts: k times the first, whose mantissa ends with many zeros, is exact.
+    // π/2 in two parts: k times the first one is exact, because its mantissa ends with many zeros.
     const HALF_PI_HIGH: f32 = 1.570_312_5;
     const HALF_PI_LOW: f32 = 4.838_268e-4;
     let turns = angle * core::f32::consts::FRAC_2_PI;

@@ -173,7 +173,7 @@ mod tests {
             let exact = f64::from(angle) * 51_200.0 / 360_000.0;
             prop_assert!((exact - f64::from(microsteps(angle))).abs() <= 0.5);
             prop_assert_eq!(microsteps(-angle), -microsteps(angle));
-            // There and back is off by at most half a microstep and half a unit.
+            // The round trip is off by at most half a microstep and half a unit.
             let back = shaft_angle(microsteps(angle));
             prop_assert!((back - angle).abs() <= 4);
         }

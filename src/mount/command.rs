@@ -85,11 +85,11 @@ pub enum Refusal {
     SeveralWalls,
     /// Something stands between scanner and wall.
     Clutter,
-    /// No corner of wall and floor.
+    /// No corner of wall and ground.
     NoFloor,
-    /// Too few echoes of the floor before the wall.
+    /// Too few ground echoes before the wall.
     FewEchoes,
-    /// The echoes do not lie on one level floor with a wall on it.
+    /// The echoes do not lie on one level ground with a wall on it.
     Misfit,
     /// The fitted mounting is outside the limits that calibration corrects.
     TooFar,

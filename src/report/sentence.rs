@@ -1,4 +1,4 @@
-//! The sentences of the report UART, written and parsed in one place.
+//! Sentences of the report UART: format, writer and parser.
 //!
 //! ASCII lines in the style of NMEA 0183: `$PSTR,` (a proprietary sentence of the stair scanner),
 //! the sentence's name, comma-separated fields, `*`, a CRC-32 (ISO-HDLC, of everything between `$`
@@ -11,13 +11,13 @@
 //! | `STEP` | scan number; index (from 1); of count; distance; height; tread depth; riser height; σ of distance; σ of height; quality 0…100 |
 //! | `DROP` | scan number; distance; σ of distance; depth; probability |
 //! | `MAYBE` | scan number; index (from 1); of count; distance; height; probability |
-//! | `GUARD` | number of the sweep since the guard was switched on; `ok`, `degraded` or `fault`; free distance; what ends it: `none`, `rise`, `drop`, `obstacle` or `unknown`; confidence; reasons joined by `+` |
-//! | `BOOT` | version; git revision; reset cause; clock; boots since power came; settings; serial number of the chip |
-//! | `STAT` | state; clock; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of it since boot; settings |
-//! | `LIVE` | state; scan; ms since boot; ms since the last row of the last scan that was no fault; motion input; faults of it; refused lines; damaged or lost bytes of this port; requests that the radar module did not answer as it should |
+//! | `GUARD` | number of the sweep since the guard was switched on; `ok`, `degraded` or `fault`; free distance; hazard that ends it: `none`, `rise`, `drop`, `obstacle` or `unknown`; confidence; reasons joined by `+` |
+//! | `BOOT` | version; git revision; reset cause; clock source; boots since power-on; settings; serial number of the chip |
+//! | `STAT` | state; clock source; scans since boot; estimator; reasons joined by `+`; motion input (`absent`, `good`, `late`, `jumping`, `frozen`, `garbled`, `disordered`); faults of the motion input since boot; settings |
+//! | `LIVE` | state; scan; ms since boot; ms since the last row of the last scan that was no fault; motion input; faults of the motion input; refused lines; damaged or lost bytes of this port; requests that the radar module did not answer correctly |
 //! | `CONF` | key; value |
 //! | `DONE` | command |
-//! | `FAIL` | command or `-`; field or `-`; what was expected: all up to the CRC, which may hold a command with its own frame |
+//! | `FAIL` | command or `-`; field or `-`; expected value: all text up to the CRC, possibly a command with its own frame |
 //! | `HALT` | reason: the firmware stopped with a fault and resets the chip |
 //!
 //! Lengths are in millimetres with one decimal; a field without a value (the last step's tread depth) is empty.

@@ -281,7 +281,7 @@ impl Frames {
         self.send(port, now, (kind, FrameKind::Settings), payload, timeout_us);
     }
 
-    /// [`super::RadarModule::program`].
+    /// Implements [`super::RadarModule::program`].
     // Not inlined: it would lie beneath the estimator on the stack.
     #[inline(never)]
     pub fn program(&mut self, port: &mut impl BytePort, now: Micros, wish: &Wish, timeout_us: u32) {
@@ -300,7 +300,7 @@ impl Frames {
         self.ask(port, now, timeout_us);
     }
 
-    /// [`super::RadarModule::settings`].
+    /// Implements [`super::RadarModule::settings`].
     #[inline(never)]
     pub fn settings(
         &mut self,
@@ -376,7 +376,7 @@ impl Frames {
         Poll::Pending
     }
 
-    /// [`super::RadarModule::trigger`]: pulses the port's pin first if that starts the chirp.
+    /// Implements [`super::RadarModule::trigger`]: pulses the port's pin first if that starts the chirp.
     pub fn trigger(
         &mut self,
         port: &mut impl BytePort,
@@ -392,7 +392,7 @@ impl Frames {
         self.send(port, now, kinds, &payload, timeout_us);
     }
 
-    /// [`super::RadarModule::retry`].
+    /// Implements [`super::RadarModule::retry`].
     pub fn retry(
         &mut self,
         port: &mut impl BytePort,
@@ -407,7 +407,7 @@ impl Frames {
         self.trigger(port, now, shaft_angle, timeout_us);
     }
 
-    /// [`super::RadarModule::poll`].
+    /// Implements [`super::RadarModule::poll`].
     pub fn poll(
         &mut self,
         port: &mut impl BytePort,
@@ -435,7 +435,7 @@ impl Frames {
         self.sent >= self.out.len()
     }
 
-    /// [`super::RadarModule::sent`].
+    /// Implements [`super::RadarModule::sent`].
     pub fn sent(&self) -> bool {
         self.by_pin() || self.handed_over()
     }
@@ -449,7 +449,7 @@ impl Frames {
         }
     }
 
-    /// [`super::RadarModule::trigger_ahead`].
+    /// Implements [`super::RadarModule::trigger_ahead`].
     pub fn trigger_ahead(
         &mut self,
         port: &mut impl BytePort,
