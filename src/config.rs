@@ -383,8 +383,8 @@ impl Config {
     }
 }
 
-/// Rounds `value` to a multiple of `unit` (both in the same physical unit), half away from zero, and returns
-/// the multiple. Every length and angle of a recording becomes a command's fixed-point number by this function.
+/// Converts `value` to a whole number of `unit`s (both in the same physical unit), rounded half away from zero.
+/// Every length and angle of a recording becomes a command's fixed-point number by this function.
 ///
 /// Returns `None` if the value is not finite or does not fit.
 pub fn to_fixed(value: f64, unit: f64) -> Option<i32> {

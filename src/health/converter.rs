@@ -30,7 +30,7 @@ pub struct Converter {
     rows: u32,
     /// Number of rows in which a bit did not change though a lower one did.
     lame: u32,
-    /// Number of rows whose chirp equals one of the last [`REMEMBERED`].
+    /// Number of rows whose chirp equals one of the last [`REMEMBERED`], by its hash.
     stale: u32,
     hashes: [u32; REMEMBERED],
     /// Minimum and maximum of the means of I and Q, units of a sample.

@@ -233,7 +233,7 @@ pub fn lines(map: &PolarMap, config: &Config, noise: u8, each: &mut dyn FnMut(Si
     let mut most = [0, 0];
     for bin in 0..map.bins() {
         let range_m = geometry.first_range_m + bin as f32 * geometry.bin_m;
-        // The floor straight below is seen in every row through side lobes.
+        // The ground straight below is seen in every row through side lobes.
         let below = (range_m - geometry.mount_height_m).abs() < p().plumb_m;
         // A few rows exclude a line in most bins.
         let few = units(p().line_spread_db);

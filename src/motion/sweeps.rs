@@ -329,7 +329,7 @@ fn share(
 }
 
 /// Refines the travel from sweep to sweep, about `most` metres: weighted least squares over all pairs that
-/// agree with it, each of which saw a share (`between`) of the travel.
+/// agree with it, each of which covers a share (`between`) of the travel.
 fn refine(
     old: &[SweepEcho],
     new: &[SweepEcho],

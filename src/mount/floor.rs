@@ -26,7 +26,7 @@ pub fn floor_variance(e: &Echo, range_m: f32, p: &Params) -> f32 {
     rough_m * rough_m + noise * noise
 }
 
-/// An echo as evidence for a ground line.
+/// An echo as evidence for the ground at some height.
 #[derive(Clone, Copy, Debug, Default)]
 struct Witness {
     x_m: f32,

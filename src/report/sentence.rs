@@ -35,8 +35,9 @@
 //!
 //! `GUARD` is the result of one guard sweep. The free distance is that up to which the ground has no rise or
 //! drop of more than 40 mm and no obstacle, from the mirror at the sweep's last row; it is empty in a `fault`,
-//! and 0.0 if a health check of the instrument failed. `none`: nothing ends it within the range of a sweep.
-//! `unknown`: the ground is not seen beyond. The confidence is the probability that no hazard is nearer.
+//! and 0.0 if a health check of the instrument failed or the mounting was never configured. `none`: nothing ends
+//! it within the range of a sweep. `unknown`: the ground is not seen beyond. The confidence is the probability
+//! that no hazard is nearer.
 //!
 //! `LIVE` is sent five times a second without a request, in every state, possibly between the sentences of a
 //! scan. It is the only sentence with times. Its counters count since boot and saturate at 65535.

@@ -84,8 +84,8 @@ const SETTLE: u32 = 249;
 pub const LEAD: u32 = POWER_ON + SETTLE - START;
 /// Minimum duration of the ramp after the last sample: T_ECM, 1 µs [3.4.1].
 const TAIL: u32 = CLOCK_MHZ;
-/// T_INIT0, 188 · 2^2 · 8 + 5, and T_INIT1, 150 · 8 + 3: 75 and 15 µs, the PLL's typical settling times [table
-/// 15]. The converter's calibration, 1792 · 2 + 1569 periods after 660 for its start, takes less [table 60].
+/// T_INIT0, 188 · 2^2 · 8 + 5, and T_INIT1, 150 · 8 + 3: 75 and 15 µs, the PLL's typical settling times
+/// [table 15]. The converter's calibration, 1792 · 2 + 1569 periods after 660 for its start, takes less [table 60].
 const SETTLE_PLL: u32 = 6021 + 1203;
 
 /// Time from FRAME_START to the first sample.
@@ -99,8 +99,8 @@ const ORIGIN_KHZ: u32 = 61_440_000;
 /// Band of the PLL, 58.0 to 63.5 GHz [table 54], in steps.
 const BAND: [i32; 2] = [-5_636_096, 3_375_104];
 /// Maximum slope, steps per period: 20.9 GHz per millisecond (400 MHz per microsecond is permitted, table 54).
-/// An echo at 3.2 m then has 445 kHz, just below the minimum cutoff of the anti-alias filter, 450 kHz [table
-/// 58]. Echoes beyond half the default sampling rate (500 kHz, 3.6 m) have the maximum possible attenuation.
+/// An echo at 3.2 m then has 445 kHz, just below the minimum cutoff of the anti-alias filter, 450 kHz
+/// [table 58]. Echoes beyond half the default sampling rate (500 kHz, 3.6 m) have the maximum possible attenuation.
 const SLOPE: u32 = 427;
 /// Maximum duration of the samples, periods: 256 µs.
 const LONGEST: u32 = 20_480;
