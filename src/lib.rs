@@ -19,6 +19,7 @@
 //! | [`health`] | whether radar, mirror and converter worked during the scan |
 //! | [`model`] | scene types, and the likelihood of the echoes given each |
 //! | [`infer`] | echoes → the most likely staircase, its steps with their σ, how far it is valid; from scan to scan |
+//! | [`guard`] | maps of coarse sweeps of the ground, and the travel in between → free distance ahead |
 //! | `paper` | the paper's estimator: map → particles → clusters → steps (feature `paper`, on by default) |
 //! | [`params`], [`estimate`] | every tuned number; a value with its variance |
 //! | [`estimator`], [`observer`] | interface of all estimators, and of observers of their intermediate results |
@@ -26,7 +27,7 @@
 //! | [`answer`] | the answer of a scan: steps, direction, drop, possible further steps |
 //! | [`verdict`] | evidence → status, horizon, confidence, reasons: the only writer of a status |
 //! | [`report`] | sentences out, motion in |
-//! | [`math`] | the few f32 functions that `core` lacks, with their error bounds |
+//! | [`math`], [`sort`] | the few f32 functions that `core` lacks, with their error bounds; a sort without panics |
 //! | [`crc`] | the checksum of sentences, records and the radar link's frames |
 //!
 //! `board` and `main.rs` are not part of the library: they belong to the image and contain all chip-specific

@@ -1,6 +1,6 @@
 //! Transmission times on the serial wire between scanner and module.
 
-/// Initial rate of every module, baud: the clocks of both board variants divide to it exactly.
+/// Initial rate of every module, baud: both clocks of the board divide to it exactly.
 pub const LINK_BAUD: u32 = 1_000_000;
 /// Length of a frame's header, bytes.
 pub const HEADER: usize = 8;
