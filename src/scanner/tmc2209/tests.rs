@@ -1,4 +1,4 @@
-//! Set-up and status over a chip that is well, broken, or reset at the worst moment.
+//! Tests of set-up and status with a chip that works, has a fault, or is reset in between.
 
 use super::chip::{Chip, Mood};
 use super::*;
@@ -8,7 +8,7 @@ use std::cell::RefCell;
 use std::rc::Rc;
 use std::vec::Vec;
 
-/// The wire: a byte at a time goes out, and comes in.
+/// The wire: transfers one byte at a time in each direction.
 #[derive(Clone, Default)]
 struct Wire(Rc<RefCell<Chip>>);
 
@@ -33,9 +33,9 @@ fn motor() -> MotorConfig {
     motor
 }
 
-/// What becomes of what was begun, and after how long, microseconds.
+/// Polls until the current activity ends; returns its result and duration, µs.
 fn finish<P: BytePort>(driver: &mut Tmc2209<P>) -> (Result<(), DriverError>, u32) {
-    // Across the clock's own end.
+    // Across the wrap of the clock.
     let begun = Micros(u32::MAX - 2_000);
     for k in 0..10_000 {
         let now = begun.plus(87 * k);
@@ -60,7 +60,7 @@ fn set_up(prepare: impl FnOnce(&mut Chip)) -> (Tmc2209<Wire>, Wire, Result<(), D
 fn look(driver: &mut Tmc2209<Wire>) -> Result<(), DriverError> {
     driver.look();
     let (done, us) = finish(driver);
-    // Less than the 0.1 s that a move's deadline has to spare.
+    // Less than the 0.1 s of margin in a move's deadline.
     assert!(us < 50_000, "{us}");
     done
 }
@@ -122,7 +122,7 @@ fn currents_are_never_more_than_asked_for() {
     }
 }
 
-/// What is wrong, how it comes about, what is told.
+/// Fault: its name, its cause, and the expected error.
 type Wrong = (&'static str, fn(&mut Chip), DriverError);
 
 #[test]
@@ -203,7 +203,7 @@ fn what_a_chip_forgets_is_not_forgotten_by_a_new_set_up() {
     assert_eq!(look(&mut driver), Ok(()));
 }
 
-/// A port that says anything and takes any number of bytes.
+/// A port with arbitrary input that takes any number of bytes.
 struct Noise {
     bytes: Vec<u8>,
     at: usize,
@@ -227,7 +227,7 @@ proptest! {
         let mut driver = Tmc2209::new(Noise { bytes, at: 0 });
         driver.set_up(&motor());
         let (done, _) = finish(&mut driver);
-        // Bytes by chance are no four whole answers.
+        // Random bytes do not form four valid answers.
         prop_assert_eq!(done, Err(DriverError::Silent));
         driver.look();
         let _ = finish(&mut driver);
