@@ -19,7 +19,7 @@ use stm32f4xx_hal::pac::EXTI;
 const LONGEST: u32 = 0x00ff_ffff;
 /// Minimum number of clocks of one pass of the delay loop: a subtraction and a taken branch.
 const WAITING: u32 = 3;
-/// EN: GPIOC pin 8.
+/// EN: pin number within GPIOC.
 const ENABLE_PIN: u32 = 8;
 /// Offset in BSRR from the bit that sets a pin to the bit that resets it.
 const BSRR_RESET: u32 = 16;

@@ -104,7 +104,7 @@ impl Watchdog {
     /// Minimum time between two resets of the watchdog's counter, µs.
     const PAUSE_US: u32 = 50_000;
 
-    /// Resets the watchdog's counter if the current state has met its deadline.
+    /// Resets the watchdog's counter if the current state is within its deadline.
     pub fn attend(&mut self, now: Micros, healthy: bool) {
         if healthy && now.since(self.fed) >= Self::PAUSE_US {
             self.iwdg.feed();

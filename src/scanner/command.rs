@@ -35,7 +35,7 @@ use crate::motion::Reading;
 use crate::report::motion;
 use crate::report::sentence::{Line, ParseError, Writer, crc32};
 
-/// Longest command line, bytes.
+/// Maximum length of a command line, bytes.
 pub const MAX_COMMAND: usize = 96;
 
 /// A parsed command.

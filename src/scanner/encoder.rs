@@ -93,7 +93,7 @@ fn apart(a: u16, b: u16) -> u16 {
 struct ShaftReading {
     /// Position by the pulse count, microsteps from the horizontal.
     position: i32,
-    /// 1/65536 turn.
+    /// Reading, 1/65536 turn.
     reading: u16,
 }
 

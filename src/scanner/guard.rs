@@ -51,7 +51,7 @@ pub(super) struct GuardState {
     pub sweep: u32,
     /// Mean speed over some sweeps, m/s.
     speed_m_s: f32,
-    /// The last full scan's nearest hazard.
+    /// Nearest hazard of the last full scan.
     hazard: Option<Hazard>,
 }
 

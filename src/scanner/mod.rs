@@ -1,4 +1,4 @@
-//! The scanner: mirror motor, settings, and the state machine that ties them to the stages.
+//! The scanner: mirror motor, settings, and the state machine that connects them to the data path.
 //!
 //! ```text
 //!            ┌────────── stopped ──────────┐
@@ -158,7 +158,7 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Scanner<
         self.machine.state()
     }
 
-    /// Whether the current state has met its deadline: only then may the watchdog be fed.
+    /// Whether the current state is within its deadline: only then may the watchdog be fed.
     pub fn healthy(&self, now: Micros) -> bool {
         self.machine.healthy(now)
     }

@@ -153,7 +153,7 @@ impl<M, L, P, B, D> Machine<'_, M, L, P, B, D> {
         matches!(self.state, ScannerState::Idle | ScannerState::Fault { .. })
     }
 
-    /// Whether the current state has met its deadline.
+    /// Whether the current state is within its deadline.
     pub fn healthy(&self, now: Micros) -> bool {
         !now.reached(self.deadline)
     }

@@ -63,7 +63,7 @@ pub struct Sweep {
     deadline: Micros,
     /// Deadline of the mirror's current move.
     move_deadline: Micros,
-    /// Keeps the mirror still until the chirp is captured.
+    /// Detects the end of the chirp's capture, until which the mirror must stand.
     hold: Hold,
     /// Whether the mirror has moved on to the next row before this row's chirp has been received.
     gone_on: bool,

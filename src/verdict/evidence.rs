@@ -14,7 +14,7 @@ pub struct Evidence {
     pub signs: Reasons,
     /// Conditions of the scan that its chirps do not show.
     pub conditions: Conditions,
-    /// The estimator's data on its answer; `None` if no estimator has run.
+    /// The estimator's assessment of its answer; `None` if no estimator has run.
     pub sight: Option<Sight>,
 }
 
@@ -64,7 +64,7 @@ impl Validity {
     };
 }
 
-/// An estimator's data on its answer.
+/// An estimator's assessment of its answer.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sight {
     /// Whether any echo is clearly above the noise.
@@ -86,7 +86,7 @@ pub struct Sight {
 }
 
 impl Sight {
-    /// The data of a scan with nothing but noise.
+    /// Returns the assessment of a scan with nothing but noise.
     pub fn nothing(agreement: Agreement) -> Self {
         Self {
             heard: false,

@@ -1,8 +1,8 @@
 //! From evidence to status, horizon, confidence and reasons: the only place that sets a status.
 //!
 //! In: faults of board, motor and link; the results of [`crate::health`]; the conditions of the scan
-//! ([`Conditions`]); the estimator's data on its answer ([`Sight`]). Out: a [`Verdict`]. [`verdict`] is defined
-//! for any evidence and starts from a `fault`: missing evidence never leads to an answer.
+//! ([`Conditions`]); the estimator's assessment of its answer ([`Sight`]). Out: a [`Verdict`]. [`verdict`] is
+//! defined for any evidence and starts from a `fault`: missing evidence never leads to an answer.
 //!
 //! | module | content |
 //! |---|---|

@@ -89,7 +89,7 @@ impl Verdict {
         }
     }
 
-    /// Returns the verdict on the estimator's data alone: `ok` if the answer is valid far enough.
+    /// Returns the verdict by the estimator's assessment alone: `ok` if the answer is valid far enough.
     fn of(sight: &Sight) -> Self {
         let mut verdict = Self {
             status: Status::Ok,

@@ -14,7 +14,7 @@ fn valid_to(horizon_m: f32) -> Validity {
     }
 }
 
-/// Returns an estimator's data that lead to `ok`.
+/// Returns an estimator's assessment that leads to `ok`.
 fn sure() -> Sight {
     Sight {
         heard: true,
@@ -45,7 +45,7 @@ const HORIZONS_AND_DROPS: [(Option<f32>, Option<f32>); 6] = [
     (Some(LEAST_HORIZON_M), None),
 ];
 
-/// Returns all combinations of an estimator's data that a verdict depends on.
+/// Returns all combinations of the parts of an assessment that a verdict depends on.
 fn sights() -> Vec<Option<Sight>> {
     let mut sights = Vec::from([None]);
     let findings = [
@@ -75,7 +75,7 @@ fn sights() -> Vec<Option<Sight>> {
     sights
 }
 
-/// Returns all combinations of evidence that a verdict depends on.
+/// Returns all combinations of the parts of the evidence that a verdict depends on.
 fn all() -> Vec<Evidence> {
     let mut all = Vec::new();
     for sight in sights() {

@@ -49,7 +49,7 @@ fn only_what_an_answer_asks_for_is_made_in_the_other_plane() {
 
 #[test]
 fn the_height_plane_reaches_to_its_last_beam_or_to_the_end_of_the_range() {
-    // 1.2 m up and 50° from straight down.
+    // Mounted 1.2 m above the ground, last beam 50° from straight down.
     let reach = f64::from(reach_m(&both(120_000)));
     assert!(
         (reach - 1.2 * 50f64.to_radians().tan()).abs() < 1e-5,

@@ -4,7 +4,7 @@ use super::Settings;
 use crate::math::{RAD_PER_DEG, round};
 use crate::mount::Mounting;
 
-/// 0.01 mm in a metre, 0.001° in a degree, 0.001 dB in a decibel, and parts of a million.
+/// Setting units per base unit: 0.01 mm in a metre, 0.001° in a degree, 0.001 dB in a decibel, 1e-6 in one.
 const METRE: f32 = 1e5;
 const DEGREE: f32 = 1e3;
 const DECIBEL: f32 = 1e3;

@@ -18,7 +18,7 @@ pub enum Driver {
 /// Logic level of a wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum WireLevel {
-    /// Ground.
+    /// Ground level.
     Low,
     /// 3.3 V.
     High,
@@ -62,8 +62,8 @@ settings! {
         enable_level: WireLevel = WireLevel::Low, "enable-level" "" [] Pace;
         /// Level of STALL that is a stall.
         stall_level: WireLevel = WireLevel::High, "stall-level" "" [] Pace;
-        // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets). An interrupt waits for the
-        // pulse to end, and the report port's next byte for the interrupt: 87 µs at most.
+        // A DRV8825 needs 1.9 µs, an A4988 1 µs, a TMC2209 0.1 µs (their data sheets). The interrupt lasts
+        // as long as the pulse, and it delays the reading of the report port, whose next byte comes after 87 µs.
         /// Shortest time for which STEP is high, and low.
         pulse_width: u8 = 2, "pulse-width" "us" [1 to 50] Pace;
         // Wake-up time of an A4988 from sleep (data sheet); for a TMC2209 the wait is longer. Such drivers take

@@ -7,10 +7,10 @@ use crate::setting::words;
 /// A setting that is on or off.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Switch {
-    /// It works.
+    /// The function is on.
     #[default]
     On,
-    /// It does not.
+    /// The function is off.
     Off,
 }
 

@@ -210,7 +210,7 @@ fn a_hundred_thousand_random_power_cuts_lose_nothing() {
     while cuts < 100_000 {
         seed += 1;
         let new = settings(seed);
-        // A record has 42 words; an erasure is one operation before them.
+        // The power fails within the first 44 operations: one for each word, and one for an erasure before them.
         store.flash.left = Some(random.next_u32() % 44 + 1);
         let told = store.save(&new);
         cuts += u32::from(told.is_err());

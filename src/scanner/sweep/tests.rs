@@ -121,7 +121,7 @@ fn a_continuous_sweep_sees_every_row_in_mid_chirp() {
                 .map(|c| c.middle - f64::from(c.wanted))
                 .collect();
             off.sort_unstable_by(f64::total_cmp);
-            // A microstep is 0.007 degree.
+            // Within one microstep, 0.007 degree.
             let (least, most) = (off[0], off[off.len() - 1]);
             assert!(least > -1.0 && most < 1.0, "{least} to {most} at {baud}");
             assert!(off[off.len() / 2].abs() < 0.5, "{} at {baud}", off[140]);
@@ -231,7 +231,7 @@ fn a_pin_triggers_on_the_spot() {
         assert_whole(&outcome, 281);
         if mode == SweepMode::Stop {
             assert_still(&outcome);
-            // 281 triggers of 160 us less than over the wire.
+            // Saves 281 triggers of 160 µs on the wire.
             assert!((outcome.ms - 3_680.0).abs() < 10.0, "{} ms", outcome.ms);
         }
         let off = |c: &bench::Capture| c.middle - f64::from(c.wanted);

@@ -80,7 +80,7 @@ fn a_sound_chip_is_set_up_and_read() {
         let chip = wire.0.borrow();
         assert_eq!(chip.register(0x00), 0x1c0);
         assert_eq!(chip.register(0x01), 0, "its reset at power-up is forgotten");
-        // 600 mA: 0.98 A at full scale, 19 of 32.
+        // 600 mA with 0.98 A at full scale: 19 steps of 32.
         assert_eq!(chip.register(0x10), 18 | 18 << 8);
         assert_eq!(chip.register(0x14), 15_000_000 / 25_600);
         assert_eq!(chip.register(0x40), 60);
@@ -117,7 +117,7 @@ fn currents_are_never_more_than_asked_for() {
         let real = f64::from(scale + 1) / 32.0 * volts / 0.13 / 2_f64.sqrt() * 1e3;
         let wanted = f64::from(milliamperes);
         assert!(real <= wanted + 1.0, "{milliamperes} mA: {real}");
-        // One step of the scale.
+        // Error limit: one step of the scale.
         assert!(wanted - real < 56.0, "{milliamperes} mA: {real}");
     }
 }
@@ -162,7 +162,7 @@ fn each_misbehaviour_is_told() {
 #[test]
 fn warnings_and_open_loads_are_no_faults() {
     let (mut driver, wire, _) = set_up(|_| {});
-    // otpw, ola, olb, stst.
+    // DRV_STATUS: otpw, ola, olb, stst.
     let warnings = 1 | 1 << 6 | 1 << 7 | 1 << 31;
     wire.0.borrow_mut().registers.insert(0x6f, warnings);
     assert_eq!(look(&mut driver), Ok(()));
@@ -182,7 +182,7 @@ fn a_reset_in_the_midst_of_the_set_up_leaves_no_register_out() {
 
 #[test]
 fn any_lost_byte_is_made_good() {
-    // 4 bytes, 7 times 8, and three times 4.
+    // Bytes of a set-up: a read request of 4, seven writes of 8, and three read requests of 4.
     for lost in 0..72 {
         let (_, wire, done) = set_up(|chip| chip.loses.push(lost));
         assert_eq!(done, Ok(()), "byte {lost}");
