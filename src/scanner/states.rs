@@ -378,7 +378,8 @@ impl<'a, M: Mirror, L: RadarModule, P: BytePort, B: Board, D: DataPath> Machine<
             return self.report_broken(Reason::SettingsDamaged, Conditions::GOOD, 0);
         }
         let backward = match self.settings.get().sweeping {
-            // Guard sweeps alternate in direction; the first one follows the setting.
+            // Guard sweeps alternate in direction. With `sweep up` the first one is backward; otherwise it continues
+            // the alternation of the sweeps before.
             Sweeping::Backward if self.scan.guard && number == 1 => true,
             _ if self.scan.guard => self.backward,
             Sweeping::Both => self.backward,
