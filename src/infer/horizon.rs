@@ -466,7 +466,8 @@ pub fn validity(
 }
 
 /// Accumulator of the horizon over the cells. Up to the minimum horizon the answer is valid where the probability of
-/// being correct reaches the `ok` threshold of its type. Beyond, it must also reach [`RIGHT_UP_TO_HORIZON`].
+/// being correct reaches the `ok` threshold of its type. Beyond, it must also reach the higher probability that the
+/// contract requires of each answer.
 #[derive(Clone, Copy, Debug)]
 pub struct Reach<'a> {
     steps: &'a [Step],
