@@ -9,14 +9,14 @@
 //! |---|---|
 //! | `propose` | the search: flights that may explain the echoes, each with a score; proposals only |
 //! | [`past`] | earlier scans: likely staircases, steps and log-odds of an error, moved along with the chair |
-//! | `bases` | `Posterior` and its initial hypotheses: refined flights of the search and of earlier scans, a ramp, level ground |
+//! | `bases` | `Posterior` and its initial hypotheses: refined flights, a ramp, level ground |
 //! | `readings` | measurements of each riser's place and height from its own echoes |
 //! | [`gauss`] | Gaussian mixture over the levels of a flight of which at most one riser or tread is irregular |
 //! | `refine` | fit of a hypothesis's levels, places and overhang to its echoes |
-//! | `variants` | variants of a hypothesis: one riser more, fewer, an irregular one; on bare ground a step, a box, a drop |
+//! | `variants` | variants of a hypothesis: a riser more, fewer, irregular; on bare ground a step, a box, a drop |
 //! | `cloud` | weighted particles, their resampling, and the log-odds of an error of the answer per cell of the way |
-//! | `judgement` | the other methods of `Posterior`: the likeliest outline, log-odds of an error, other things that may stand there |
-//! | `inference` | the answer upwards: the modules above in at most two rounds |
+//! | `judgement` | the other methods of `Posterior`: likeliest outline, log-odds of errors, other possible things |
+//! | `inference` | the answer going up: the modules above in at most two rounds |
 //! | `nosings` | distance of each nosing, and the common overhang |
 //! | `dimensions` | steps with their standard deviations |
 //! | `support`, `horizon` | evidence for each step, reasons that prevent `ok`, and the horizon |

@@ -4,7 +4,7 @@
 //! |---|---|
 //! | `staircase` | a hypothesis: a staircase up, a ramp, a drop, level ground; and its conflicts with an answer |
 //! | `normal`, `sight` | the normal distribution and its tail; visibility behind and below an edge |
-//! | `feature`, `places` | classes of point features, their expected places on a staircase, and the visible part of a riser |
+//! | `feature`, `places` | classes of point features, their expected places, and the visible part of a riser |
 //! | `points` | the measurement model: likelihood of the echoes under a hypothesis |
 //! | `lines`, `above`, `mean` | power along lines of the ground, below and above it; its mean over sweeps |
 //! | `surfaces` | likelihood that the ground goes on, ends, or that something stands on it |

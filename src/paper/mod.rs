@@ -2,13 +2,13 @@
 //! into clusters, and every cluster that is not rejected is a step.
 //!
 //! Choices where the paper is open:
-//! |- A particle's weight is its power above the minimum, dB. In a cluster's mean (eq. 5) it is linear power, so that the
-//! |  centre of the echo counts and not its skirts.
-//! |- Inputs of Fuzzy ART are place and power scaled to 0…1. Places are scaled by the particles' extent in depth and in
-//! |  height, power above the weakest particle by the range of high-intensity cells. Inputs are sorted by depth.
-//! |  `vigilance` converts the paper's ρ = 0.5 to a suitable vigilance for these inputs.
-//! |- Clusters of one riser are fused (III-B: "must be either fused or …"). Clusters too close to another one in height are
-//! |  rejected.
+//! - A particle's weight is its power above the minimum, dB. In a cluster's mean (eq. 5) it is linear power, so that
+//!   the centre of the echo counts and not its skirts.
+//! - Inputs of Fuzzy ART are place and power scaled to 0…1. Places are scaled by the particles' extent in depth and in
+//!   height, power above the weakest particle by the range of high-intensity cells. Inputs are sorted by depth.
+//!   `vigilance` converts the paper's ρ = 0.5 to a suitable vigilance for these inputs.
+//! - Clusters of one riser are fused (III-B: "must be either fused or …"). Clusters too close to another one in height
+//!   are rejected.
 
 pub mod bright;
 pub mod cluster;
