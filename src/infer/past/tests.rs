@@ -77,7 +77,7 @@ fn what_was_told_before_has_a_say_where_the_chair_is_now() {
         assert!((told.distance_m - alone.distance_m).abs() < 1e-4);
         // The height's standard deviation is below that of one scan and above that of two independent ones.
         assert!(told.height_sigma_m < 0.0099 && told.height_sigma_m > 0.0071);
-        // That of the distance is not.
+        // The distance's standard deviation is that of one scan.
         assert!((told.distance_sigma_m - 0.003).abs() < 1e-5);
     }
 }
