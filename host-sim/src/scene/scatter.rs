@@ -52,7 +52,7 @@ pub const EVERYWHERE: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 /// zone.
 const SHORTEST_MIRROR: f64 = 0.01;
 
-/// One leg of the way, as the receiving facet sees it.
+/// One leg of the path, relative to the receiving facet.
 #[derive(Clone, Copy)]
 struct Leg {
     /// Length of the leg, metres.

@@ -134,7 +134,7 @@ fn a_square_inner_corner() {
         x - a,
         y + a
     );
-    // Surfaces narrower than the beam are no flat mirrors and would count only by the factor of
+    // Surfaces less than 10 cm wide are no mirrors and would count only by the factor of
     // reciprocity.
     let wide = text.replace("width_m = 0.02", "width_m = 0.12");
     let found = root_sigma(&scene(&wide), r, PI / 4.0);
@@ -197,8 +197,8 @@ fn a_sharp_edge() {
 #[test]
 fn a_rounded_edge() {
     // A cylinder's echo width is πρ when its radius is above the wavelength (Knott, table 5.1). A
-    // post across the plane would do as well; here it is a rounded nosing of 8 mm, seen at 45°,
-    // where neither face is near its normal.
+    // post across the plane would do as well; here it is a rounded nosing of 8 mm, seen at 45° from
+    // below its tread's horizon, where neither face is near its normal.
     let (r, radius) = (1.5, 0.008);
     let t = 45.0_f64.to_radians();
     let (x, y) = (r * t.cos(), 0.4 - r * t.sin());

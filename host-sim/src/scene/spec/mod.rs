@@ -74,8 +74,8 @@ pub struct RadarSpec {
     /// w_a)) of its 3 dB widths in degrees (Balanis, Antenna Theory, eq. 2-27 with 70 %
     /// efficiency).
     pub antenna_gain_dbi: Option<f64>,
-    /// Losses out and back together, dB: lens, radome, and above all the mirror, which takes its 5° out
-    /// of the radar's 11° (section II-B) and leaves the rest beside it, 20 log10 (11 / 5) a way.
+    /// Two-way losses, dB: lens, radome, and above all the mirror, which uses its 5° of the radar's
+    /// 11° (section II-B) and passes the rest by, 20 log10 (11 / 5) one way.
     pub system_loss_db: f64,
     /// Electric field along the steps' edges ("horizontal") or across them ("vertical").
     pub polarisation: Polarisation,
@@ -213,8 +213,9 @@ pub struct MirrorSpec {
     /// Speed of the shaft while a chirp is captured, degrees per second; 0: it stands still at each
     /// row. In the middle of the chirp it passes the row's angle.
     pub turn_deg_s: f64,
-    /// Amplitude of the vibration of a shaft that turns. It comes with the motor's full steps, whose pull
-    /// the driver's microsteps only nearly even out: slow against a chirp, so that no chirp averages it.
+    /// Amplitude of the vibration of a turning shaft. It has the period of the motor's full steps,
+    /// whose torque ripple the driver's microsteps do not even out completely. It is slow compared
+    /// with a chirp, so that no chirp averages it.
     pub vibration_deg: f64,
     /// Phase of that vibration at the horizontal.
     pub vibration_phase_deg: f64,
