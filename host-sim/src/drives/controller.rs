@@ -11,7 +11,7 @@ use super::limit::{Brakes, FreeAhead, max_speed};
 
 /// Distance of the chair's foremost point before the mirror, metres. At a mounting height of 0.40 m
 /// the mirror sits below the front edge of the seat, and footplates and toes stand out about this
-/// far before that edge. A smaller value would not be possible: the sector's last row meets the
+/// far before that edge. A smaller distance could not be served: the sector's last row meets the
 /// ground 0.51 m before the mirror, so that an edge 10 cm before the footplates is still in the
 /// beam when the chair stands before it.
 pub const FRONT_M: f64 = 0.40;

@@ -32,7 +32,7 @@ pub struct Film {
     pub(super) name: String,
     pub(super) mount_height_m: f64,
     pub(super) shots: Vec<Shot>,
-    /// Ground truth as seen from the first scan; `None` if it is not completely known.
+    /// Ground truth as seen from the first scan; `None` if the recording has none.
     pub(super) truth: Option<Truth>,
 }
 

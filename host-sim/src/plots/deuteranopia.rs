@@ -1,10 +1,9 @@
 //! Simulation of deuteranopia for the colours: Machado, Oliveira and Fernandes 2009, deuteranomaly
 //! of severity 1.0, in linear sRGB; differences are CIEDE2000.
 //!
-//! A difference of 1 is just visible side by side. A colour looked up in a legend must be
-//! recognised away from it, so that 10 is required here, some four times the difference for
-//! neighbouring swatches.
-//! apart from it: 10 is asked for here, some four times what neighbouring swatches need.
+//! A difference of 1 is just visible side by side. A colour looked up in a legend must be recognised
+//! away from it, so that 10 is required here, some four times the difference for neighbouring
+//! swatches.
 
 use palette::color_difference::Ciede2000;
 use palette::{FromColor, Lab, LinSrgb, Srgb};

@@ -96,7 +96,7 @@ impl Axis {
 /// Title, axes, legend and colour bar.
 #[derive(Clone, Debug)]
 pub struct Page {
-    /// What it shows.
+    /// Title above the plot.
     pub title: String,
     /// Recording and settings.
     pub subtitle: String,

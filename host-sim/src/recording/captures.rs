@@ -40,8 +40,8 @@ pub(super) fn pitch(keys: &Keys<'_>) -> Result<Option<f64>> {
 }
 
 /// Returns angles, motion and carrier of a recording of `scans` scans. If no capture has an angle
-/// (recordings of other radars), the number of captures is not compared with that of the chirps.
-/// `global_pitch` applies where a capture has none.
+/// (recordings of other radars), only the carrier is read. `global_pitch` applies where a capture has
+/// no pitch.
 pub(super) fn parse(
     document: &Value,
     samples_per_chirp: usize,

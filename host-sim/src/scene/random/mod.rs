@@ -49,7 +49,7 @@ pub enum Kind {
     Uneven = 4,
     /// A flight going up with one odd rise (2 to 5 cm), one odd going (3 to 8 cm), or both.
     Odd = 5,
-    /// Carpeted or worn steps with rounded noses, 1 to 2 cm in radius.
+    /// Carpeted or worn steps with rounded nosings, 1 to 2 cm in radius.
     Soft = 6,
     /// Low and deep steps whose treads fall towards the front, as in parks and forecourts.
     Low = 7,
