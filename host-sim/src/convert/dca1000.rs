@@ -6,8 +6,8 @@
 //!
 //! | lanes | devices | words |
 //! |---|---|---|
-//! | 2 | xWR16xx, xWR18xx, xWR64xx, xWR68xx | for each chirp one receiver after the other; of each the samples two by two: I₀ I₁ Q₀ Q₁, I₂ I₃ Q₂ Q₃, … |
-//! | 4 | xWR12xx, xWR14xx, xWR22xx | for each sample I of all four lanes, then Q of all four: I₀ I₁ I₂ I₃ Q₀ Q₁ Q₂ Q₃; always four, those of receivers that are off hold nothing |
+//! | 2 | xWR16xx, xWR18xx, xWR64xx, xWR68xx | for each chirp one receiver after the other, each with pairs of samples: I₀ I₁ Q₀ Q₁, I₂ I₃ Q₂ Q₃, … |
+//! | 4 | xWR12xx, xWR14xx, xWR22xx | for each sample I of all four lanes, then Q of all four: I₀ I₁ I₂ I₃ Q₀ Q₁ Q₂ Q₃; always four lanes; those of disabled receivers hold no data |
 //!
 //! Converters of fewer than 16 bits require sign extension by the reader. Real samples are
 //! rejected: their half of the spectrum is not known, and the scanner's transform is complex.

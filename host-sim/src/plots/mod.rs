@@ -5,14 +5,14 @@
 //! | `NAME-fig02-range-profile.png` | the chirp with the clearest targets | fig. 2 |
 //! | `NAME-fig04-map.png` | the sagittal plane, every cell | fig. 4 |
 //! | `NAME-fig05-particles-uniform.png` | particles with a uniform spread, before and after resampling | fig. 5 |
-//! | `NAME-fig06-particles-gmm.png` | the same from Gaussian modes | fig. 6 |
+//! | `NAME-fig06-particles-gmm.png` | particles from Gaussian modes, before and after resampling | fig. 6 |
 //! | `NAME-fig07-clusters.png` | clusters, the rejected ones marked | fig. 7 |
 //! | `NAME-fig08-clusters-kept.png` | clusters that are accepted as steps | fig. 8 |
 //! | `NAME-fig09-cfar-threshold.png` | fig. 2's chirp with its threshold | fig. 9 |
 //! | `NAME-fig10-map-cfar.png` | the sagittal plane, CA-CFAR detections | fig. 10 |
 //! | `NAME-fig11-beam-correction.png` | from the top particle to the height | fig. 11 |
 //! | `NAME-fig13-staircase.png` | the reported staircase over the truth, the most probable other hypotheses faintly | fig. 13 |
-//! | `NAME-fig14-staircase.png` | the same of stairs that lead down | fig. 14 |
+//! | `NAME-fig14-staircase.png` | fig. 13 for stairs that lead down | fig. 14 |
 //!
 //! Each file is written completely or not at all.
 

@@ -25,7 +25,7 @@ pub const NAMES: [&str; 13] = [
 ///
 /// Permittivity and conductivity at 94 GHz are those of Rec. ITU-R P.2040 (table 3: wood, concrete,
 /// plasterboard, metal; marble stands for glazed ceramic), extrapolated where its fits end below.
-/// Roughness is what profilometers find: paint levels to some ten micrometres over the grain, glaze
+/// Roughness is that of profilometer measurements: paint levels to some ten micrometres over the grain, glaze
 /// and sheet metal to a few, cast concrete to tenths of a millimetre. γ at W-band is -15 to -25 dB for
 /// concrete and asphalt (Ulaby and Dobson, Handbook of Radar Scattering Statistics for Terrain;
 /// Li, Sarabandi 1999) and lower the finer the texture.

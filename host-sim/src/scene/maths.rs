@@ -86,7 +86,7 @@ pub fn cis(phase: f64) -> Complex64 {
     Complex64::new(c, s)
 }
 
-/// 1.5 · 2^52: adding it rounds to an integer, which then stands in the lowest bits.
+/// 1.5 · 2^52: adding it rounds to an integer, which is then in the lowest bits.
 const ROUND: f64 = 6_755_399_441_055_744.0;
 
 /// Maximum magnitude of a phase that is reduced here with two parts of π/2, radians; larger ones
@@ -192,7 +192,7 @@ impl Random {
     /// Creates stream `stream` of `seed`. Streams of one seed, and equal streams of different
     /// seeds, are independent, in any order of use.
     pub fn new(seed: u64, stream: u64) -> Self {
-        // SplitMix64 inside `seed_from_u64` spreads what an odd multiplier has kept apart.
+        // The odd multiplier keeps streams distinct; SplitMix64 inside `seed_from_u64` mixes the bits.
         let mixed = seed ^ stream.wrapping_mul(0x9E37_79B9_7F4A_7C15).rotate_left(17);
         let mut rng = Xoshiro256PlusPlus::seed_from_u64(mixed);
         let again = rng.next_u64() ^ stream;

@@ -136,7 +136,7 @@ impl ScanGeometry<'_> {
         self.covers(step.edge) && (1..20).any(|k| in_sight(from.towards(to, f64::from(k) / 20.0)))
     }
 
-    /// The truth, with the steps' signal-to-noise ratios `snr`.
+    /// Returns the truth, with the steps' signal-to-noise ratios `snr`.
     ///
     /// A step belongs to the plane that shows it: steps up to the depth plane, steps down to the
     /// height plane. A drop ahead of a scan of the depth plane (stairs down, a hole, the end of the

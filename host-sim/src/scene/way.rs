@@ -64,7 +64,7 @@ pub struct Way<'a> {
     /// Interval of the mirror angles of near echoes, radians.
     sector: (f64, f64),
     places: Vec<OnceCell<Place>>,
-    /// For every ten centimetres: their middle, and the echoes outside the sector.
+    /// Middle and echoes outside the sector, for every ten centimetres.
     beside: Vec<OnceCell<(f64, Vec<Echo>)>>,
 }
 

@@ -21,7 +21,7 @@ const MOST_RISE_M: f64 = 0.30;
 /// End of a floor without a given end, metres: as in scene files.
 const FLOOR_END_M: f64 = 4.0;
 
-/// A scene's geometry as the guard's beam meets it.
+/// A scene's geometry within the guard's beam.
 struct Beam<'a> {
     spec: &'a SceneSpec,
     /// Maximum lateral distance between the swept plane and the nearest part of a thing in the

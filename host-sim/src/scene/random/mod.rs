@@ -73,7 +73,7 @@ pub enum Kind {
     Brink = 16,
     /// A hole in the floor or the end of it, seen in the depth plane: not clear.
     Hole = 17,
-    /// A flight going up before an instrument of another make: mount, beam, bandwidth, pitch.
+    /// A flight going up before an instrument of another design: mount, beam, bandwidth, pitch.
     Mounting = 18,
     /// The way between street and foyer, with and without steps: the contents of [`ENTRANCE`], in
     /// turn.
