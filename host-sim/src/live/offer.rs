@@ -1,12 +1,12 @@
-//! What is said of a command before it is sent.
+//! Checks a command before it is sent.
 
 use stairscan::scanner::Settings;
 use stairscan::scanner::command::{self, Command, MAX_COMMAND, framed};
 
-/// Nothing stops a person who insists.
+/// Note for a command that is probably wrong; a second Enter sends it nevertheless.
 const ANYWAY: &str = "Enter sends it anyway, but";
 
-/// What becomes of a line that was typed.
+/// Result of the check.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Checked {
     /// It is sent as it is.

@@ -1,4 +1,4 @@
-//! Questions to a scanner at a serial port and its answers, one after the other: what `settings` and `doctor` are made of.
+//! Requests to a scanner at a serial port and its replies, one at a time; used by `settings` and `doctor`.
 
 use std::collections::BTreeMap;
 use std::sync::mpsc::RecvTimeoutError;
@@ -12,14 +12,14 @@ use super::model::{Event, State};
 use super::port::Source;
 use super::trouble::Trouble;
 
-/// An answer begins within this time: a `SCAN` with all its sentences takes 0.14 s at 115,200 baud.
+/// Timeout of a reply: a `SCAN` with all its sentences takes 0.14 s at 115,200 baud.
 const REPLY: Duration = Duration::from_secs(2);
-/// A port that opens and is silent for this time is explained ([`State::strange`] waits 2.5 s).
+/// Timeout of the first sentence; longer than the 2.5 s of [`State::strange`], which explains a silent port.
 const FIRST: Duration = Duration::from_secs(4);
-/// Questions that are asked again where no answer came.
+/// Number of attempts of a request without a reply.
 const TRIES: u32 = 3;
 
-/// A port that is open and at which a scanner speaks.
+/// An open port with a scanner.
 #[derive(Debug)]
 pub struct Talk {
     port: String,
@@ -29,7 +29,7 @@ pub struct Talk {
     started: Instant,
 }
 
-/// What is wrong with a port, and what helps, a line each.
+/// Fault of a port and its remedies, one line each.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Broken {
     /// What is wrong.
