@@ -89,7 +89,7 @@ impl FromStr for Fault {
 pub struct Trigger {
     /// Angle of the shaft, 0.001°.
     pub shaft_angle: i32,
-    /// How many triggers at this angle came before, one after the other.
+    /// Number of previous consecutive triggers at this angle.
     pub attempt: u32,
 }
 

@@ -61,7 +61,7 @@ impl Default for Waits {
 pub struct Shot {
     /// The trigger.
     pub trigger: Trigger,
-    /// Microsteps from the horizontal by the log.
+    /// Position from the log, microsteps from the horizontal.
     pub position: Option<i64>,
 }
 

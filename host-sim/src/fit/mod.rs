@@ -239,11 +239,11 @@ const OK_REACH_M: f32 = 0.999;
 /// Effect of a probability threshold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Threshold {
-    /// The probability.
+    /// The threshold.
     pub from: f32,
-    /// Answers that it makes `ok`.
+    /// Number of answers that are `ok` with it.
     pub ok: usize,
-    /// Of these, those that are wrong up to their horizon.
+    /// Number of these that are wrong before their horizon.
     pub wrong: usize,
 }
 

@@ -18,8 +18,6 @@
 //! | [`session`] | an observed source: its state, the file of its lines, the receiver of its answers |
 //! | [`plain`] | output of a source without a screen |
 //! | [`terminal`] | the loop over keys, time and screen |
-//! | [`plain`] | a source watched without a screen |
-//! | [`terminal`] | keys, time and screen brought together |
 
 #[cfg(feature = "program")]
 pub mod device;

@@ -22,7 +22,7 @@ pub struct Pty {
     pub path: String,
     /// Bytes of an incomplete line.
     partial: Vec<u8>,
-    /// Nobody has taken what was written last.
+    /// Whether the last bytes written were not read.
     unread: bool,
 }
 

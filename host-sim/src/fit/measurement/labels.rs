@@ -21,7 +21,7 @@ use stairscan::params::posterior as number;
 pub struct Level {
     /// Of the echo, dB.
     pub snr_db: f32,
-    /// What its distance adds to it, dB.
+    /// Contribution of its distance to the level, dB.
     pub fade_db: f32,
     /// The scan's strongest echo over 30 dB, tens of dB.
     pub q: f32,
