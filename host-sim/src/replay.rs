@@ -31,8 +31,8 @@ pub const SEED: u32 = 1;
 pub struct Options {
     /// Settings that are not in the recording: estimator, seed, CFAR, particles.
     pub config: Config,
-    /// Scans one after the other; `None`: as many as the recording holds. A recording of one scan
-    /// is scanned again and again, each time the other way round.
+    /// Number of scans; `None`: as many as the recording contains. A recording of one scan is repeated
+    /// with alternating direction.
     pub scans: Option<u32>,
     /// Whether to turn the mirror in the opposite direction.
     pub backwards: bool,

@@ -19,7 +19,7 @@ const NEWEST: f64 = 0.2;
 /// State of the guard from its sentences.
 #[derive(Clone, Debug)]
 pub struct Guard {
-    /// The last word.
+    /// The last `GUARD` sentence.
     pub line: GuardLine,
     /// Number of `GUARD` sentences.
     pub count: u64,

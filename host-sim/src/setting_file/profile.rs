@@ -25,7 +25,7 @@ pub struct Entry {
 /// The settings of a file, in the order of the settings' table.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Profile {
-    /// Those that the file names.
+    /// The settings in the file.
     pub entries: Vec<Entry>,
 }
 
