@@ -18,7 +18,6 @@ pub fn path() -> PathBuf {
 ///
 /// # Errors
 /// The page lacks a mark (the message names it), or an error of `printed`.
-/// Names the mark that the page lacks, or what `printed` says.
 pub fn renewed(page: &str, printed: impl Fn(&[&str]) -> Result<String>) -> Result<String> {
     let page = filled(page, TABLE, &printed(&["table"])?)?;
     filled(&page, TEXT, &format!("```text\n{}```\n", printed(&[])?))
