@@ -20,9 +20,9 @@ use crate::seeds::Draw;
 /// A scene of a draw.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Drawn {
-    /// What it shows.
+    /// Kind of scene.
     pub kind: Kind,
-    /// The seed that it is drawn with.
+    /// Random seed.
     pub seed: u64,
 }
 

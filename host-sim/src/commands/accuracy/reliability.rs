@@ -164,7 +164,7 @@ mod tests {
         has("| 0–50 % | 0 | – | – | – | – |\n");
         has("| none | 50 | 96.7 % | 84.0 % (71.5–91.7) | 2.5 % | **no** | 0 of 1 |\n");
         has("median horizon of an `ok` 1.25 m");
-        // 42 of 50 MAYBEs of 15 % are right.
+        // 42 of 50 MAYBEs with 15 % are correct.
         has("| 10–20 % | 50 | 15.0 % | 84.0 % (71.5–91.7) | 5.0 % | **no** |\n");
     }
 
