@@ -144,7 +144,7 @@ impl<'a> Playback<'a> {
             timing.chirp_duration = us;
         }
         if self.by_trigger {
-            // Without the chirp's duration the speed is not checked.
+            // A duration of 0 turns off the range-Doppler compensation, which needs the chair's speed.
             (timing.chirp_duration, timing.motion_timeout) = (0, MAX_TIME);
         }
         Settings {

@@ -63,7 +63,7 @@ enum Way {
 
 /// Number of scans of an approach and of a drive.
 const SCANS: [usize; 2] = [5, 4];
-/// Distance between stops, metres; 0 for every third approach.
+/// Distance between the stops of an approach, metres.
 const STEP_M: f64 = 0.1;
 /// Speeds of drives, m/s, and scan durations, s. With 5.7 s at the highest speed the stairs would be out of
 /// sight at the beginning.
@@ -121,7 +121,7 @@ impl Job {
     }
 }
 
-/// Returns `count` approaches, as many at standstill if requested, and as many drives.
+/// Returns for each of `count` seeds an approach and a drive, and for every third seed also a sequence at standstill.
 fn jobs(draw: Draw, count: u64) -> Vec<Job> {
     let mut jobs = Vec::new();
     let seeds = draw.seeds().start..draw.seeds().start + count;

@@ -30,8 +30,8 @@ const WATCHDOG: &str = "I2S2ext: unimplemented device write";
 /// Position of the shaft at power-up, microsteps above the home switch.
 const POWER_UP: i64 = 300;
 
-/// Timeouts in the emulator's microseconds, about six of which are one real one: long enough that a busy host causes
-/// no fault. Also a sufficiently low homing speed.
+/// Timeouts in the emulator's microseconds, about six of which pass in a real one. They are long enough that a busy
+/// host causes no fault. For the same reason the homing speed is low.
 #[derive(Clone, Copy, Debug)]
 pub struct Waits {
     /// Timeout of a chirp.
@@ -72,7 +72,7 @@ struct Withheld {
     answer: Vec<u8>,
     /// Shaft angle of its trigger, 0.001 degree.
     shaft_angle: i32,
-    /// When its trigger was served.
+    /// Time at which its trigger was served.
     since: Instant,
 }
 

@@ -26,7 +26,7 @@ pub enum Key {
     Up,
     /// Shows the next line of the history.
     Down,
-    /// All of it goes.
+    /// Deletes the line.
     Clear,
 }
 

@@ -16,7 +16,7 @@ const PIECE: usize = 64;
 #[derive(Debug)]
 pub struct Pty {
     master: TTYPort,
-    /// Keeps the terminal raw, and alive while nobody has it open.
+    /// Keeps the terminal raw, and open without another user.
     _slave: TTYPort,
     /// Path of the terminal.
     pub path: String,

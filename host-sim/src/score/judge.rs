@@ -93,7 +93,7 @@ pub struct SceneScore {
     pub covered: usize,
     /// Whether stairs were reported in a scene without any.
     pub false_stair: bool,
-    /// Whether the recording has a fault that makes an undetected answer wrong.
+    /// Whether the recording's fault causes an error of more than 3 cm or in the number of steps, if it is not detected.
     pub harmful: bool,
 }
 

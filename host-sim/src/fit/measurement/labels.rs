@@ -19,7 +19,7 @@ use stairscan::params::posterior as number;
 /// Level of an echo with its covariates.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Level {
-    /// Of the echo, dB.
+    /// Level of the echo, dB.
     pub snr_db: f32,
     /// Contribution of its distance to the level, dB.
     pub fade_db: f32,
@@ -34,7 +34,7 @@ pub struct Hit {
     pub range_m: f32,
     /// Offset across the line of sight, upwards, metres.
     pub across_m: f32,
-    /// Standard deviation of the latter by the echo's own account, metres.
+    /// Standard deviation of `across_m` from the echo's estimated angle error, metres.
     pub noise_m: f32,
     /// Excess of the lobe's width over a point's.
     pub wide: f32,
@@ -80,9 +80,9 @@ pub enum Sample {
         class: usize,
         /// Its level.
         level: Level,
-        /// How far off the surface it lies, metres, …
+        /// Distance from the surface, metres.
         off_m: f32,
-        /// … and the standard deviation of that by the echo's own account.
+        /// Standard deviation of `off_m` from the echo's estimated angle error, metres.
         noise_m: f32,
     },
 }
