@@ -42,8 +42,7 @@ const SPREADS: [(Spread, &str, &str); 3] = [
     (Spread::GmmCfar, "gmm-cfar", "GMM, CFAR map"),
 ];
 
-/// Share of the finally converged particles in high-intensity cells at which convergence is
-/// reached.
+/// Convergence criterion: fraction of the final share of particles in high-intensity cells.
 const CONVERGED: f64 = 0.9;
 
 const SCENES: [(&str, &str); 3] = [

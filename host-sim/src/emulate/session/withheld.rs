@@ -44,7 +44,7 @@ impl Session<'_> {
 mod tests {
     use super::*;
 
-    /// A mirror that moved on before its trigger was served was once taken for standing at the last row.
+    /// The row is that of the trigger, not the position at which the mirror was first observed.
     #[test]
     fn a_mirror_leaves_the_row_and_not_the_place_where_it_was_seen_first() {
         let row = |k: i32| i64::from(microsteps(10_000 + 250 * k));
