@@ -9,6 +9,9 @@ use crate::math;
 /// Heights above the ground that are looked at, metres: from what is a rise to a wheelchair to the upper end of a
 /// sweep's sector at 1 m.
 const HEIGHTS_M: [f32; 4] = [0.05, 0.1, 0.18, 0.3];
+/// Number of lines below the ground, the smallest depths first: ground that goes on 5 to 7 cm lower passes for ground of less
+/// reflectivity along the ground's own line, deeper ground does not.
+pub const DEPTHS: usize = 1;
 /// Range up to which they are, metres: what is farther than 1.65 m a chair does not reach within three seconds.
 const FARTHEST_M: f32 = 1.7;
 /// Share of a cell's strongest row that shows in rows far from it: side lobes of an unknown antenna, and of a mirror
@@ -43,7 +46,7 @@ impl Above {
         }
     }
 
-    /// Looks along the ground and above it, and not below it: in place of [`Lines::look`].
+    /// Evaluates the lines along the ground, above it and at the smallest depth below it: in place of [`Lines::look`].
     #[inline(never)]
     pub fn look(&mut self, chart: &Chart<'_>, lines: &mut Lines) {
         self.powers = [Power::DARK; CELLS];
@@ -54,9 +57,13 @@ impl Above {
             if let Some(power) = powers.next() {
                 *power = cell.above(level);
             }
+            let mut lower = [Power::DARK; DEPTHS_M.len()];
+            for (power, depth_m) in lower.iter_mut().zip(DEPTHS_M).take(DEPTHS) {
+                *power = cell.line(cell.seen(-depth_m));
+            }
             RangeCell {
                 ground: cell.ground(level),
-                lower: [Power::DARK; DEPTHS_M.len()],
+                lower,
             }
         });
     }

@@ -447,7 +447,7 @@ impl<'g> LookedCell<'g> {
     }
 
     /// What a line shows over the noise and all that leaks into it.
-    fn line(&self, seen: LineSeen) -> Power {
+    pub(super) fn line(&self, seen: LineSeen) -> Power {
         let Some((t, row)) = seen else {
             return Power::DARK;
         };

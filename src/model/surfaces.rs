@@ -222,7 +222,7 @@ impl Recursions {
 
     /// Weighs what may be with the ground.
     #[inline(never)]
-    pub fn weigh(&mut self, out: &mut Surfaces, below: bool) {
+    pub fn weigh(&mut self, out: &mut Surfaces, depths: usize) {
         *out = Surfaces::NOTHING;
         if self.lines.cells().len() < LEAST_CELLS {
             return;
@@ -231,7 +231,7 @@ impl Recursions {
         self.backward(|r, b| r.ratios.get(b).copied().unwrap_or(EVEN));
         self.behind();
         self.risers(level, out);
-        self.lower(below);
+        self.lower(depths);
         self.drops(level, out);
     }
 
@@ -308,7 +308,7 @@ impl Recursions {
 
     /// What is behind an edge in each cell.
     #[inline(never)]
-    fn lower(&mut self, below: bool) {
+    fn lower(&mut self, depths: usize) {
         const HIDDEN: f32 = math::ln(1.0 - LOWER);
         const EACH: f32 = math::ln(LOWER / DEPTHS_M.len() as f32);
         let n = self.lines.cells().len();
@@ -319,10 +319,7 @@ impl Recursions {
             let hidden = HIDDEN + value(&self.behind, again);
             set(&mut self.drop, b, hidden);
         }
-        if !below {
-            return;
-        }
-        for (k, depth_m) in DEPTHS_M.into_iter().enumerate() {
+        for (k, depth_m) in DEPTHS_M.into_iter().enumerate().take(depths) {
             self.backward(|r, b| r.likelihood(b, -depth_m, r.lines.lower(b, k)));
             for b in 0..n {
                 let shadow = self.lines.at(self.lines.range_m(b) * (h + depth_m) / h);
@@ -482,7 +479,7 @@ mod tests {
         let mut surfaces = Surfaces::NOTHING;
         let mut recursions = std::boxed::Box::new(Recursions::new());
         recursions.lines.look(chart);
-        recursions.weigh(&mut surfaces, true);
+        recursions.weigh(&mut surfaces, DEPTHS_M.len());
         surfaces
     }
 
